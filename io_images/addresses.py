@@ -96,9 +96,9 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
 
 
 def _refusal(text: str, reason: str) -> SiteError:
-    refused = SiteError(f"{text!r}: {reason}")
-    refused.reason = reason
-    return refused
+    error = SiteError(f"{text!r}: {reason}")
+    error.reason = reason
+    return error
 
 
 def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
@@ -122,9 +122,9 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> A
     word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
-    last = len(slots[slot].named(match["image"].upper())) - 1
-    if word > last:
-        raise _refusal(text, f"no word {word}, words are 0 to {last}")
+    last_word = len(slots[slot].named(match["image"].upper())) - 1
+    if word > last_word:
+        raise _refusal(text, f"no word {word}, words are 0 to {last_word}")
     if bit is not None and bit >= BITS:
         raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)
@@ -217,6 +217,6 @@ def allowed(value: object, choices: Iterable[object]) -> str:
     names = [str(choice) for choice in choices]
     import difflib  # imported late, because most names are right
 
-    close = difflib.get_close_matches(str(value), names, n=1)
+    close_names = difflib.get_close_matches(str(value), names, n=1)
     choice_text = f"hoose from {', '.join(names) or 'none'}"
-    return f"did you mean {close[0]}? C{choice_text}" if close else f"c{choice_text}"
+    return f"did you mean {close_names[0]}? C{choice_text}" if close_names else f"c{choice_text}"

@@ -114,7 +114,7 @@ def _init(cls: type[Any], name: str) -> Method:
     frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
     places: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
     parameters: dict[bool, list[str]] = {False: ["self"], True: []}
-    body = []
+    statements = []
     for field in fields(cls):
         value, default = _value_and_default(field, places)
         if field.init:
@@ -122,11 +122,13 @@ def _init(cls: type[Any], name: str) -> Method:
         else:
             value = f"new__{field.name}()" if default == "missing__" else default
         if field.init or default == "missing__" or (default and slots):
-            body.append(f"set__(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}")
+            statements.append(
+                f"set__(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}"
+            )
     if hasattr(cls, "__post_init__"):
-        body.append("self.__post_init__()")
+        statements.append("self.__post_init__()")
     keyword_parameters = ["*", *parameters[True]] if parameters[True] else []
-    init = _compiled(cls, name, [*parameters[False], *keyword_parameters], body or ["pass"], places)
+    init = _compiled(cls, name, [*parameters[False], *keyword_parameters], statements or ["pass"], places)
     init.__annotations__ = {field.name: field.type for field in fields(cls) if field.init} | {"return": None}
     return init
 
@@ -147,13 +149,13 @@ def _comparison(cls: type[Any], name: str) -> Method:
 
 
 def _compared(cls: type[Any], name: str, sign: str) -> Method:
-    compared = [field for field in fields(cls) if field.compare]
-    body = [
+    compared_fields = [field for field in fields(cls) if field.compare]
+    statements = [
         "if other.__class__ is self.__class__:",
-        f" return {_tuple('self', compared)} {sign} {_tuple('other', compared)}",
+        f" return {_tuple('self', compared_fields)} {sign} {_tuple('other', compared_fields)}",
         "return NotImplemented",
     ]
-    return _compiled(cls, name, ["self", "other"], body)
+    return _compiled(cls, name, ["self", "other"], statements)
 
 
 _MADE_LATER = (

@@ -23,8 +23,8 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
     text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
     return {
         name.strip(): module
-        for module, several, single in _IMPORT.findall(text)
-        for name in (several or single).split(",")
+        for module, several, one_line in _IMPORT.findall(text)
+        for name in (several or one_line).split(",")
         if name.strip().isidentifier()
     }
 
@@ -38,10 +38,10 @@ def listed_in(spec: ModuleSpec, name: str) -> object:
     Raises:
         AttributeError: the package does not list it.
     """
-    home = homes_in(spec).get(name)
-    if home is None:
+    module_name = homes_in(spec).get(name)
+    if module_name is None:
         raise AttributeError(f"module {spec.name!r} has no attribute {name!r}")
-    return imported_from(home, name, spec.name)
+    return imported_from(module_name, name, spec.name)
 
 
 def imported_from(module: str, name: str, package: str) -> object:
@@ -50,17 +50,17 @@ def imported_from(module: str, name: str, package: str) -> object:
     Raises:
         AttributeError: there is no such module, or no such name in it.
     """
-    missing = AttributeError(f"module {package!r} has no attribute {name!r}")
+    absent = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):
-        raise missing
+        raise absent
     try:
         home = import_module(module, package)
     except ModuleNotFoundError as error:
         if error.name != f"{package}{module}":
             raise
-        raise missing from None
+        raise absent from None
     if module == f".{name}":
         return home
     if name not in vars(home):
-        raise missing
+        raise absent
     return vars(home)[name]

@@ -211,8 +211,8 @@ def _no_such_word(image: Image, word: object) -> ValueError:
 
 def _check_address(words: memoryview, word: object, bit: object) -> None:
     if not (isinstance(word, int) and isinstance(bit, int) and 0 <= word < len(words) and 0 <= bit <= 15):
-        last = len(words) - 1
-        raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {last}, bits 0 to 15")
+        last_word = len(words) - 1
+        raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {last_word}, bits 0 to 15")
 
 
 def _bits_on(value: int) -> list[int]:

@@ -67,8 +67,8 @@ class MemoryLayout:
     @property
     def padding(self) -> int:
         """Words of padding at its end."""
-        ends = (place.inputs.stop for place in self.places.values())
-        return (self.size - max(ends, default=0)) // 2
+        input_ends = (place.inputs.stop for place in self.places.values())
+        return (self.size - max(input_ends, default=0)) // 2
 
 
 NO_MEMORY = MemoryLayout({}, 0)
@@ -93,8 +93,8 @@ def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
                 raise ValueError(
                     f"slot {number}: {words.message} has {len(names)} {image} words: must be 1 to {WORDS_MAX}"
                 )
-        middle = offset + 2 * len(words.outputs)
-        end = middle + 2 * len(words.inputs)
-        places[number] = ImagePlaces(slice(offset, middle), slice(middle, end))
+        outputs_end = offset + 2 * len(words.outputs)
+        end = outputs_end + 2 * len(words.inputs)
+        places[number] = ImagePlaces(slice(offset, outputs_end), slice(outputs_end, end))
         offset = end
     return MemoryLayout(places, -(-offset // ALIGNED_TO) * ALIGNED_TO)

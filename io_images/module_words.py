@@ -153,8 +153,8 @@ class ModuleWords:
 
     def covered(self, image: str) -> set[int]:
         """Return the words of an image that are shown as named bits, or as quantities of two words."""
-        numbers = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
-        words = {quantity.word + index for quantity in numbers for index in range(quantity.words)}
+        long_quantities = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
+        words = {quantity.word + index for quantity in long_quantities for index in range(quantity.words)}
         if self.modes is not None:
             named_bits = (place for names in self.groups.values() for place in names.values())
             words |= {place.word for place in named_bits if (place.image in INPUT) == (image in INPUT)}
@@ -195,15 +195,15 @@ def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[st
     names_by_place: dict[BitPlace, str] = {}
     for name, place in names.items():
         if place.word not in range(sizes.get(place.image, 0)) or place.bit not in range(16):
-            last = sizes.get(place.image, max(sizes.values())) - 1
+            last_word = sizes.get(place.image, max(sizes.values())) - 1
             raise ValueError(
-                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last}, bit 0 to 15"
+                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last_word}, bit 0 to 15"
             )
-        other = names_by_place.setdefault(place, name)
-        if other != name:
+        other_name = names_by_place.setdefault(place, name)
+        if other_name != name:
             image = _IMAGES[place.image]
             raise ValueError(
-                f"{where}: {other} and {name} are both bit {place.bit} of {image} word {place.word}; "
+                f"{where}: {other_name} and {name} are both bit {place.bit} of {image} word {place.word}; "
                 f"free bits: {_free_bits(place.image, names.values())}"
             )
 
@@ -214,8 +214,8 @@ def _free_bits(image: str, named: Collection[BitPlace]) -> str:
     for place in named:
         if place.image == image:
             masks[place.word] = masks.get(place.word, 0xFFFF) & ~(1 << place.bit)
-    free = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
-    return "; ".join(free) or "none"
+    free_texts = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
+    return "; ".join(free_texts) or "none"
 
 
 def terminals_in(masks: Sequence[int]) -> list[int]:
@@ -229,13 +229,13 @@ def numbers_of(masks: Sequence[int]) -> str:
     >>> numbers_of((0xFFFF, 0x0001)), numbers_of((0x00FF, 0x00FF))
     ('0 to 16', '0 to 7, 16 to 23')
     """
-    runs: list[list[int]] = []
+    number_runs: list[list[int]] = []
     for terminal in terminals_in(masks):
-        if runs and terminal == runs[-1][1] + 1:
-            runs[-1][1] = terminal
+        if number_runs and terminal == number_runs[-1][1] + 1:
+            number_runs[-1][1] = terminal
         else:
-            runs.append([terminal, terminal])
-    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in runs)
+            number_runs.append([terminal, terminal])
+    return ", ".join(str(first) if first == last else f"{first} to {last}" for first, last in number_runs)
 
 
 def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:

@@ -70,9 +70,9 @@ class NumberFormat(Enum):
             magnitudes: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
             magnitudes[first < 0] *= -1
             return magnitudes
-        high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
-        values: NDArray[np.float64] = high.astype(float) * 65536
-        return values + (low.astype(int) & 0xFFFF)
+        high_words, low_words = (first, second) if self is NumberFormat.BINARY else (second, first)
+        values: NDArray[np.float64] = high_words.astype(float) * 65536
+        return values + (low_words.astype(int) & 0xFFFF)
 
     def split(self, value: int) -> tuple[int, int]:
         """Split a value into two signed registers; a value beyond their range wraps [reading R-12].
@@ -84,8 +84,8 @@ class NumberFormat(Enum):
             return split_reported(value)
         if self is NumberFormat.SIGN_MAGNITUDE:
             return to_sign_magnitude(value)
-        high, low = signed_word(value >> 16 & 0xFFFF), signed_word(value & 0xFFFF)
-        return (high, low) if self is NumberFormat.BINARY else (low, high)
+        high_word, low_word = signed_word(value >> 16 & 0xFFFF), signed_word(value & 0xFFFF)
+        return (high_word, low_word) if self is NumberFormat.BINARY else (low_word, high_word)
 
     def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Split many values as `split` does; only the low 16 bits of each word count.
@@ -94,16 +94,16 @@ class NumberFormat(Enum):
         """
         if self is NumberFormat.THOUSANDS:
             return split_reported_all(values)
-        high = values >> 16
-        return (high, values) if self is NumberFormat.BINARY else (values, high)
+        high_words = values >> 16
+        return (high_words, values) if self is NumberFormat.BINARY else (values, high_words)
 
     def _pair(self, upper: int, lower: int) -> tuple[int, int]:
         """Return a pair in the format THOUSANDS from two registers."""
         return from_sign_magnitude(upper, lower) if self is NumberFormat.SIGN_MAGNITUDE else (upper, lower)
 
     def _binary(self, first: int, second: int) -> int:
-        high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
-        value = (high & 0xFFFF) << 16 | low & 0xFFFF
+        high_word, low_word = (first, second) if self is NumberFormat.BINARY else (second, first)
+        value = (high_word & 0xFFFF) << 16 | low_word & 0xFFFF
         return value - (value >> 31 << 32)
 
 

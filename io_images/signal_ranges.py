@@ -50,10 +50,10 @@ class SignalRange:
     @property
     def landmarks(self) -> tuple[float, ...]:
         """Test signals: ends and middle, just beyond the ends, and far beyond."""
-        beyond = (self.high - self.low) / 100
-        middle = (self.low + self.high) / 2
-        near = (self.low, self.high, middle, self.high + beyond, self.low - beyond)
-        return tuple(map(float, dict.fromkeys((*near, self.most, self.least, Fraction(0), self.most + 1))))
+        step = (self.high - self.low) / 100
+        middle_value = (self.low + self.high) / 2
+        values = (self.low, self.high, middle_value, self.high + step, self.low - step)
+        return tuple(map(float, dict.fromkeys((*values, self.most, self.least, Fraction(0), self.most + 1))))
 
 
 def _range(unit: str, low: int, high: int, least: str, most: str) -> tuple[str, SignalRange]:

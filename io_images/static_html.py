@@ -31,8 +31,8 @@ def rows(table: Iterable[Sequence[str]]) -> str:
     """Return a table of texts; the first column is left-aligned, like names."""
     row_cells = (
         "".join(
-            f'<td style="{_CELL.format("right" if place else "left")}">{escape(cell)}</td>'
-            for place, cell in enumerate(row)
+            f'<td style="{_CELL.format("right" if column else "left")}">{escape(cell)}</td>'
+            for column, cell in enumerate(row)
         )
         for row in table
     )
@@ -41,11 +41,11 @@ def rows(table: Iterable[Sequence[str]]) -> str:
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
     """Return numbers drawn as a line that fills the picture."""
-    low, span = min(values), max(max(values) - min(values), 1)
+    lowest, span = min(values), max(max(values) - min(values), 1)
     across = width / max(len(values) - 1, 1)
     points = " ".join(
-        f"{place * across:.1f},{height - 6 - (value - low) * (height - 12) / span:.1f}"
-        for place, value in enumerate(values)
+        f"{index * across:.1f},{height - 6 - (value - lowest) * (height - 12) / span:.1f}"
+        for index, value in enumerate(values)
     )
     return (
         f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="display:block">'

@@ -141,13 +141,13 @@ def element_of(name: str, place: int) -> str:
         name: recorded name of the array.
         place: flat index of the element.
     """
-    ranges = [(int(low), int(high)) for low, high in _RANGE.findall(name)]
+    ranges = [(int(begin), int(end)) for begin, end in _RANGE.findall(name)]
     if not ranges:
         return f"{name}[{place}]"
     indices = []
-    for low, high in reversed(ranges):
-        place, index = divmod(place, high - low + 1)
-        indices.append(str(low + index))
+    for first_index, last_index in reversed(ranges):
+        place, index = divmod(place, last_index - first_index + 1)
+        indices.append(str(first_index + index))
     return _RANGE.sub(lambda _: indices.pop(), name)
 
 
@@ -168,9 +168,9 @@ class NamesByPattern:
         self._fold = str.lower if fold else str
         self._names = [self._fold(name) for name in names]
         self._by_part: dict[str, list[int]] = {}
-        for place, name in enumerate(self._names):
+        for index, name in enumerate(self._names):
             for end in (*(part.start() for part in _PART_END.finditer(name)), len(name)):
-                self._by_part.setdefault(name[:end], []).append(place)
+                self._by_part.setdefault(name[:end], []).append(index)
 
     def places(self, pattern: str) -> list[int]:
         """Return the indexes of the names that match, in order."""
@@ -179,4 +179,4 @@ class NamesByPattern:
             return self._by_part.get(pattern, [])
         text = "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in pattern)
         matches = re.compile(rf"{text}(?:[.\[]|$)").match
-        return [place for place, name in enumerate(self._names) if matches(name)]
+        return [index for index, name in enumerate(self._names) if matches(name)]

@@ -104,8 +104,8 @@ def repair(
             result.notes += _misfits(trace, rewriter.library, draft.place, path)
         if result.needed:
             whole_end = trace.spans[-1].end
-            keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
-            result.original = _free_name(path) if keep else None
+            is_kept = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
+            result.original = _free_name(path) if is_kept else None
             trace.close()  # Windows can't replace an open file
             _put_in_place(draft, path, result.original)
     return result
@@ -209,18 +209,18 @@ class Rewriter:
 
     def _data(self) -> Iterator[Span]:
         """Yield the records before the end of the data: the first DataEnd that no message follows."""
-        last = max(self._sections, default=0)
+        last_offset = max(self._sections, default=0)
         for span in self._trace.spans:
-            if span.opcode == Opcode.DATA_END and span.offset > last:
+            if span.opcode == Opcode.DATA_END and span.offset > last_offset:
                 return
             yield span
 
     def _data_crc(self) -> int:
         """Return the CRC to write; note a different CRC in the trace, if no other damage is known."""
-        stated = data_crc(self._trace.file, self._trace.spans)
-        if stated == 0 and ends_whole(self._trace.file, self._trace.spans):
+        stored_crc = data_crc(self._trace.file, self._trace.spans)
+        if stored_crc == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states no CRC
-        if stated not in (None, self._crc) and not any(
+        if stored_crc not in (None, self._crc) and not any(
             isinstance(note, Damage) for note in self._trace.notes
         ):
             self._trace.note(DATA_DAMAGE)
@@ -260,21 +260,21 @@ class Rewriter:
 
     def _index(self, span: Span) -> None:
         """Add a record outside of chunks to the summary; raise a TraceError if it is damaged."""
-        file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
+        file, record_place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
             self._take(read_record(file, span, Schema.read))
         elif span.opcode == Opcode.CHANNEL:
             self._take(read_record(file, span, Channel.read))
         elif span.opcode == Opcode.METADATA:
-            self._summary.metadata(*place, read_record(file, span, Metadata.read))
+            self._summary.metadata(*record_place, read_record(file, span, Metadata.read))
         elif span.opcode == Opcode.ATTACHMENT:
-            self._summary.attachment(*place, read_attachment(file, span))
+            self._summary.attachment(*record_place, read_attachment(file, span))
 
     def _section(self, section: Section) -> None:
-        parts = self._trace.parts(section)
-        if parts is None:
+        section_parts = self._trace.parts(section)
+        if section_parts is None:
             return
-        entries = self._entries(parts)
+        entries = self._entries(section_parts)
         if section.is_chunk:
             self._chunk(section, entries)
         elif section.span.offset > self._draft:

@@ -40,13 +40,13 @@ class PackedTrace:
             ValueError: it has no scans.
         """
         scans, events = PackedScans(trace.head.layout.words), list[TraceEvent]()
-        for columns, newer in column_chunks_and_events(trace):
+        for columns, new_events in column_chunks_and_events(trace):
             scans.add(columns)
-            events += newer
+            events += new_events
         if more is not None:
-            written = extent(trace).scan.tolist()
-            first = bisect_right(more.scan.tolist(), written[-1]) if written else 0
-            scans.add(more.rows(first, len(more.scan)))
+            scans_written = extent(trace).scan.tolist()
+            first_row = bisect_right(more.scan.tolist(), scans_written[-1]) if scans_written else 0
+            scans.add(more.rows(first_row, len(more.scan)))
         if not len(scans):
             raise ValueError("the trace has no scans to replay")
         return cls(trace.head.slots, scans, tuple(events))

@@ -89,17 +89,17 @@ class BlendHeader:
 
     def to_image(self) -> Image:
         """Return the output image that transmits this block."""
-        last = self.final_deceleration | self.final_type.value << _TYPE_SHIFT
-        late, early = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
-        return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late, early, last))
+        last_rate = self.final_deceleration | self.final_type.value << _TYPE_SHIFT
+        late_types, early_types = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
+        return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late_types, early_types, last_rate))
 
     @classmethod
     def from_image(cls, image: Image) -> BlendHeader:
         """Read the output image of a first block; raise a ValueError if it is not one."""
         words = [word & 0xFFFF for word in image]
         require("number of blend segments", words[2], SEGMENTS_MIN, SEGMENTS_MAX)
-        pairs = words[4] | words[3] << 16
-        types = tuple(acceleration_of(pairs >> 2 * index & 3) for index in range(words[2]))
+        type_pairs = words[4] | words[3] << 16
+        types = tuple(acceleration_of(type_pairs >> 2 * index & 3) for index in range(words[2]))
         header = cls(types, words[5] & _RATE_MASK, acceleration_of(words[5] >> _TYPE_SHIFT))
         _demand_exact(header.to_image(), image, "first block of a blend profile")
         return header

@@ -170,9 +170,9 @@ def decode(image: Image, limits: Limits = LIMITS_3601) -> Command:
     if words[0] & _MODE:
         raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: this is a configuration, not a command")
     command = _reader(words[0], words[1])(words, limits)
-    written = command.to_image()
-    if written != image:
-        raise ValueError(f"words {words} are not a command; the nearest one is {list(written)}")
+    encoded = command.to_image()
+    if encoded != image:
+        raise ValueError(f"words {words} are not a command; the nearest one is {list(encoded)}")
     return command
 
 

@@ -63,7 +63,7 @@ class Firmware:
             raise SettingError(
                 "firmware", f"serial number {serial!r} of a 3601: a positive decimal number is needed"
             )
-        return next((version for first, version in _SERIALS if number >= first), FW_2_0)
+        return next((version for first_serial, version in _SERIALS if number >= first_serial), FW_2_0)
 
     def __str__(self) -> str:
         return f"{self.major}.{self.minor}"

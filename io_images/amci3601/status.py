@@ -145,9 +145,9 @@ class ConfigurationStatus:
 
     def to_image(self) -> Image:
         """Return the input image."""
-        live = _MODE | self.module_ok * _MODULE_OK | self.config_error * _CONFIG_ERROR
+        live_bits = _MODE | self.module_ok * _MODULE_OK | self.config_error * _CONFIG_ERROR
         firmware = (self.firmware.major, self.firmware.minor)
-        return Image((self.mirror[0] | live, *self.mirror[1:], 0, 0, *firmware))
+        return Image((self.mirror[0] | live_bits, *self.mirror[1:], 0, 0, *firmware))
 
     @classmethod
     def from_image(cls, image: Image) -> ConfigurationStatus:
@@ -167,11 +167,11 @@ class ConfigurationStatus:
 
 def _bit(word: int, mask: int) -> bool:
     # In configuration mode bits 0 to 12 mirror the configuration, so they are no status bits.
-    checked = mask if mask & LIVE_BITS else mask | _MODE
+    checked_bits = mask if mask & LIVE_BITS else mask | _MODE
 
     def from_msw(view: StatusView) -> bool:
         word: int = view._words[0]
-        return word & checked == mask
+        return word & checked_bits == mask
 
     def from_lsw(view: StatusView) -> bool:
         msw: int = view._words[0]
@@ -202,8 +202,8 @@ class StatusView:
         self._words = image.words
 
     def __repr__(self) -> str:
-        on = " ".join(name for name, is_on in self._bits() if is_on) or "no bit"
-        return f"<StatusView {on}, position {self.position:,}>"
+        on_names = " ".join(name for name, is_on in self._bits() if is_on) or "no bit"
+        return f"<StatusView {on_names}, position {self.position:,}>"
 
     def _repr_html_(self) -> str:
         """Return the status for a notebook: its bits as chips, and the position."""

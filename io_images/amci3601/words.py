@@ -79,17 +79,17 @@ class Profile(ModuleWords):
         for name in self.untold:
             if name not in self.groups["command"]:
                 raise ValueError(f"{self.message}: untold: no command bit {name!r}")
-        further = {name: place for name, place in status.items() if name not in _KNOWN}
+        further_places = {name: place for name, place in status.items() if name not in _KNOWN}
         masks = {name: 1 << 16 * place.word + place.bit for name, place in status.items()}
-        errors = sum(masks[name] for name in self.errors if name in further)
+        errors = sum(masks[name] for name in self.errors if name in further_places)
         own_rules = {rule for rule, _ in self.further_refusals}
         refusals = own_rules.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
         for name, value in (
-            ("further", further),
+            ("further", further_places),
             ("further_errors", errors),
             ("refusals", frozenset(refusals)),
             ("masks", masks),
-            ("view", view_with(further)),
+            ("view", view_with(further_places)),
         ):
             object.__setattr__(self, name, value)
         self._check_refusals()

@@ -107,8 +107,8 @@ class Capture:
         if big == SECTION:
             yield from map(self._counted, self._blocks())
         elif big in PCAP_MAGICS or little in PCAP_MAGICS:
-            order = ">" if big in PCAP_MAGICS else "<"
-            records = self._records(order, PCAP_MAGICS.get(big) or PCAP_MAGICS[little])
+            byte_order = ">" if big in PCAP_MAGICS else "<"
+            records = self._records(byte_order, PCAP_MAGICS.get(big) or PCAP_MAGICS[little])
             yield from map(self._counted, records)
         else:
             raise CaptureError(f"it is not a capture: it begins with {head.hex(' ') or 'nothing'}")
@@ -140,45 +140,47 @@ class Capture:
             fields = self._read(record.size, begin)
             if not fields:
                 return
-            seconds, fraction, captured, sent_bytes = record.unpack(fields)
-            if captured > PACKET_MAX:
-                raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes; at most {PACKET_MAX:,}")
-            data = self._read(captured, begin) if captured else b""
-            if len(data) < captured:
+            seconds, fraction, captured_bytes, sent_bytes = record.unpack(fields)
+            if captured_bytes > PACKET_MAX:
+                raise CaptureError(
+                    f"byte {begin}: a packet of {captured_bytes:,} bytes; at most {PACKET_MAX:,}"
+                )
+            data = self._read(captured_bytes, begin) if captured_bytes else b""
+            if len(data) < captured_bytes:
                 return
             at_ns = seconds * NS_PER_S + fraction * unit_ns
-            yield Packet(at_ns, link_type, data, max(0, sent_bytes - captured))
+            yield Packet(at_ns, link_type, data, max(0, sent_bytes - captured_bytes))
 
     # -- pcapng -----------------------------------------------------------------------------------
 
     def _blocks(self) -> Iterator[Packet]:
-        order, interfaces, kind, begin = "<", list[_Interface](), SECTION, 0
+        byte_order, interfaces, kind, begin = "<", list[_Interface](), SECTION, 0
         while True:
             length_bytes = self._read(4, begin)
             if not length_bytes:
                 return
-            extra = b""
+            head = b""
             if kind == SECTION:
-                extra = self._read(4, begin)
-                if not extra:
+                head = self._read(4, begin)
+                if not head:
                     return
-                order, interfaces = _order(extra, begin), []
-            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(extra), order, begin)
+                byte_order, interfaces = _order(head, begin), []
+            body = self._body(Struct(f"{byte_order}I").unpack(length_bytes)[0], len(head), byte_order, begin)
             if body is None:
                 return
             if kind == INTERFACE:
-                interfaces.append(_interface(body, order, begin))
+                interfaces.append(_interface(body, byte_order, begin))
                 if len(interfaces) > INTERFACES_MAX:
                     raise CaptureError(f"byte {begin}: more than {INTERFACES_MAX:,} interfaces")
             elif kind == ENHANCED_PACKET:
-                yield _enhanced(body, order, begin, interfaces)
+                yield _enhanced(body, byte_order, begin, interfaces)
             elif kind == SIMPLE_PACKET:
                 raise CaptureError(f"byte {begin}: a packet without a time; it needs enhanced packet blocks")
             begin = self._at
             kind_bytes = self._read(4, begin)
             if not kind_bytes:
                 return
-            kind = int.from_bytes(kind_bytes, "little" if order == "<" else "big")
+            kind = int.from_bytes(kind_bytes, "little" if byte_order == "<" else "big")
 
     def _body(self, length: int, read: int, order: str, begin: int) -> bytes | None:
         """Return the rest of a block, without its second length; None at the end of the file."""
@@ -188,16 +190,18 @@ class Capture:
         data = self._read(length - 8 - read, begin)
         if not data:
             return None
-        again = Struct(f"{order}I").unpack(data[-4:])[0]
-        if again != length:
-            raise CaptureError(f"byte {begin}: a block of {length:,} bytes that ends as one of {again:,}")
+        end_length = Struct(f"{order}I").unpack(data[-4:])[0]
+        if end_length != length:
+            raise CaptureError(
+                f"byte {begin}: a block of {length:,} bytes that ends as one of {end_length:,}"
+            )
         return data[:-4]
 
 
 def _order(magic: bytes, begin: int) -> str:
-    for order in "<>":
-        if Struct(f"{order}I").unpack(magic)[0] == BYTE_ORDER_MAGIC:
-            return order
+    for byte_order in "<>":
+        if Struct(f"{byte_order}I").unpack(magic)[0] == BYTE_ORDER_MAGIC:
+            return byte_order
     raise CaptureError(f"byte {begin}: a section with the byte order {magic.hex(' ')}")
 
 
@@ -232,14 +236,19 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
-    number, high, low, captured, sent_bytes = head.unpack_from(body)
+    number, high_time, low_time, captured_bytes, sent_bytes = head.unpack_from(body)
     if number >= len(interfaces):
         raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
-    if captured > min(PACKET_MAX, len(body) - head.size):
+    if captured_bytes > min(PACKET_MAX, len(body) - head.size):
         data_room = len(body) - head.size
         raise CaptureError(
-            f"byte {begin}: a packet of {captured:,} bytes in a block with room for {data_room:,}"
+            f"byte {begin}: a packet of {captured_bytes:,} bytes in a block with room for {data_room:,}"
         )
     interface = interfaces[number]
-    data = body[head.size : head.size + captured]
-    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent_bytes - captured))
+    data = body[head.size : head.size + captured_bytes]
+    return Packet(
+        interface.at_ns(high_time << 32 | low_time),
+        interface.link_type,
+        data,
+        max(0, sent_bytes - captured_bytes),
+    )

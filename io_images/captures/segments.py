@@ -62,7 +62,7 @@ def segment_in(packet: Packet) -> Segment | None:
     payload = network(packet.data, network_at, size) if network is not None else None
     if payload is None:
         return None
-    source, target, begin, end = payload
+    source_address, target, begin, end = payload
     captured_bytes = len(packet.data)
     if min(end, captured_bytes) - begin < _TCP.size or end > captured_bytes + packet.cut:
         return None
@@ -70,11 +70,11 @@ def segment_in(packet: Packet) -> Segment | None:
     data_at = begin + 4 * (offset >> 4)
     if not begin + 20 <= data_at <= end:
         return None
-    ends = (_text(source), source_port), (_text(target), target_port)
+    end_points = (_text(source_address), source_port), (_text(target), target_port)
     data = packet.data[data_at:end] if end <= captured_bytes else b""
     acknowledged = next_sequence if flags & ACK else None
     return Segment(
-        packet.at_ns, *ends, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
+        packet.at_ns, *end_points, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
     )
 
 
@@ -108,20 +108,20 @@ Found = tuple[bytes, bytes, int, int]
 def _ipv4(data: bytes, at: int, size: int) -> Found | None:
     if len(data) - at < _IPV4.size:
         return None
-    head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
+    head, total_bytes, fragment, protocol, source_address, target = _IPV4.unpack_from(data, at)
     begin = at + 4 * (head & 0xF)
-    end = at + total if total else size  # 0 means that the network card segments it later
+    end = at + total_bytes if total_bytes else size  # 0 means that the network card segments it later
     is_whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
-    return (source, target, begin, end) if protocol == TCP and is_whole and begin >= at + 20 else None
+    return (source_address, target, begin, end) if protocol == TCP and is_whole and begin >= at + 20 else None
 
 
 def _ipv6(data: bytes, at: int, whole: int) -> Found | None:
     if len(data) - at < _IPV6.size:
         return None
-    _, size, following, source, target = _IPV6.unpack_from(data, at)
+    _, size, next_header, source_address, target = _IPV6.unpack_from(data, at)
     begin, end = at + 40, at + 40 + size if size else whole
     for _ in range(EXTENSIONS_MAX):
-        if following not in EXTENSIONS or begin + 2 > min(end, len(data)):
+        if next_header not in EXTENSIONS or begin + 2 > min(end, len(data)):
             break
-        following, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
-    return (source, target, begin, end) if following == TCP else None
+        next_header, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
+    return (source_address, target, begin, end) if next_header == TCP else None

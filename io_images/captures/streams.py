@@ -72,18 +72,18 @@ class Streams:
         self._directions.move_to_end(key)
         if len(self._directions) > CONNECTIONS_MAX:
             self._directions.popitem(last=False)
-        first = segment.sequence
+        first_byte = segment.sequence
         if segment.flags & SYN:
-            first = (first + 1) % _RING
-            self._directions[key] = direction = _Direction(first)
+            first_byte = (first_byte + 1) % _RING
+            self._directions[key] = direction = _Direction(first_byte)
         if not segment.data and not segment.cut:
             return
         if segment.acknowledged is not None:
             yield from self._acknowledge((segment.target, segment.source), segment.acknowledged)
         if direction.next is None:  # the capture began after the connection
-            direction.next = first
+            direction.next = first_byte
         if segment.data:
-            self._keep(direction, first, at_ns, segment.data)
+            self._keep(direction, first_byte, at_ns, segment.data)
             yield from self._taken(key, direction)
             while _too_much(direction):
                 self._skip_gap(direction)
@@ -93,7 +93,11 @@ class Streams:
         """Yield the waiting bytes in a direction up to `expected`, which the other end has acknowledged."""
         direction = self._directions.get(key)
         while direction and direction.next is not None and 0 < _ahead(expected, direction.next) < _HALF:
-            if any(_ahead(expected, first) < _HALF for first in direction.waiting if first != expected):
+            if any(
+                _ahead(expected, first_byte) < _HALF
+                for first_byte in direction.waiting
+                if first_byte != expected
+            ):
                 self._skip_gap(direction)
             else:
                 self._miss(direction, expected)
@@ -103,30 +107,30 @@ class Streams:
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # the data begin before the next byte
-            old = min(_RING - ahead, len(data))
-            self.repeated += old
-            first, data = direction.next, data[old:]
+            old_bytes = min(_RING - ahead, len(data))
+            self.repeated += old_bytes
+            first, data = direction.next, data[old_bytes:]
         if len(data) > len(direction.waiting.get(first, (0, b""))[1]):
             direction.waiting[first] = at_ns, data
 
     def _taken(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
         """Yield the waiting bytes that are now in order; bytes completed at the same time are one chunk."""
-        data, following = bytearray(), direction.next or 0
+        data, next_sequence = bytearray(), direction.next or 0
         while direction.waiting:
-            first = _nearest(direction.waiting, following)
-            ahead = _ahead(first, following)
+            first_byte = _nearest(direction.waiting, next_sequence)
+            ahead = _ahead(first_byte, next_sequence)
             if 0 < ahead < _HALF:
                 break
-            at_ns, waiting_data = direction.waiting.pop(first)
+            at_ns, waiting_data = direction.waiting.pop(first_byte)
             if data and at_ns > direction.passed_ns:  # later bytes are a chunk of their own
                 yield self._chunk(key, direction, data)
                 data = bytearray()
-            old = (_RING - ahead) % _RING
-            self.repeated += min(old, len(waiting_data))
-            if old < len(waiting_data):
+            old_bytes = (_RING - ahead) % _RING
+            self.repeated += min(old_bytes, len(waiting_data))
+            if old_bytes < len(waiting_data):
                 direction.passed_ns = max(direction.passed_ns, at_ns)
-                data += waiting_data[old:]
-                following = direction.next = (following + len(waiting_data) - old) % _RING
+                data += waiting_data[old_bytes:]
+                next_sequence = direction.next = (next_sequence + len(waiting_data) - old_bytes) % _RING
         if data:
             yield self._chunk(key, direction, data)
 
@@ -155,5 +159,8 @@ def _nearest(waiting: Iterable[int], following: int) -> int:
 
 
 def _too_much(direction: _Direction) -> bool:
-    waiting = direction.waiting
-    return len(waiting) > WAITING_MAX or sum(len(data) for _, data in waiting.values()) > WAITING_BYTES_MAX
+    waiting_chunks = direction.waiting
+    return (
+        len(waiting_chunks) > WAITING_MAX
+        or sum(len(data) for _, data in waiting_chunks.values()) > WAITING_BYTES_MAX
+    )

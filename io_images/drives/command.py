@@ -69,8 +69,8 @@ class DriveCommand:
     @property
     def selects_current(self) -> bool:
         """Whether word 8 is the motor current."""
-        on, off = self.model.current_keys
-        return self.model.modifiers != 0 and self.words[1] & (on | off) == on
+        on_bits, off_bits = self.model.current_keys
+        return self.model.modifiers != 0 and self.words[1] & (on_bits | off_bits) == on_bits
 
     @cached_property
     def target(self) -> int | None:
@@ -118,6 +118,6 @@ class DriveCommand:
     @property
     def current_holds(self) -> bool:
         """Whether a selected motor current is within its range."""
-        low, high = self.model.limits.current
-        good = low <= self.current <= high and self.current % self.model.limits.current_step == 0
-        return good or not self.selects_current
+        lowest, highest = self.model.limits.current
+        is_allowed = lowest <= self.current <= highest and self.current % self.model.limits.current_step == 0
+        return is_allowed or not self.selects_current

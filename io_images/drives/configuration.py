@@ -66,8 +66,8 @@ class Build:
 
     def functions(self, words: Sequence[int]) -> tuple[InputFunction, InputFunction]:
         """Return the functions of both inputs, from configuration word 0."""
-        first, second = (self.input_codes.index(words[0] >> shift & 7) for shift in (0, 3))
-        return InputFunction(first), InputFunction(second)
+        first_code, second_code = (self.input_codes.index(words[0] >> shift & 7) for shift in (0, 3))
+        return InputFunction(first_code), InputFunction(second_code)
 
 
 USUAL = Build()
@@ -123,12 +123,12 @@ class DriveConfiguration:
         Args:
             levels: electrical levels, bit n = input n + 1 energized.
         """
-        numbers = functions = 0
-        for index, (role, high) in enumerate(zip(self.roles, self.active_high, strict=True)):
-            if bool(levels >> index & 1) == high:
-                numbers |= 1 << index
+        input_numbers = functions = 0
+        for index, (role, is_active_high) in enumerate(zip(self.roles, self.active_high, strict=True)):
+            if bool(levels >> index & 1) == is_active_high:
+                input_numbers |= 1 << index
                 functions |= role
-        return numbers, functions
+        return input_numbers, functions
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,8 +147,8 @@ class ConfigurationRule:
 
 
 def _twice(words: Sequence[int], _model: Model, build: Build) -> bool:
-    first, second = build.functions(words)
-    return first is second and first is not InputFunction.GENERAL_PURPOSE
+    first_function, second_function = build.functions(words)
+    return first_function is second_function and first_function is not InputFunction.GENERAL_PURPOSE
 
 
 def _start(words: Sequence[int], model: Model) -> int | None:
@@ -283,6 +283,6 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
     """Return ten words as the flash stores them: unsigned, without the requests in word 1."""
-    stored = [word & 0xFFFF for word in words[:WORDS]]
-    stored[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
-    return tuple(stored)
+    flash_words = [word & 0xFFFF for word in words[:WORDS]]
+    flash_words[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
+    return tuple(flash_words)

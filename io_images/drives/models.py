@@ -131,9 +131,9 @@ class Model:
 
     def status_words(self, status: int) -> tuple[int, int]:
         """Return the two status words of status bits at the places of the SMD family."""
-        for bit, place in self.moved_status.items():
+        for bit, bit_place in self.moved_status.items():
             if status & bit:
-                status = status & ~bit.value | place << 32
+                status = status & ~bit.value | bit_place << 32
         status = status & 0xFFFF_FFFF | status >> 32
         return status & 0xFFFF, status >> 16
 

@@ -66,10 +66,10 @@ def _view_of(model_name: str) -> type[DriveStatusView]:
 
 def _bit(at: BitPlace) -> property:
     """Return a property for a status bit; in configuration mode only bit 15 of word 0 is not a mirror."""
-    mode = at.word == 0 and at.bit == 15
+    is_mode_bit = at.word == 0 and at.bit == 15
 
     def is_on(view: StatusView) -> bool:
-        return (mode or view._words[0] >= 0) and bool(view._words[at.word] >> at.bit & 1)
+        return (is_mode_bit or view._words[0] >= 0) and bool(view._words[at.word] >> at.bit & 1)
 
     return property(is_on)
 

@@ -177,14 +177,14 @@ class DriveTranslation:
         if words[1] & CommandLsw.STORE_MIN_REG:
             self._minimum = target
         registers = bool(words[0] & _JOGS and target)
-        split = self._set.output_format.split
+        split_number = self._set.output_format.split
         outputs = [
             signed_word(sum({bit for own_bit, bit in self._commands if words[0] & own_bit})),
             0,
-            *split(target),
-            *split(1000 * words[4] + words[5]),
+            *split_number(target),
+            *split_number(1000 * words[4] + words[5]),
             *words[6:8],
-            *(split(self._minimum) if registers else (0, self._jerk(words))),
+            *(split_number(self._minimum) if registers else (0, self._jerk(words))),
         ]
         if self.model.layout is Layout.SMD:
             outputs[0] |= self._programming(words)
@@ -212,12 +212,12 @@ class DriveTranslation:
 
     def _jerk(self, words: Sequence[int]) -> int:
         """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
-        parts = PARTS.get(words[1] & _SHAPE, 0)
+        shape_parts = PARTS.get(words[1] & _SHAPE, 0)
         change = 1000 * words[4] + words[5] - self._set.starting_speed
-        if not parts or change <= 0:
+        if not shape_parts or change <= 0:
             return 0
-        exact = JERK_SCALE * parts * min(words[6], words[7]) // change
-        return max(1, min(self.model.limits.jerk, exact))
+        jerk = JERK_SCALE * shape_parts * min(words[6], words[7]) // change
+        return max(1, min(self.model.limits.jerk, jerk))
 
 
 def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:

@@ -37,5 +37,5 @@ def items_in(body: bytes) -> list[tuple[int, bytes]]:
 
 def body_of(*items: tuple[int, bytes]) -> bytes:
     """Return a body with these items."""
-    parts = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
-    return struct.pack("<IHH", 0, 0, len(items)) + b"".join(parts)
+    item_bytes = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
+    return struct.pack("<IHH", 0, 0, len(items)) + b"".join(item_bytes)

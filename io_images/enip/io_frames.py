@@ -51,7 +51,7 @@ def io_path(data: bytes) -> IoPath:
         CipRefusedError: it is not such a path.
     """
     key: tuple[int, ...] = ()
-    numbers: dict[str, int] = {}
+    numbers_by_name: dict[str, int] = {}
     points: list[int] = []
     settings: bytes | None = None
     offset = 0
@@ -70,13 +70,13 @@ def io_path(data: bytes) -> IoPath:
             if _LOGICAL[kind & ~1] == "point":
                 points.append(value)
             else:
-                numbers[_LOGICAL[kind & ~1]] = value
+                numbers_by_name[_LOGICAL[kind & ~1]] = value
         elif not 0 < kind < 0x10:  # a port: part of the route to this device
             raise CipRefusedError(BAD_SEGMENT)
         offset += size
     if offset != len(data):
         raise CipRefusedError(BAD_SEGMENT)
-    return IoPath(key, numbers, tuple(points), settings)
+    return IoPath(key, numbers_by_name, tuple(points), settings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,8 +113,8 @@ def io_packet(datagram: bytes) -> IoPacket | None:
     """
     if len(datagram) < _HEAD.size + 2:
         return None
-    items, kind, size, connection, number, other, length = _HEAD.unpack_from(datagram)
-    if (items, kind, size, other) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
+    item_count, kind, size, connection, number, data_type, length = _HEAD.unpack_from(datagram)
+    if (item_count, kind, size, data_type) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
         datagram
     ) - _HEAD.size:
         return None

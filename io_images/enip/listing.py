@@ -58,7 +58,7 @@ class StructuredKind:
     @cached_property
     def by_name(self) -> Mapping[str, Part]:
         """Members that paths may name, by name in capitals."""
-        return {part.name.upper(): part for part in self.parts if not part.hidden}
+        return {member.name.upper(): member for member in self.parts if not member.hidden}
 
 
 Kind = PlainKind | StructuredKind
@@ -211,7 +211,7 @@ class Listing:
     @property
     def programs(self) -> Iterator[str]:
         """Programs with their own tags, in order."""
-        owners = [entry.program for entry in self.tags] + [entry.program for entry in self.aliases]
+        owners = [tag.program for tag in self.tags] + [alias.program for alias in self.aliases]
         return iter(dict.fromkeys(filter(None, owners)))
 
 

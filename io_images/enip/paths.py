@@ -41,8 +41,8 @@ def steps_of(text: str) -> list[PathStep]:
     if text.lower().startswith(PROGRAM.lower()):
         name, _, text = text.partition(".")
         steps = [name]
-    for part in text.replace("/", ".").split(".") if text else ():
-        match = _PART.fullmatch(part)
+    for step_text in text.replace("/", ".").split(".") if text else ():
+        match = _PART.fullmatch(step_text)
         if match is None:
             raise ValueError(f"{text!r} is not a name of a tag, such as Recipe.Steps[2].Time")
         steps.append(match["name"])
@@ -123,8 +123,8 @@ def split_name(name: str) -> list[PathStep]:
         CipRefusedError: a subscript is not a number.
     """
     steps: list[PathStep] = []
-    for part in name.split("."):
-        stem, _, subscripts = part.partition("[")
+    for step_text in name.split("."):
+        stem, _, subscripts = step_text.partition("[")
         steps.append(stem)
         for subscript in subscripts.rstrip("]").split(",") if subscripts else ():
             if not subscript.strip().isdigit() or len(subscript) > 10:

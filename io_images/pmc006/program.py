@@ -48,8 +48,8 @@ class UserOp:
 
     def allows(self, value: int) -> bool:
         """Return whether a value is allowed as data."""
-        low, high = self.data or (0, 0)
-        return value in self.values if self.values else low <= value <= high
+        lowest, highest = self.data or (0, 0)
+        return value in self.values if self.values else lowest <= value <= highest
 
 
 _BIT = (0, 1)
@@ -141,8 +141,8 @@ def _instruction(words: list[str]) -> UserInstruction:
     name = SPELLINGS.get(words[0].upper(), words[0].upper())
     op = USER_OPS.get(name)
     if op is None:
-        near = difflib.get_close_matches(name, USER_OPS, n=1)
-        hint = f"; did you mean {near[0]}?" if near else f"; choose from {', '.join(USER_OPS)}"
+        close_names = difflib.get_close_matches(name, USER_OPS, n=1)
+        hint = f"; did you mean {close_names[0]}?" if close_names else f"; choose from {', '.join(USER_OPS)}"
         raise ValueError(f"{words[0]} is not a user instruction{hint}")
     words_least = 1 if op.data is None else 3
     if not words_least <= len(words) <= 3:

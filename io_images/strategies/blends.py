@@ -150,9 +150,9 @@ def faulty_blends(
         ValueError: the starting speed or a rule is unsuitable.
     """
     require("starting_speed", starting_speed, 2, START_MAX)
-    unknown = [rule for rule in rules if rule not in BLEND_FAULTS]
-    if unknown:
-        raise ValueError(f"rule {unknown[0]!r} is none of blend programming: {', '.join(BLEND_FAULTS)}")
+    unknown_rules = [rule for rule in rules if rule not in BLEND_FAULTS]
+    if unknown_rules:
+        raise ValueError(f"rule {unknown_rules[0]!r} is none of blend programming: {', '.join(BLEND_FAULTS)}")
     rule_choices = st.sampled_from(tuple(rules) or (*BLEND_FAULTS, ""))
     return st.tuples(blend_profiles(starting_speed, most=most), rule_choices).flatmap(
         lambda both: _spoiled(both[0].blocks(), both[1], starting_speed)

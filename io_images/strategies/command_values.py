@@ -51,8 +51,8 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
     (5000, 2000, 1000, 1001, 20000, 100000)
     """
     likely = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
-    common = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
-    return tuple(dict.fromkeys(speed for speed in (*likely, *common) if speed <= LIMITS_3601.speed))
+    common_speeds = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
+    return tuple(dict.fromkeys(speed for speed in (*likely, *common_speeds) if speed <= LIMITS_3601.speed))
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:

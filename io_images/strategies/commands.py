@@ -69,11 +69,11 @@ def find_homes(starting_speed: int) -> st.SearchStrategy[FindHome]:
 
 def manual_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
     """Return a strategy of manual moves: with ramps, in constant speed mode, and one-shots."""
-    slow = st.integers(0, starting_speed)
+    slow_speeds = st.integers(0, starting_speed)
     return st.builds(
         lambda direction, speed, pair, shape: Manual(direction, speed, pair[0], pair[1], shape=shape),
         directions,
-        speeds(starting_speed) | slow,
+        speeds(starting_speed) | slow_speeds,
         rates(),
         shapes(),
     )
@@ -107,11 +107,11 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
     """Return a strategy of all legal commands of a firmware version."""
     minimum = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
-    newer: list[st.SearchStrategy[Command]] = []
+    newer_commands: list[st.SearchStrategy[Command]] = []
     if firmware.registration:
-        newer += [registration_moves(starting_speed), minimum]
+        newer_commands += [registration_moves(starting_speed), minimum]
     if firmware.follower:
-        newer.append(followers())
+        newer_commands.append(followers())
     return st.one_of(
         st.just(Idle()),
         moves(starting_speed),
@@ -124,5 +124,5 @@ def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchSt
         presets(),
         st.builds(RunBlend, directions),
         moves(starting_speed, encoder=True),
-        *newer,
+        *newer_commands,
     )

@@ -115,8 +115,8 @@ def _can_break(rule: str, firmware: Firmware) -> bool:
 def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfiguration]:
     base = configurations(firmware, homing=BASES.get(rule, HomingKind.HOME_SWITCH))
     broken_words = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))
-    alone = broken_words.filter(lambda words: check(words, firmware) == (rule,))
-    return alone.map(lambda words: FaultyConfiguration(Image(words), rule))
+    alone_broken = broken_words.filter(lambda words: check(words, firmware) == (rule,))
+    return alone_broken.map(lambda words: FaultyConfiguration(Image(words), rule))
 
 
 class _Fault(NamedTuple):

@@ -56,9 +56,9 @@ def nearly_right_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> 
 
     def changed(image: Image, change: tuple[int, int]) -> Image:
         index, value = change
-        other = image.copy()
-        other[index] = value
-        return other
+        changed_image = image.copy()
+        changed_image[index] = value
+        return changed_image
 
     change = pick(lambda index, value: (index, value), range(WORDS), EDGES)
     return st.builds(changed, plausible_images(starting_speed, firmware), change)

@@ -74,8 +74,8 @@ class Showing(NamedTuple):
 
     def is_over(self, inputs: Image, shown_ms: float) -> bool:
         """Return whether the next image follows after `shown_ms`, at least `SETTLE_MS`, with these inputs."""
-        ended = self.waits and shown_ms >= SETTLE_MS and bool(inputs[0] & MOVE_ENDED)
-        return ended or shown_ms >= self.ms
+        has_ended = self.waits and shown_ms >= SETTLE_MS and bool(inputs[0] & MOVE_ENDED)
+        return has_ended or shown_ms >= self.ms
 
 
 class Act(NamedTuple):
@@ -149,9 +149,9 @@ def sequences(
 ) -> st.SearchStrategy[list[Act]]:
     """Return a strategy of whole sequences: the configuration, then at most `most` acts, 1 to 99."""
     require("most", most, 1, 99)
-    first = configuring(starting_speed)
+    configuration = configuring(starting_speed)
     return st.lists(acts(starting_speed, firmware), min_size=1, max_size=most).map(
-        lambda rest: [first, *rest]
+        lambda rest: [configuration, *rest]
     )
 
 
@@ -261,13 +261,13 @@ def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
     """
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:
-        other = second if second != first else first + (1 if first < LIMITS_3601.speed else -1)
-        length = max(1000, max(first, other) ** 2 // 250_000)
+        other_speed = second if second != first else first + (1 if first < LIMITS_3601.speed else -1)
+        length = max(1000, max(first, other_speed) ** 2 // 250_000)
         header = BlendHeader((shape, shape), 1000)
-        segments = [BlendSegment(length, speed, 1000) for speed in (first, other)]
+        segments = [BlendSegment(length, speed, 1000) for speed in (first, other_speed)]
         blocks = [header.to_image(), *(segment.to_image() for segment in segments)]
-        run = waiting(RunBlend(direction).to_image())
-        return acting("blend move", *(Showing(image) for image in handshake(blocks)), run)
+        run_blend = waiting(RunBlend(direction).to_image())
+        return acting("blend move", *(Showing(image) for image in handshake(blocks)), run_blend)
 
     return st.builds(
         blend, st.sampled_from(DIRECTIONS), _one_of(speeds), _one_of(speeds), st.sampled_from(SHAPES)
@@ -301,10 +301,10 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
         for index, word in changes.items():
             image[index] = word
         wrong_images.append(image)
-    alone = [acting("mistake", Showing(image)) for image in wrong_images]
+    mistakes_alone = [acting("mistake", Showing(image)) for image in wrong_images]
     # Hold during a move is not a mistake.
-    during = [
+    mistakes_in_move = [
         acting("mistake in a move", Showing(move, 20), Showing(image), waiting(IDLE.image))
         for image in wrong_images[1:]
     ]
-    return st.sampled_from(alone + during)
+    return st.sampled_from(mistakes_alone + mistakes_in_move)

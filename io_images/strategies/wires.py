@@ -54,13 +54,13 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 def _writes() -> st.SearchStrategy[bytes]:
     """Return a strategy of writes to registers other than commands, the address and behavior selectors."""
-    quiet = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
-    plain = [row for row in quiet if row.high > 1]
+    quiet_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
+    writable_rows = [row for row in quiet_rows if row.high > 1]
 
     def write(row: Row) -> st.SearchStrategy[bytes]:
         return st.integers(row.low, row.high).map(lambda value: _write(row, value))
 
-    return st.sampled_from(plain).flatmap(write)
+    return st.sampled_from(writable_rows).flatmap(write)
 
 
 def _write(row: Row, value: int) -> bytes:

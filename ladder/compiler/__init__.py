@@ -29,7 +29,7 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 FUNCTIONS_KEPT = 256
-"""Functions whose code is cached: an edit leaves most functions unchanged, and programs share libraries."""
+"""Functions with cached code: an edit leaves most functions unchanged, and programs share libraries."""
 
 
 def source_of(lowered: LoweredProgram) -> str:

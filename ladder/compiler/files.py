@@ -70,7 +70,7 @@ class ElementText:
         self.left = rungs.values.kept_number(elements_left(rungs, self.region, texts))
 
     def check(self, number: str) -> None:
-        """Write a fault if there is no element of this number."""
+        """Write code that faults if the array has no such element."""
         arguments = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
         if not (number.isdigit() and self.left.isdigit() and int(number) < int(self.left)):
             self._writer.line(f"if not 0 <= {number} < {self.left}: outside({arguments})")

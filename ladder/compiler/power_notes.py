@@ -95,7 +95,7 @@ class NotedRung:
         return power
 
     def _passed(self, power: str, count: int = 1) -> None:
-        """Note that there is power after `count` instructions if a variable is true."""
+        """Note that `count` instructions pass power if a variable is true."""
         self._powers += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
@@ -118,8 +118,8 @@ class NotedRung:
             begun = len(self._powers)
             legs = [self._series(leg, "True") for leg in branch.legs]
             self._writer.line(f"{out} = {either_of(legs)}")
-            own = len(self._guards)
-            self._put(name for powers in self._powers[begun:] for name, _ in powers[own:])
+            guard_count = len(self._guards)
+            self._put(name for powers in self._powers[begun:] for name, _ in powers[guard_count:])
         self._guards = outer
         return out
 

@@ -87,16 +87,16 @@ def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> P
 
 
 def _function_names(lowered: LoweredProgram) -> dict[str, str]:
-    taken = set(lowered.layout.idents)
+    used_names = set(lowered.layout.idents)
     names: dict[str, str] = {}
     for key, routine in lowered.routines.items():
         if routine.frame:
             continue
         name = "scan" if key == lowered.main else f"jsr_{re.sub(r'[^0-9A-Za-z_]', '_', routine.name)}"
-        while name != "scan" and name in taken:
+        while name != "scan" and name in used_names:
             name += "_"
         names[key] = name
-        taken.add(name)
+        used_names.add(name)
     return names
 
 

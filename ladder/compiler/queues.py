@@ -69,8 +69,8 @@ def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: st
     place = f"{rungs.values.site}, {queue.text!r}"
     line(f"if {number} >= {goal.left} // {goal.size}: outside({number}, {goal.left} // {goal.size}, {place})")
     offset = keep(f"{goal.at} + {number} * {goal.size}")
-    taken = f"{origin.tag}.B[{origin.at}:{plus(origin.at, str(origin.size))}]"
-    line(f"{goal.tag}.B[{offset}:{offset} + {goal.size}] = {taken}")
+    item = f"{origin.tag}.B[{origin.at}:{plus(origin.at, str(origin.size))}]"
+    line(f"{goal.tag}.B[{offset}:{offset} + {goal.size}] = {item}")
 
 
 def _write_level(control: ControlText) -> None:
@@ -92,8 +92,8 @@ def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, 
         with rungs.writer.block(f"if {rises}:"):
             level = rungs.values.keep(f"min({control['POS']}, {control['LEN']})")
             control.set(POS=f"max({level} - 1, 0)")
-            taken = _write_taken_number if has_elements(rungs, queue) else _write_taken_structure
-            taken(rungs, queue, target, control, level, first=first)
+            write_item = _write_taken_number if has_elements(rungs, queue) else _write_taken_structure
+            write_item(rungs, queue, target, control, level, first=first)
         _write_level(control)
 
     return write
@@ -109,11 +109,11 @@ def _write_taken_number(
     number = "0" if first else values.keep(f"{level} - 1")
     if target.type == elements.type:
         subscripts_kept(values, target)  # the target's subscripts are checked first
-    taken, zero = values.keep(repr(elements.type.zero)), elements.type.zero
+    item, zero = values.keep(repr(elements.type.zero)), elements.type.zero
     with rungs.writer.block(f"if {level}:"):
         elements.check(number)
-        line(f"{taken} = {elements[number]}")
-    values.assign(target, converted_text(values.term_of(taken, elements.type), target.type))
+        line(f"{item} = {elements[number]}")
+    values.assign(target, converted_text(values.term_of(item, elements.type), target.type))
     with rungs.writer.block(f"if {level}:"):
         if first:
             _write_moved_down(rungs, queue, (elements.row, elements.at, elements.left), control, repr(zero))
@@ -139,12 +139,12 @@ def _write_taken_structure(
             arguments = f"{number}, {left}, {rungs.values.site}, {queue.text!r}"
             line(f"if {number} >= {left}: outside({arguments})")
         offset = keep(origin.at if first else f"{origin.at} + {number} * {size}")
-        taken = f"{row}[{offset}:{offset} + {size}]"
-        line(f"{into} = {taken}")
+        item = f"{row}[{offset}:{offset} + {size}]"
+        line(f"{into} = {item}")
         if first:
             _write_moved_down(rungs, queue, (row, offset, left), control, f"bytes({size})")
         else:
-            line(f"{taken} = bytes({size})")
+            line(f"{item} = bytes({size})")
     line(f"else: {into} = bytes({size})")
 
 

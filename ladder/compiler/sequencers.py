@@ -26,10 +26,10 @@ def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolv
         return rungs.interpreted()
     control, keep = ControlText(rungs, group), rungs.values.keep
     position, length = keep(control["POS"]), keep(control["LEN"])
-    wrong = keep(f"{length} <= 0 or not 0 <= {position} <= {length}")
-    control.set(ER=wrong)
+    invalid = keep(f"{length} <= 0 or not 0 <= {position} <= {length}")
+    control.set(ER=invalid)
     matched = keep("False")
-    with rungs.writer.block(f"if not {wrong}:"):
+    with rungs.writer.block(f"if not {invalid}:"):
         entry = keep(_element(rungs, table, position))
         value, bits = _integer(rungs, source), _integer(rungs, mask)
         rungs.writer.line(f"{matched} = ({value} ^ {entry}) & {bits} == 0")

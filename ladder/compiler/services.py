@@ -214,8 +214,8 @@ _NAMES = tuple(name for name in dir(Services) if not name.startswith("_"))
 
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
     """Return the compiled program's environment by name, from `regions_of` and `interpreted_of`."""
-    own = Services(engine, interpreted)
-    named = {name: getattr(own, name) for name in _NAMES}
+    provided = Services(engine, interpreted)
+    named = {name: getattr(provided, name) for name in _NAMES}
     log, memory = engine.fault_log, engine.memory
     named |= {"called": log.called, "returned": log.returned, "jumped_back": log.jumped_back}
     named |= {"negative_control": log.negative_control, "python": engine.call_python}

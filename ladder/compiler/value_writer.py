@@ -252,8 +252,8 @@ class ValueWriter(PlaceWriter):
         """Return an integer, zero-extended to `bits`."""
         term = self.leaf_term(operand)
         assert isinstance(operand, (Place, Constant))
-        own = operand.type.bits
-        return f"({term.text} & {(1 << own) - 1})" if own < bits else term.text
+        width = operand.type.bits
+        return f"({term.text} & {(1 << width) - 1})" if width < bits else term.text
 
 
 def _simple(text: str) -> bool:

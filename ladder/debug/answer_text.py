@@ -39,17 +39,17 @@ AT_REST = ("never", "setting", "timer")
 def answer_text(link: CauseLink, *, deep: bool = False) -> str:
     """Return a chain as an answer of at most six lines; with `deep`, the whole chain follows."""
     path = link.path
-    way = list(path[1:-1])
+    links = list(path[1:-1])
     lines = [_line("", link, _scan(link))]
-    if len(way) > MOST_WAY:
-        left = len(way) - MOST_WAY + 1
+    if len(links) > MOST_WAY:
+        left = len(links) - MOST_WAY + 1
         lines += [
-            _line("  because ", way[0]),
+            _line("  because ", links[0]),
             f"  ... {left} links (--deep has all)",
-            _line("  because ", way[-1]),
+            _line("  because ", links[-1]),
         ]
     else:
-        lines += [_line("  because ", reason) for reason in way]
+        lines += [_line("  because ", reason) for reason in links]
     if len(path) == 1:
         lines = []
     head = "Cause: " if lines else ""

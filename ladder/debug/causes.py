@@ -238,14 +238,14 @@ class Causes:
         """Whether an instruction writes what it reads, such as ACC, in this scan or the previous one."""
         if _is_written_member(read, entry.step):
             return True
-        own = entry.number, entry.instance
+        instruction_key = entry.number, entry.instance
         writes = chain.from_iterable(
             self.execution(number).writes for number in (scan, scan - 1) if number >= 0
         )
         return any(
             write.by is not None
             and write.cell.overlaps(read.cell)
-            and (write.by.number, write.by.instance) == own
+            and (write.by.number, write.by.instance) == instruction_key
             for write in writes
         )
 

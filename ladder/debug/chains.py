@@ -119,7 +119,7 @@ class Chains:
                 self._depth = before
 
     def _link_once(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change, from `_known` if it is there.
+        """Return the link of a change; `_known` caches it.
 
         Raises:
             _NestedError: the calls are `NESTED` deep.
@@ -228,7 +228,7 @@ class Chains:
         if not moves:
             return None
         scan, done = origin.scan, moves[0][2]
-        movers = (self.of_cell(cell, own, scan - (done == COMPLETE)) for cell, own, _ in moves)
+        movers = (self.of_cell(cell, bit_name, scan - (done == COMPLETE)) for cell, bit_name, _ in moves)
         return linked(
             [(mover,) for mover in movers if mover],
             kind="rung",
@@ -236,7 +236,7 @@ class Chains:
             value=value,
             scan=scan,
             now_ns=self.causes.now_ns(scan),
-            text=done.format(", ".join(own.removesuffix(".IP") for _, own, _ in moves)),
+            text=done.format(", ".join(bit_name.removesuffix(".IP") for _, bit_name, _ in moves)),
         )
 
     def _of_no_instruction(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:

@@ -176,9 +176,9 @@ def _in_call(
         return
     seen.add(known)
     for key in call.routines:
-        routine, own = lowered.routines[key], handed[OWN].text
+        routine, instance = lowered.routines[key], handed[OWN].text
         yield from _in_routine(
-            lowered, routine, lambda operand: placed_in(lowered, handed, operand), matches, seen, own
+            lowered, routine, lambda operand: placed_in(lowered, handed, operand), matches, seen, instance
         )
 
 

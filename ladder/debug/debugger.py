@@ -18,9 +18,10 @@ from ..model.tags import program_of
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS
 from ..run.view import Tags
-from ..state.memory import Value, checked, same
+from ..state.memory import Value, same
 from ..state.snapshots import restore
 from ..state.tag_images import TagImages
+from ..state.values import checked
 from .causes import Causes
 from .cells import cell_of
 from .chains import Chains

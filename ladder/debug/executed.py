@@ -119,8 +119,8 @@ class Execution:
 
     def changes(self, cell: Cell) -> bool:
         """Whether the scan changed the value of a cell from beginning to end."""
-        own = [write for write in self.writes if write.cell.overlaps(cell)]
-        return bool(own) and not same(cell.of(own[0].before), cell.of(own[-1].after))
+        overlapping = [write for write in self.writes if write.cell.overlaps(cell)]
+        return bool(overlapping) and not same(cell.of(overlapping[0].before), cell.of(overlapping[-1].after))
 
     def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
         """Return the last change of a cell before a place in the order of execution; None if none."""
@@ -164,7 +164,7 @@ class TracedMemory(WatchedMemory):
 
 
 class TracedInterpreter(WatchedInterpreter):
-    """An interpreter that records what it executes while `execution` is set."""
+    """An interpreter that records executed instructions while `execution` is set."""
 
     memory: TracedMemory
     execution: Execution | None = None
@@ -289,8 +289,10 @@ class TracedInterpreter(WatchedInterpreter):
         elif isinstance(store, InterpretedAddOnStore) and store.bit is not None:
             mask = 1 << store.bit
         cell = Cell(leaf, index, mask)
-        own = place.leaf.root or place.can_fault  # the name inside an add-on, or a computed subscript
-        return Read(cell, value, cell.name if own else place.text)
+        uses_cell_name = (
+            place.leaf.root or place.can_fault
+        )  # the name inside an add-on, or a computed subscript
+        return Read(cell, value, cell.name if uses_cell_name else place.text)
 
     @override
     def put(self, place: Place, value: Value) -> None:

@@ -71,9 +71,9 @@ class Lacking:
         if entry.parent is not None:
             yield from self._of_run(entry.parent)
             return
-        own = [pair for node in prefix(entry) for pair in self._false(node, entry.run)]
-        yield from own
-        if own:
+        false_reads = [pair for node in prefix(entry) for pair in self._false(node, entry.run)]
+        yield from false_reads
+        if false_reads:
             return
         if entry.power and entry.step.name == ":=":
             yield from ((read, entry) for read in _blamed(entry))
@@ -117,8 +117,8 @@ _NO_STEP: Any = object()
 
 
 def _is_of(call: AddOnCall, routine: str, entry: StepRun, instance: str) -> bool:
-    own = call.instance.text
-    return routine in call.routines and instance in (own, f"{entry.instance}.{own}")
+    instance_text = call.instance.text
+    return routine in call.routines and instance in (instance_text, f"{entry.instance}.{instance_text}")
 
 
 def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:

@@ -129,12 +129,12 @@ def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write
     if Use.MOTION not in step.uses:
         return ""
     groups = [operand for operand in step.operands if isinstance(operand, Group)]
-    own = next(group for group in groups if group.type == MOTION_INSTRUCTION)
-    name = f"{step.name}({','.join(dict.fromkeys((groups[0].text, own.text)))})"
+    control = next(group for group in groups if group.type == MOTION_INSTRUCTION)
+    name = f"{step.name}({','.join(dict.fromkeys((groups[0].text, control.text)))})"
     path, _, member = cell.leaf.path.rpartition(".")
     if value and (member == "ERR" or cell.mask == 1 << MOTION_BITS["ER"]):
         return f"{name}{_error_text(f'{path}.ERR', writes)}"
-    ends = not value and cell.mask is not None and path != own.path
+    ends = not value and cell.mask is not None and path != control.path
     return f"{name} ends it" if ends else name
 
 

@@ -140,15 +140,15 @@ class Never:
         )
         if counted is None or preset is None:
             return None
-        own = name.rpartition(".")[0]
+        timer = name.rpartition(".")[0]
         acc, pre = int(counted[1]), int(preset[1])
         if enabled is not None:
-            return self._running(enabled[0], own, acc, pre) if enabled[1] and acc < pre else None
+            return self._running(enabled[0], timer, acc, pre) if enabled[1] and acc < pre else None
         if not (up or down) or not 0 < acc < pre:
             return None
         origins = self.causes.origins([counted[0]], self.scan)
         last = f", the last at {seconds(self.causes.now_ns(origins[0].scan))} s" if origins else ""
-        return self._root("timer", own, None, f"has counted {acc:,} of {pre:,}{last}")
+        return self._root("timer", timer, None, f"has counted {acc:,} of {pre:,}{last}")
 
     def _running(self, enabled: Cell, own: str, acc: int, pre: int) -> CauseLink:
         origins = self.causes.origins([enabled], self.scan)
@@ -173,11 +173,11 @@ class Never:
             return self._unwritten(name, value)
         if len(seen) > DEEPEST:
             return self._root("unknown", name, value, f"more than {DEEPEST} links")
-        own = {cell, *seen}
-        mention, lack = self._nearest_writer(writers, own)
+        passed = {cell, *seen}
+        mention, lack = self._nearest_writer(writers, passed)
         scan, lack = self._nearest(mention, lack)
-        there = self if scan == self.scan else replace(self, scan=scan, _lacking=None)
-        causes = [(there._of_read(read, (*seen, cell)),) for read, _ in lack if read.cell not in own]
+        viewpoint = self if scan == self.scan else replace(self, scan=scan, _lacking=None)
+        causes = [(viewpoint._of_read(read, (*seen, cell)),) for read, _ in lack if read.cell not in passed]
         sites = self._engine.lowered.sites
         texts = dict.fromkeys(sites[by.number].instruction for _, by in lack)
         site = mention.site

@@ -121,8 +121,8 @@ class Remedies:
             verb = ("goes off", "comes on")[int(self.requested)] if is_bit else f"becomes {self.requested}"
             return "\n".join(f"{self.tag} {verb} {_condition(remedy)}" for remedy in self.found)
         if self.terminal:
-            way = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
-            return f"{self.tag} is an input itself, {self.terminal}: {way}, or force it"
+            hint = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
+            return f"{self.tag} is an input itself, {self.terminal}: {hint}, or force it"
         if self.terminal is not None:
             return f"{self.tag} is what a module reports: let the module do so, or force it"
         if not self.candidates:
@@ -178,8 +178,8 @@ class Search:
         names = tuple(candidate.name for candidate in candidates)
         for size in range(MOST_INPUTS + 1):
             for chosen in combinations(candidates, size):
-                own = {candidate.name for candidate in chosen}
-                if any({change.name for change in known.changes} <= own for known in remedies):
+                chosen_names = {candidate.name for candidate in chosen}
+                if any({change.name for change in known.changes} <= chosen_names for known in remedies):
                     continue
                 if self.tried >= MOST_TRIES:
                     return Remedies(self.tag, self.requested, tuple(remedies), names, self.tried, left=True)

@@ -321,8 +321,8 @@ def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInpu
     if inputs.images is None:
         engine.scans += 1
         return False
-    for own, image in zip(images, inputs.images, strict=True):
-        own[:] = image
+    for memory_image, image in zip(images, inputs.images, strict=True):
+        memory_image[:] = image
     with suppress(LadderFault):
         engine.do(inputs.now_ns, first=inputs.first)
     return True

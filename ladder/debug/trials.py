@@ -56,12 +56,12 @@ class Trials:
         """
         self._begin()
         search = Search(tag, requested, lambda changes: self._try(changes, cell, requested))
-        own: list[Candidate] = []
+        unreported: list[Candidate] = []
         reported: list[Candidate] = []
         for candidate in islice(self.candidates(tag, requested), MOST_CANDIDATES):
-            (reported if candidate.place.endswith(REPORTED) else own).append(candidate)
-        remedies = search.among(own)
-        return remedies if remedies.found or not reported else search.among([*own, *reported])
+            (reported if candidate.place.endswith(REPORTED) else unreported).append(candidate)
+        remedies = search.among(unreported)
+        return remedies if remedies.found or not reported else search.among([*unreported, *reported])
 
     def _begin(self) -> None:
         memory, last = self.live.memory, self.live.scans - 1
@@ -90,10 +90,10 @@ class Trials:
                 data[offset : offset + 2] = _merged(word, change).to_bytes(2, "little")
             else:
                 self._set(change)
-        own, patched = image_bytes(engine.memory), list(map(bytes, contents))
+        present, patched = image_bytes(engine.memory), list(map(bytes, contents))
         for scan in range(1, self.scans + 1):
             now_ns = self.live.now_ns + scan * self._period_ns
-            repeat(engine, own, ScanInputs(now_ns, first=False, images=patched))
+            repeat(engine, present, ScanInputs(now_ns, first=False, images=patched))
             if cell.read(engine.memory) == requested:
                 return scan
         return None

@@ -288,8 +288,8 @@ class WatchedInterpreter(Interpreter):
     @property
     def instance(self) -> str:
         """The current instance; "" outside add-on instructions."""
-        own = self.frame.get(OWN)
-        return own.text if isinstance(own, InterpretedAddOnStore) else ""
+        store = self.frame.get(OWN)
+        return store.text if isinstance(store, InterpretedAddOnStore) else ""
 
     @property
     def present(self) -> Site | None:

@@ -48,7 +48,7 @@ class WatchedEngine(Engine):
         self._blank: list[None] = []
         self._readings: Sequence[Reading] = ()
         self._places: dict[LineKey, int] = {}
-        self.noted: tuple[LineKey, ...] = ()  # the lines whose power is noted
+        self.noted: tuple[LineKey, ...] = ()  # the lines with noted power
         self._all_lines = lines_of(lowered)
         self.watching = False  # whether the next scans are watched
         self.broken_off = False  # whether a fault ended the latest scan or a rung in it

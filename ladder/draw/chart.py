@@ -83,15 +83,15 @@ class _Picture:
         return max(STEP_HIGH, sum(len(action_lines(action)) * LINE + 8 for action in step.actions))
 
     def _columns(self) -> list[int]:
-        wide = [LEAST] * self._cells.columns
+        widths = [LEAST] * self._cells.columns
         for step in self._chart.steps:
             column = self._cells.steps[step.name.upper()][0]
-            wide[column] = max(wide[column], self._wide(step))
+            widths[column] = max(widths[column], self._wide(step))
         for (column, _), leaving in zip(self._cells.transitions, self._chart.transitions, strict=True):
             text = len(cut(f"{leaving.name}  {leaving.condition}", MOST_WIDE)) * CELL
-            wide[column] = max(wide[column], LEAST // 2 + 2 * PAD + text)
+            widths[column] = max(widths[column], LEAST // 2 + 2 * PAD + text)
         lefts = [EDGE]
-        for width in wide:
+        for width in widths:
             lefts.append(lefts[-1] + width + GAP)
         return lefts
 
@@ -127,29 +127,29 @@ class _Picture:
 
     def _step(self, step: ChartStep) -> None:
         column, row = self._cells.steps[step.name.upper()]
-        x, y, wide = self._lefts[column], self._tops[row], self._box(step)
+        x, y, width = self._lefts[column], self._tops[row], self._box(step)
         kind = "stop" if step.stop else "step"
-        inside = f'<rect class="box" x="{x}" y="{y}" width="{wide}" height="{STEP_HIGH}" rx="4"/>'
+        inside = f'<rect class="box" x="{x}" y="{y}" width="{width}" height="{STEP_HIGH}" rx="4"/>'
         if step.initial:
-            size = f'width="{wide - 8}" height="{STEP_HIGH - 8}"'
+            size = f'width="{width - 8}" height="{STEP_HIGH - 8}"'
             inside += f'<rect class="sign" x="{x + 4}" y="{y + 4}" {size} rx="2"/>'
         if step.stop:
-            inside += f'<path class="sign" d="M{x} {y + STEP_HIGH - 5}h{wide}"/>'
-        inside += _text(x + wide // 2, y + 19, step.name, "name middle")
+            inside += f'<path class="sign" d="M{x} {y + STEP_HIGH - 5}h{width}"/>'
+        inside += _text(x + width // 2, y + 19, step.name, "name middle")
         if not step.stop:
-            inside += self._value(step.name, "T", x + wide // 2, y + 35, "middle")
+            inside += self._value(step.name, "T", x + width // 2, y + 35, "middle")
         head = f"{step.head}: {', '.join(map(str, dict(step.presets)))}" if step.presets else step.head
         self._group(kind, step.number, self._tag(step.name, "X"), head, inside)
-        self._actions(step, x + wide, y)
+        self._actions(step, x + width, y)
 
     def _actions(self, step: ChartStep, x: int, y: int) -> None:
-        wide = _actions_width(step) + 2 * PAD
+        width = _actions_width(step) + 2 * PAD
         if step.actions:
             self._wire(f"M{x} {y + STEP_HIGH // 2}h16")
         for action in step.actions:
             lines = action_lines(action)
             high, left = len(lines) * LINE + 8, x + 16
-            inside = f'<rect class="box" x="{left}" y="{y}" width="{wide + 40}" height="{high}" rx="2"/>'
+            inside = f'<rect class="box" x="{left}" y="{y}" width="{width + 40}" height="{high}" rx="2"/>'
             inside += f'<path class="sign" d="M{left + 36} {y}v{high}"/>'
             inside += _text(left + 18, y + 17, action.qualifier.value, "heading middle")
             for place, line in enumerate(lines):
@@ -199,8 +199,10 @@ class _Picture:
             for name in each.targets
             if (number, name.upper()) not in self._cells.jumps
         ]
-        starts = [(self._middle(own), self._tops[level] + STEP_HIGH) for own, level in sources]
-        ends = [(self._middle(own), self._tops[level]) for own, level in targets]
+        starts = [
+            (self._middle(step_column), self._tops[level] + STEP_HIGH) for step_column, level in sources
+        ]
+        ends = [(self._middle(step_column), self._tops[level]) for step_column, level in targets]
         self._joined(starts, (x, y), above)
         if len(ends) == 1:  # down in a separate column, then across just above the step
             self._joined(ends, (x, y), ends[0][1] - GAP // 2)

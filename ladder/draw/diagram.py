@@ -71,7 +71,7 @@ class _Sheet:
         ]
         self._left, self._above = least
         boxes = [self._box(element) for element in sheet.elements]
-        self.right = max((x + wide for x, _, wide, _ in boxes), default=0)
+        self.right = max((x + width for x, _, width, _ in boxes), default=0)
         self.bottom = max((y + high for _, y, _, high in boxes), default=top + TITLE)
         self._boxes = boxes
 
@@ -87,8 +87,8 @@ class _Sheet:
         sides = [
             max((_wide(pin.name) for pin in pins), default=0) for pins in (element.inputs, element.outputs)
         ]
-        wide = max(LEAST, longest, sum(sides) + 4 * PAD)
-        return x, y, wide, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
+        width = max(LEAST, longest, sum(sides) + 4 * PAD)
+        return x, y, width, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
 
     def parts(self) -> Iterator[str]:
         """Yield the SVG: the title, the wires, then the elements over them."""
@@ -127,11 +127,11 @@ class _Sheet:
         return f'<text class="{kind}" x="{x}" y="{y}"{anchor}>{plain(shown)}</text>'
 
     def _element(self, element: DrawnElement, number: int) -> str:
-        x, y, wide, high = self._boxes[number]
+        x, y, width, high = self._boxes[number]
         if element.kind == "text":
             lines = (self._text(x, y + LINE * n, line, "caption") for n, line in enumerate(element.lines, 1))
             return "".join(lines)
-        inside = self._frame(element, x, y, wide, high)
+        inside = self._frame(element, x, y, width, high)
         named = self._tag(element.tag)
         tag = named[0] if named else element.tag
         lit = "" if element.kind == "block" else self._lit(element.tag)
@@ -173,16 +173,16 @@ class _Sheet:
     def _end(self, number: int, pin: str, *, output: bool) -> tuple[int, int]:
         """Return the place of a pin."""
         element = self._sheet.elements[number]
-        x, y, wide, _ = self._boxes[number]
+        x, y, width, _ = self._boxes[number]
         if element.kind != "block":
-            return (x + wide if output else x), y + BOX // 2
+            return (x + width if output else x), y + BOX // 2
         if (number, output) not in self._rows:
             pins = element.outputs if output else element.inputs
             self._rows[number, output] = {
                 candidate.name.upper(): n for n, candidate in reversed([*enumerate(pins)])
             }
         row = self._rows[number, output].get(pin.upper(), 0)
-        return (x + wide if output else x), y + HEAD + PIN * row + PIN // 2
+        return (x + width if output else x), y + HEAD + PIN * row + PIN // 2
 
     def _wire(self, wire: DrawnWire, place: int) -> str:
         """Draw a wire to the right, or back to the left below its elements."""

@@ -41,7 +41,7 @@ EDGE = 1
 """Columns outside each rail."""
 
 SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
-"""Instructions whose box has one line; its title shows their members."""
+"""Instructions with a box of one line; its title shows their members."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,9 +107,9 @@ def _reach(symbol: Symbol) -> Shape:
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
-    wide, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
+    width, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
     labels = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
-    size = f'viewBox="0 -{HEAD} {wide} {high}" width="{wide}" height="{high}"'
+    size = f'viewBox="0 -{HEAD} {width} {high}" width="{width}" height="{high}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {labels} {size}>{content}</svg>'
 
 

@@ -96,9 +96,9 @@ class SeriesLayout:
 
 def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
     """Return operand captions by instruction, for the program's dialect and its add-on instructions."""
-    own = {name: _captions(definition) for name, definition in program.builtin.items()}
+    builtin = {name: _captions(definition) for name, definition in program.builtin.items()}
     add_ons = program.add_ons.values()
-    return own | {
+    return builtin | {
         add_on.name: ("Instance", *(parameter.name for parameter in add_on.required)) for add_on in add_ons
     }
 
@@ -166,12 +166,12 @@ class Ruler:
         line: list[Element] = []
         used = 0
         for element in series:
-            wide = self.size(element).width
-            if line and used + wide > room:
+            width = self.size(element).width
+            if line and used + width > room:
                 yield tuple(line)
                 line, used = [], 0
             line.append(element)
-            used += wide
+            used += width
         yield tuple(line)
 
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
@@ -180,8 +180,8 @@ class Ruler:
         named = [
             captions[place] if place < len(captions) else "" for place in range(len(instruction.operands))
         ]
-        taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
-        longest = None if room is None else max(room - taken, SHORTEST)
+        fixed_width = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
+        longest = None if room is None else max(room - fixed_width, SHORTEST)
         entries = (self.entry(instruction, place, caption, longest) for place, caption in enumerate(named))
         return tuple(line for entry in entries for line in entry)
 

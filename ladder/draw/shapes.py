@@ -109,21 +109,21 @@ def _corner(corner: Corner) -> Iterator[Shape]:
 
 
 def _symbol(symbol: Symbol) -> Iterator[Shape]:
-    x, y, wide, own = symbol.x - 0.5, symbol.y, len(symbol.sign), symbol.element
-    left, right = x + 0.75, x + wide - 0.75
+    x, y, width, feeder = symbol.x - 0.5, symbol.y, len(symbol.sign), symbol.element
+    left, right = x + 0.75, x + width - 0.75
     yield Shape(Letters(symbol.label_x, y - 1, symbol.name), "name")
     yield Shape(Line(x, y, left, y), "wire", symbol.feeder)
-    yield Shape(Line(right, y, x + wide, y), "sign", own)
+    yield Shape(Line(right, y, x + width, y), "sign", feeder)
     if symbol.sign.startswith("("):
-        yield Shape(Curve(left, y, -0.7), "sign", own)
-        yield Shape(Curve(right, y, 0.7), "sign", own)
+        yield Shape(Curve(left, y, -0.7), "sign", feeder)
+        yield Shape(Curve(right, y, 0.7), "sign", feeder)
     else:
-        yield from (Shape(Line(edge, y - 0.4, edge, y + 0.4), "sign", own) for edge in (left, right))
+        yield from (Shape(Line(edge, y - 0.4, edge, y + 0.4), "sign", feeder) for edge in (left, right))
     inner = symbol.sign[1:-1].strip()
     if inner == "/":
-        yield Shape(Line(right, y - 0.4, left, y + 0.4), "sign", own)
+        yield Shape(Line(right, y - 0.4, left, y + 0.4), "sign", feeder)
     elif inner:
-        yield Shape(Letters(x + (wide - len(inner)) / 2 + 0.5, y, inner), "mark", own)
+        yield Shape(Letters(x + (width - len(inner)) / 2 + 0.5, y, inner), "mark", feeder)
     if symbol.value is not None:
         yield Shape(_value_of(symbol, left, right), "value")
 

@@ -60,8 +60,8 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
         line = places.tags.get(program.upper())
         if line is None:
             raise LadderError(f"the file has no program {program}")
-        own = [f"TAG {tag.name} : {tag.type}" for tag in tags if tag.program == program]
-        changes.append((line, line, own))
+        tag_lines = [f"TAG {tag.name} : {tag.type}" for tag in tags if tag.program == program]
+        changes.append((line, line, tag_lines))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = new
     newline = "\r\n" if "\r\n" in text else "\n"

@@ -68,8 +68,10 @@ def _library(file: str, drives: bool) -> Library:
 
 def is_of_library(definition: AddOn, name: str) -> bool:
     """Whether an add-on instruction belongs to a library, in either form."""
-    own = definition.name.upper()
-    return any(load_library(name, drives=drives).add_ons.get(own) == definition for drives in (False, True))
+    name_key = definition.name.upper()
+    return any(
+        load_library(name, drives=drives).add_ons.get(name_key) == definition for drives in (False, True)
+    )
 
 
 _NAME = r"[A-Za-z_]\w*"
@@ -98,7 +100,7 @@ _STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*+)\s*:\s*(\S.*)", re.IGNOR
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 INSTRUCTION_HEAD = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
-    rf"({'|'.join(way.value for way in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
+    rf"({'|'.join(mode.value for mode in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
     r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
@@ -150,8 +152,8 @@ class Reader(LineReader):
         while (line := self._peek()) is not None:
             if not self._definition(line):
                 self._fail("TYPE or INSTRUCTION")
-        own = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
-        return Library(own, self._add_ons)
+        types = {key: kind for key, kind in self._types.items() if key not in PREDEFINED_TYPES}
+        return Library(types, self._add_ons)
 
     def program(self) -> Program | Controller:
         """Read a program or a controller."""
@@ -328,8 +330,8 @@ class Reader(LineReader):
             program.add_routine(self._routine(match))
             return
         else:
-            own = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
-            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {own}")
+            sections = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
+            self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {sections}")
         self._at += 1
 
     def _definition(self, line: str) -> bool:
@@ -383,13 +385,13 @@ class Reader(LineReader):
         match = _PARAMETER.fullmatch(line)
         if match is None:
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
-        way, name, kind_name, dims, required, overlay, initial = match.groups()
+        mode, name, kind_name, dims, required, overlay, initial = match.groups()
         kind = self._type(kind_name)
         comment = _comment_of(self._lines[self._at])
         parameter = Parameter(
             name,
             kind,
-            ParameterMode(way.upper()),
+            ParameterMode(mode.upper()),
             self._dims(dims),
             bool(required),
             comment,

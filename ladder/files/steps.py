@@ -90,8 +90,8 @@ class Step:
     def over(self, inputs: Image, lasted_ns: int) -> bool:
         """Whether the step ends in a scan with these inputs, `lasted_ns` after it began."""
         if self.rise or self.fall:
-            there = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
-            return self.rise <= there and self.fall.isdisjoint(there)
+            active = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
+            return self.rise <= active and self.fall.isdisjoint(active)
         return self.for_ns is not None and lasted_ns >= self.for_ns
 
 

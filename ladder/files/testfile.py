@@ -93,8 +93,8 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
     Raises:
         LadderError: the file has a mistake, or declares a name that the program has.
     """
-    both = program.copied()
-    owner = _cyclic(both) if isinstance(both, Controller) else both
+    program_with_test = program.copied()
+    owner = _cyclic(program_with_test) if isinstance(program_with_test, Controller) else program_with_test
     assert isinstance(owner, Program)
     first = owner.first
     if first is None:
@@ -104,7 +104,7 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
     calls = (parse_rung(f"JSR({name},0);", specs=owner.specs) for name in (first, routine))
     owner.add_routine(Routine(_MAIN, tuple(calls)))
     owner.main = _MAIN
-    return both, routine if owner is both else scoped(owner.name, routine)
+    return program_with_test, routine if owner is program_with_test else scoped(owner.name, routine)
 
 
 def _cyclic(controller: Controller) -> Program:

@@ -62,14 +62,18 @@ def _compare(
     if any(group["LEN"] <= 0 or group["POS"] < 0 for group in (search, results)):
         search.set(ER=True)
         return
-    here, there, numbers = _Bits(machine, source), _Bits(machine, reference), Elements(machine, result)
+    source_bits, expected, numbers = (
+        _Bits(machine, source),
+        _Bits(machine, reference),
+        Elements(machine, result),
+    )
     while search["POS"] < search["LEN"]:
         bit = search["POS"]
         search.set(POS=bit + 1)
-        if here[bit] == there[bit]:
+        if source_bits[bit] == expected[bit]:
             continue
         if updates:
-            there[bit] = here[bit]
+            expected[bit] = source_bits[bit]
         _note(results, numbers, bit)
         search.set(FD=True)
         if search["IN"]:

@@ -22,9 +22,9 @@ from .shifts import check_dints
 def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> bool:
     control = Control(machine, group)
     position = control["POS"]
-    wrong = control["LEN"] <= 0 or not 0 <= position <= control["LEN"]
-    control.set(ER=wrong)
-    if wrong:
+    invalid = control["LEN"] <= 0 or not 0 <= position <= control["LEN"]
+    control.set(ER=invalid)
+    if invalid:
         return False
     entry = machine.whole(Elements(machine, table)[position])
     return (machine.integer(source) ^ entry) & machine.integer(mask) == 0

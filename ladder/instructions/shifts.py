@@ -160,14 +160,14 @@ def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: 
 
 def _load_queue(name: str) -> Spec:
     uses, prescan = (Use.ITEM, Use.ARRAY), prescan_sets(-1, EN=True)
-    both = {"run": _load, "write": write_load, "partly": True}
-    return on_control(name, *uses, **both, check=_check_load, prescan=prescan, instead=IN_RUNGS)
+    methods = {"run": _load, "write": write_load, "partly": True}
+    return on_control(name, *uses, **methods, check=_check_load, prescan=prescan, instead=IN_RUNGS)
 
 
 def _unload_queue(name: str, *, first: bool) -> Spec:
     uses, prescan = (Use.ARRAY, Use.ITEM_TARGET), prescan_sets(-1, EU=True)
-    both = {"run": _unload(first), "write": write_unload(first), "partly": True}
-    return on_control(name, *uses, **both, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
+    methods = {"run": _unload(first), "write": write_unload(first), "partly": True}
+    return on_control(name, *uses, **methods, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
 
 
 BSL = _bit_shift("BSL", left=True)

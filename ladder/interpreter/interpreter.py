@@ -140,7 +140,7 @@ class Interpreter(PlaceValues):
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
         legs = [self._series(leg, power) for leg in branch.legs]
-        return any(legs)  # all of them run
+        return any(legs)  # all legs run
 
     def _step(self, step: LoweredStep, power: bool) -> bool:
         return self.execute(step, power)
@@ -224,9 +224,9 @@ class Interpreter(PlaceValues):
 
     def call(self, name: str, inputs: Sequence[Passed]) -> tuple[Passed, ...]:
         """Run a routine for the current instruction; return its results."""
-        site, own = self.site, self.inputs
+        site, caller_inputs = self.site, self.inputs
         answers = self.run(name, inputs)
-        self.site, self.inputs = site, own
+        self.site, self.inputs = site, caller_inputs
         return answers
 
     @contextmanager
@@ -364,8 +364,8 @@ class Interpreter(PlaceValues):
                 elif routine is not None and routine.body is None:
                     self.execute(step, False)
             except LadderFault as fault:
-                own = fault.site is self.lowered.sites[step.site] and fault.code == SUBSCRIPT_CODE
-                if not own or not self._ignores_array_faults:
+                ignorable = fault.site is self.lowered.sites[step.site] and fault.code == SUBSCRIPT_CODE
+                if not ignorable or not self._ignores_array_faults:
                     raise
         self.site = site
 

@@ -124,9 +124,9 @@ class AddOn:
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
         """Return the add-on with other routines; the type of its instances stays the same."""
-        made = replace(self, routines=routines)
-        made.__dict__["structure"] = self.structure
-        return made
+        result = replace(self, routines=routines)
+        result.__dict__["structure"] = self.structure
+        return result
 
     def wrong_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
         """Yield what an add-on's routine must not contain: the place, and the reason."""
@@ -215,13 +215,13 @@ class AddOn:
     @cached_property
     def structure(self) -> Structure:
         """Type of an instance."""
-        own = [Member(name, BOOL) for name in ENABLES]
-        own += [
+        members = [Member(name, BOOL) for name in ENABLES]
+        members += [
             Member(parameter.name, parameter.type, parameter.dims, initial=parameter.initial, at=parameter.at)
             for parameter in self.parameters
             if parameter.way is not ParameterMode.INOUT
         ]
-        return Structure(self.name, tuple(own))
+        return Structure(self.name, tuple(members))
 
     def routine(self, name: str) -> Routine | None:
         """Return a routine by name, in any case; None without one."""
@@ -234,8 +234,8 @@ def specs_of(
     specs: Mapping[str, Spec] = BY_NAME,
 ) -> Mapping[str, Spec]:
     """Return all instruction specs by name in capitals: built-in ones, add-ons and stubs."""
-    own = with_off_calls({name: add_on.spec for name, add_on in add_ons.items()})
-    return {**specs, **own, **specs_of_stubs(stubs)}
+    addon_specs = with_off_calls({name: add_on.spec for name, add_on in add_ons.items()})
+    return {**specs, **addon_specs, **specs_of_stubs(stubs)}
 
 
 def _is_in_all(address: Address) -> bool:
@@ -280,14 +280,14 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
     """Return the copies of a call, or raise a LadderError for a wrong operand."""
     inputs, outputs, handed = [], [], {}
     for parameter, argument in zip(definition.required, call.operands[1:], strict=True):
-        here = instance.member(parameter.name)
+        instance_member = instance.member(parameter.name)
         if parameter.way is ParameterMode.INPUT:
-            inputs.append(_copy(parameter, argument, here))
+            inputs.append(_copy(parameter, argument, instance_member))
             continue
         if not isinstance(argument, Address):
             raise LadderError(f"{parameter.name} of {definition.name} needs a tag, not {argument}")
         if parameter.way is ParameterMode.OUTPUT:
-            outputs.append(_copy(parameter, here, argument))
+            outputs.append(_copy(parameter, instance_member, argument))
         else:
             handed[parameter.name] = argument
     return Copies(tuple(inputs), tuple(outputs), handed)

@@ -112,7 +112,7 @@ def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
         group = lowering.resolver.address(parse_address(state))
         assert isinstance(group, Group)
         bound[tag.path.upper()] = BoundAxis(settings, tag, group)
-        images = ",".join(f"Local:{settings.slot}:{way}.Data[0]" for way in "IO")
+        images = ",".join(f"Local:{settings.slot}:{letter}.Data[0]" for letter in "IO")
         text = f"MOV(Local:{settings.slot}:I.Fault,{module}.Fault)Amci3601({module},{state},{images});"
         rungs.append(parse_rung(text, specs=specs_of(with_blocks({}, axes))))
     lowering.lowered.axes = bound

@@ -66,7 +66,7 @@ def model_number(words: ModuleWords | None) -> int:
 
 
 MODULE = "MODULE"
-"""Type of an InOut whose argument is a module's name."""
+"""Type of an InOut that takes a module's name."""
 
 MODULE_TAG = "scanrack_module_"
 """Prefix of a module's tag if another tag has the module's name."""

@@ -89,11 +89,11 @@ class ChartLowering:
 
     def routine(self) -> LoweredRoutine:
         """Lower the chart."""
-        wrong = [*problems_of(self._tree)]
-        for problem in wrong:
+        problems = [*problems_of(self._tree)]
+        for problem in problems:
             self._lowering.at(problem.number, Origin(), problem.element)
             self._lowering.report(f"{problem.element}: {problem.text}", problem.remedy)
-        chart = None if wrong else self._chart()
+        chart = None if problems else self._chart()
         if chart is None:
             return LoweredRoutine(self._name, (), {}, None, ())
         self._lowering.lowered.charts[self._name.upper()] = chart
@@ -164,9 +164,9 @@ class ChartLowering:
         tag = self._tag(action.name, ACTION_TYPE)
         body = None if action.body is None else body_name(self._name, step, action).upper()
         index, bits = lasting_number(f"{step.name}.{action.name}"), self._bits(tag)
-        made = ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
-        actions.append(made)
-        return made
+        lowered = ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
+        actions.append(lowered)
+        return lowered
 
     def _transition(self, transition: Transition, nodes: dict[str, ChartNode]) -> ChartTransition:
         self._lowering.at(transition.number, transition.origin, transition.head)
@@ -190,9 +190,9 @@ class ChartLowering:
         return self._added(text, LoweredStep(spec, operands, self._lowering.site(text)))
 
     def _added(self, text: str, step: LoweredStep) -> LoweredLine:
-        made = LoweredLine(self._number, (step,), self._origin, text, "")
-        self._lines.append(made)
-        return made
+        line = LoweredLine(self._number, (step,), self._origin, text, "")
+        self._lines.append(line)
+        return line
 
     def _set(self, place: Place, value: Resolved, text: str) -> Act:
         return Act(self._line(text, assignment(place, retentive=True), place, value))

@@ -235,9 +235,9 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
     if len(parameters) > len(call.inputs):
         text = f"{target.name} takes {len(parameters)} inputs, {len(call.inputs)} are given"
         return text, "make SBR and JSR agree"
-    wrong = _other_type(zip(call.inputs, parameters, strict=False))
-    if wrong:
-        return f"{target.name} takes {wrong[1]}, {wrong[0]} is passed", "make SBR and JSR agree"
+    mismatch = _other_type(zip(call.inputs, parameters, strict=False))
+    if mismatch:
+        return f"{target.name} takes {mismatch[1]}, {mismatch[0]} is passed", "make SBR and JSR agree"
     return _return_problem(target, call)
 
 
@@ -250,17 +250,17 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
             if len(step.operands) < len(call.returns):
                 text = f"{place} {len(step.operands)} values, {len(call.returns)} are expected"
                 return text, "make RET and JSR agree"
-            wrong = _other_type(zip(step.operands, call.returns, strict=False))
-            if wrong:
-                return f"{place} {wrong[0]}, {wrong[1]} is expected", "make RET and JSR agree"
+            mismatch = _other_type(zip(step.operands, call.returns, strict=False))
+            if mismatch:
+                return f"{place} {mismatch[0]}, {mismatch[1]} is expected", "make RET and JSR agree"
     return None
 
 
 def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
     """Return the given and the expected type of the first structures or arrays that differ."""
-    for passed, taken in pairs:
-        kinds = _whole(passed), _whole(taken)
-        if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(taken, Group)):
+    for passed, expected in pairs:
+        kinds = _whole(passed), _whole(expected)
+        if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(expected, Group)):
             return kinds
     return None
 

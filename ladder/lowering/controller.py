@@ -172,8 +172,8 @@ class Controller(LadderLogic):
         where = f"controller {self.name}"
         if not self.programs:
             yield Problem(where, "", "no program", "add a program")
-        known = {own.upper() for own in self._names_of_programs()}
-        taken: dict[str, str] = {}
+        known = {program.upper() for program in self._names_of_programs()}
+        scheduled: dict[str, str] = {}
         continuous = [existing.name for existing in self.tasks if existing.kind is TaskKind.CONTINUOUS]
         if len(continuous) > 1:
             names = " and ".join(continuous)
@@ -183,10 +183,10 @@ class Controller(LadderLogic):
                 if name.upper() not in known:
                     programs = f"programs are {', '.join(self._names_of_programs())}"
                     yield Problem(f"task {task.name}", "", f"no program {name}", programs)
-                elif name.upper() in taken:
-                    text = f"program {name} is in task {taken[name.upper()]} already"
+                elif name.upper() in scheduled:
+                    text = f"program {name} is in task {scheduled[name.upper()]} already"
                     yield Problem(f"task {task.name}", "", text, "a program is in one task")
-                taken[name.upper()] = task.name
+                scheduled[name.upper()] = task.name
 
     def _idle(self, tasks: list[Task]) -> Iterator[Problem]:
         run = {name.upper() for task in tasks for name in task.programs}

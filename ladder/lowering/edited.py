@@ -26,7 +26,6 @@ from .checks import check_whole, exclusive_places, warnings_of
 from .guess import type_at
 from .runnable import LadderLogic
 from .text import parse_rung
-from .type_inference import Guesses
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
 """Types that a number's use can't tell apart."""
@@ -82,8 +81,8 @@ def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[Fi
     """Yield what edits change in a file without rung numbers."""
     for edit in edits:
         if edit.rung != BEFORE_FIRST and not edit.keeps:
-            why = "its text is edited" if edit.texts else "it is deleted"
-            yield FileChange(f"{edit.routine} rung {edit.rung}", why)
+            change = "its text is edited" if edit.texts else "it is deleted"
+            yield FileChange(f"{edit.routine} rung {edit.rung}", change)
         new = edit.texts if edit.rung == BEFORE_FIRST else edit.texts[1:]
         place = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
         yield from (FileChange(name, f"it is new at {place} of {edit.routine}") for name in new)
@@ -177,8 +176,8 @@ class EditedProgram:
         by_routine: dict[str, dict[int, RungEdit]] = {}
         for edit in edits:
             by_routine.setdefault(edit.routine.upper(), {})[edit.rung] = edit
-        for name, own in by_routine.items():
-            self._routine(name, own)
+        for name, numbered in by_routine.items():
+            self._routine(name, numbered)
         self.missing = (
             list(self._missing()) if any(problem.site.tag for problem in self._lowering.problems) else []
         )
@@ -231,7 +230,7 @@ class EditedProgram:
         self._changed[name] = replace(running, lines=tuple(lines), labels=labels)
 
     def _labels(self, name: str, lines: Iterable[LoweredLine]) -> dict[str, int]:
-        """Return the rung numbers of a routine's labels; add a mistake for a label that is there twice."""
+        """Return the rung numbers of a routine's labels; add a mistake for a duplicate label."""
         labels: dict[str, int] = {}
         for line in lines:
             first = next(iter(line.steps), None)
@@ -272,8 +271,8 @@ class EditedProgram:
 
     def _concerned(self) -> dict[str, LoweredRoutine]:
         """Return all routines, each with its edited lines and other lines that an edit may make wrong."""
-        lines = {name: list(own) for name, own in self._edited.items()}
-        places = {place for own in self._edited.values() for line in own for place in _places(line)}
+        lines = {name: list(rungs) for name, rungs in self._edited.items()}
+        places = {place for rungs in self._edited.values() for line in rungs for place in _places(line)}
         others = {index for place in places for index in self._index.places.get(place, ())}
         others |= {(name, number) for name in self._edited for number in self._index.jumps.get(name, ())}
         for name, number in others:
@@ -305,8 +304,8 @@ class EditedProgram:
         declared = self._layout.declarations
 
         def full(program: str, name: str) -> str:
-            own = scoped(program, name).upper()
-            return own if own in declared else name.upper()
+            scoped_name = scoped(program, name).upper()
+            return scoped_name if scoped_name in declared else name.upper()
 
         def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
             name = address.name
@@ -317,7 +316,7 @@ class EditedProgram:
             return type_at(declared.get(full(program, address.name)), address)
 
         program = self._program
-        guesses = Guesses(missing, known, program.operands_of, program.specs, program.structures())
+        guesses = program.guesses(missing, known)
         owned: dict[str, str] = {}
         for rung in self.rungs:
             if rung.rung is not None:
@@ -337,9 +336,9 @@ class EditedProgram:
 
 def types_of(program: LadderLogic) -> dict[str, DataType]:
     """Return the types that a new tag may have, by name in capitals."""
-    own = {structure.name: structure for structure in program.structures()}
+    structures = {structure.name: structure for structure in program.structures()}
     blocks = {add_on.name: add_on.structure for add_on in program.add_ons.values()}
-    return {name.upper(): kind for name, kind in {**PREDEFINED_TYPES, **own, **blocks}.items()}
+    return {name.upper(): kind for name, kind in {**PREDEFINED_TYPES, **structures, **blocks}.items()}
 
 
 def element_of(rung: Rung, problem: Problem) -> int | None:

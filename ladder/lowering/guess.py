@@ -35,6 +35,7 @@ class Guess:
     weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
     bit: int = -1  # the highest accessed bit, -1 without one
     copied: int = 0  # elements that COP and the like name, 0 without such a use
+    number: DataType = DINT  # a number without other evidence
     single: bool = False  # whether a use takes it as a whole, as a single value
     twin: Guess | None = None  # has the evidence of both, see `same_as`
     _made: DataType | None = None
@@ -42,15 +43,15 @@ class Guess:
     @property
     def root(self) -> Guess:
         """The holder of its evidence: itself, or the last of its twins."""
-        here = self
-        while here.twin is not None:
-            here = here.twin
-        return here
+        guess = self
+        while guess.twin is not None:
+            guess = guess.twin
+        return guess
 
     def same_as(self, other: Guess) -> None:
         """Note that both have the same type, such as a queue's element and what is loaded into it."""
-        here, there = self.root, other.root
-        todo = [(here, there)]
+        own_root, other_root = self.root, other.root
+        todo = [(own_root, other_root)]
         while todo:
             kept, absorbed = todo.pop()
             if kept is absorbed:
@@ -62,22 +63,22 @@ class Guess:
                     add_kind(kinds, kind)
             for name, member in absorbed.members.items():
                 if name in kept.members:
-                    own = kept.members[name]
-                    own.lengths = _longest(own.lengths, member.lengths)
-                    todo.append((own.root, member.root))
+                    member_guess = kept.members[name]
+                    member_guess.lengths = _longest(member_guess.lengths, member.lengths)
+                    todo.append((member_guess.root, member.root))
                 else:
                     kept.members[name] = member
 
     @property
     def is_bare(self) -> bool:
         """Whether only copies and subscripts show its type."""
-        here = self.root
-        return not here.members and here.bit < 0 and not here.votes and here.weak in ([], [DINT])
+        root = self.root
+        return not root.members and root.bit < 0 and not root.votes and root.weak in ([], [DINT])
 
     def member(self, name: str) -> Guess:
         """Return a member, created if new."""
-        here = self.root
-        return here.members.setdefault(name.upper(), Guess(name, here.structures))
+        root = self.root
+        return root.members.setdefault(name.upper(), Guess(name, root.structures, number=root.number))
 
     def subscripts(self, step: SubscriptStep) -> None:
         """Note subscripts."""
@@ -99,10 +100,10 @@ class Guess:
 
     def type(self, path: str) -> DataType:
         """Return its type; `path` is the name of a new structure with its members."""
-        here = self.root
-        if here._made is None:
-            here._made = here._type(path)
-        return here._made
+        root = self.root
+        if root._made is None:
+            root._made = root._type(path)
+        return root._made
 
     def _type(self, path: str) -> DataType:
         if self.needed is not None:
@@ -110,21 +111,21 @@ class Guess:
         if self.members:
             return self._structure(path)
         if self.bit >= 0:
-            return LINT if self.bit > 31 else DINT
+            return LINT if self.bit > 31 else self.number
         for votes in (self.votes, self.weak):
             for kind in (BOOL, REAL, LINT, DINT):
                 if kind in votes:
-                    return kind
+                    return self.number if votes is self.weak and kind is DINT else kind
             if votes:
                 return votes[0]
-        return DINT
+        return self.number
 
     @property
     def asks_for_structure(self) -> bool:
         """Whether a use of the tag or of a member requires a structure."""
-        here = self.root
-        asks = here.needed is not None or here.weak == [STRING]
-        return asks or any(member.asks_for_structure for member in here.members.values())
+        root = self.root
+        asks = root.needed is not None or root.weak == [STRING]
+        return asks or any(member.asks_for_structure for member in root.members.values())
 
     @property
     def needed(self) -> DataType | None:

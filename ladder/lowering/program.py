@@ -149,12 +149,8 @@ class Program(LadderLogic):
         for routine in self._routines:
             lowering.routine(routine)
         known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
-        there = set(map(str.upper, self.names))
-        missing = [
-            own_routine
-            for own_routine in (self.main, self.fault)
-            if own_routine and own_routine.upper() not in there
-        ]
+        names = set(map(str.upper, self.names))
+        missing = [used for used in (self.main, self.fault) if used and used.upper() not in names]
         return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
 
     def roots(self, scope: str = "") -> ProgramRoutines:

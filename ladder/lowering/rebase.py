@@ -27,12 +27,12 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
     by_place: dict[tuple[str, int], list[str]] = {}
     conflicts = 0
     for routine, number, replacement, _ in sorted(edits, key=lambda each: each.rung):
-        own, rungs = old.get(routine.upper(), []), new.get(routine.upper(), [])
-        place, is_there, is_same = _place(own, rungs, number)
+        old_rungs, rungs = old.get(routine.upper(), []), new.get(routine.upper(), [])
+        place, is_there, is_same = _place(old_rungs, rungs, number)
         texts = list(replacement)
         if is_there:
-            texts = _without_known(texts, own, rungs, number, place)
-        keeps = number != BEFORE_FIRST and texts[:1] == [own[number]]
+            texts = _without_known(texts, old_rungs, rungs, number, place)
+        keeps = number != BEFORE_FIRST and texts[:1] == [old_rungs[number]]
         if keeps:  # the rung stays, and new rungs follow it
             texts[:1] = rungs[place : place + 1] if is_there else []
         if is_there:

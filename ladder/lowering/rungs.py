@@ -499,7 +499,7 @@ def routine_name(definition: AddOn, role: str) -> str:
 def is_input(operand: Place | Group) -> bool:
     """Whether a module writes the operand."""
     if isinstance(operand, Group) and tag_in(operand.path).upper() in operand.layout.declarations:
-        return False  # a tag has memory of its own
+        return False  # a tag has its own memory
     return any(leaf.is_input for leaf in leaves_in(operand))
 
 

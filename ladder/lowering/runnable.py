@@ -14,6 +14,7 @@ from scanrack.io_images.module_words import ModuleWords
 
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
+from ..instructions.slc.status import STATUS, WORDS
 from ..instructions.system.messages import ends_of_messages
 from ..model import hooks
 from ..model.chart import DEFAULT_OPTIONS
@@ -26,7 +27,7 @@ from ..model.stubs import NO_STUBS, InPython, Partner, Remote, Stub, Stubs, chec
 from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, Layout, SlotAlias, Tag
 from ..model.tree import Address, Step
-from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, dims_text, size_of
+from ..model.types import INT, MAX_DIMENSIONS, DataType, Structure, count_of, dims_text, size_of
 from ..run.edit import Edit, carry_over, is_retained
 from ..run.engine import STEP_MS, Engine
 from ..run.partners import connect, updates_of, wrong_values
@@ -41,7 +42,7 @@ from .guess import type_at
 from .resuming import resume
 from .rungs import Lowering
 from .storage import choose_bytes
-from .type_inference import Guesses
+from .type_inference import Guesses, Known, Missing
 
 MOST_BYTES = 1 << 25
 """Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
@@ -112,9 +113,16 @@ class LadderLogic(ABC):
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         """Lower and check the program; return it with its warnings, or raise a BuildError."""
 
+    @property
+    def _has_status(self) -> bool:
+        """Whether its processor has a status file, which instructions use whether it is declared or not."""
+        return self.dialect == SLC
+
     def layout_of(self, declarations: Iterable[Declaration]) -> Layout:
-        """Return a layout of declarations and of the tags that axes add."""
+        """Return a layout of declarations and of the tags that axes and the processor add."""
         declared = [*declarations, *axis_tags(self.axes)]
+        if self._has_status and STATUS not in self._names:
+            declared.append(Tag(STATUS, INT, (WORDS,)))
         return Layout(declared, files=self.dialect == SLC, modules=self.modules)
 
     def lowering(self, layout: Layout, main: str) -> Lowering:
@@ -247,7 +255,8 @@ class LadderLogic(ABC):
         """Declare the undeclared tags that the routines of `parts` use."""
         if not self.declares_missing:
             return
-        known = {part.name: self._names | part._names for part in parts}
+        own = self._names | ({STATUS} if self._has_status else set())
+        known = {part.name: own | part._names for part in parts}
 
         def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
             name = address.name
@@ -259,8 +268,7 @@ class LadderLogic(ABC):
         def known_type(program: str, address: Address) -> DataType | None:
             return type_at(tags[program].get(address.name.upper()), address)
 
-        specs = specs_of(self.add_ons, self.stubs)
-        guesses = Guesses(missing, known_type, self.operands_of, specs, self.structures())
+        guesses = self.guesses(missing, known_type)
         guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
             Tag(guess.name, guess.type(re.sub(r"\W", "_", f"{guess.name}_type")), guess.dims)
@@ -268,6 +276,11 @@ class LadderLogic(ABC):
         ]
         for tag in self.declared_missing:
             self.add(tag)
+
+    def guesses(self, missing: Missing, known: Known) -> Guesses:
+        """Return a collector of the uses of its undeclared tags, see `type_inference`."""
+        files = self.dialect == SLC
+        return Guesses(missing, known, self.operands_of, self.specs, self.structures(), files=files)
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
         """Return types and dimensions of the operands of an add-on's call; none for another instruction."""
@@ -334,6 +347,8 @@ class LadderLogic(ABC):
             raise LadderError(f"tag {name} has dimensions {dims}; must be at most 3, each 1 or more")
         if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
             raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
+        if self._has_status and name.upper() == STATUS:
+            _check_status(declaration)
         self._names.add(name.upper())
         self.declarations.append(declaration)
 
@@ -546,6 +561,15 @@ def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
         for declaration in scope.declarations
         if isinstance(declaration, Tag)
     }
+
+
+def _check_status(declaration: Declaration) -> None:
+    """Raise a LadderError if a declaration does not have the words of the status file."""
+    needed = f"the status file of this dialect is {STATUS} : INT[{WORDS}] or longer, and is there undeclared"
+    if not isinstance(declaration, Tag):
+        raise LadderError(f"{declaration.name} is not a tag; {needed}")
+    if declaration.type is not INT or len(declaration.dims) != 1 or declaration.dims[0] < WORDS:
+        raise LadderError(f"tag {declared(declaration)}: {needed}")
 
 
 def declared(tag: Tag) -> str:

@@ -77,8 +77,8 @@ class StatementLowering:
 
     def taken(self) -> list[LoweredLine]:
         """Return the lines since the last call."""
-        taken, self._lines = self._lines, []
-        return taken
+        lines, self._lines = self._lines, []
+        return lines
 
     def body(self, block: Block) -> Body:
         """Lower statements; `taken` returns their lines."""
@@ -109,9 +109,9 @@ class StatementLowering:
         return self._added(number, origin, text, LoweredStep(spec, tuple(operands), site), at.comment)
 
     def _added(self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str) -> LoweredLine:
-        made = LoweredLine(number, (step,), origin, text, comment)
-        self._lines.append(made)
-        return made
+        line = LoweredLine(number, (step,), origin, text, comment)
+        self._lines.append(line)
+        return line
 
     def _assignment(self, statement: Assignment) -> Act:
         return Act(

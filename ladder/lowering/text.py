@@ -91,10 +91,10 @@ class RungParser(ExpressionParser):
         elements: list[Element] = []
         text = self.text
         while self.at < len(text):
-            here = text[self.at]
-            if here == "[":
+            character = text[self.at]
+            if character == "[":
                 elements.append(self._branch())
-            elif here.isalpha() or here == "_":
+            elif character.isalpha() or character == "_":
                 elements.append(self._instruction())
             else:
                 break

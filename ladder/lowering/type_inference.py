@@ -13,6 +13,8 @@ subscripts only it has `COMPUTED` elements.
 | `MOV(2.5,Level)` | REAL |
 | `CONCAT(Text,'a',Text)` | STRING |
 | `Recipe[2].Step` | an array of a structure with a member Step |
+
+With `files`, as in an SLC 500, a number is an INT, and timers, counters and controls are those of data files.
 """
 
 from __future__ import annotations
@@ -20,7 +22,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain, repeat
 
-from ..instructions import BY_NAME
 from ..model.operators import RELATIONS
 from ..model.predefined.block_types import BLOCK_STRUCTURES
 from ..model.predefined.motion_types import (
@@ -31,6 +32,7 @@ from ..model.predefined.motion_types import (
     MOTION_INSTRUCTION,
 )
 from ..model.predefined.safety_types import SAFETY
+from ..model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER, SLC_TYPES
 from ..model.predefined.structures import HMIBC, PREDEFINED_TYPES, SERIAL_PORT_CONTROL
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.routine import Routine
@@ -70,6 +72,7 @@ from ..model.types import (
     CONTROL,
     COUNTER,
     DINT,
+    INT,
     MESSAGE,
     PID,
     REAL,
@@ -93,6 +96,9 @@ BY_USE: Mapping[Use, DataType] = {
     Use.TIMER: TIMER,
     Use.COUNTER: COUNTER,
     Use.CONTROL: CONTROL,
+    Use.SLC_TIMER: SLC_TIMER,
+    Use.SLC_COUNTER: SLC_COUNTER,
+    Use.SLC_CONTROL: SLC_CONTROL,
     Use.MESSAGE: MESSAGE,
     Use.SERIAL: SERIAL_PORT_CONTROL,
     Use.HMI_BUTTON: HMIBC,
@@ -108,6 +114,7 @@ BY_USE: Mapping[Use, DataType] = {
 
 _LIKELY: Mapping[Use, DataType | None] = {
     Use.RESETTABLE: TIMER,
+    Use.SLC_RESETTABLE: SLC_TIMER,
     Use.PARAMETERS: None,
     **dict.fromkeys((Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT), DINT),
 }
@@ -145,10 +152,13 @@ class Guesses:
         of_call: OfCall,
         specs: Mapping[str, Spec],
         structures: Iterable[Structure] = (),
+        *,
+        files: bool = False,
     ) -> None:
         self._missing, self._known = missing, known
         self._of_call, self._specs = of_call, specs
-        self._structures = (*_BY_MEMBERS, *structures)
+        self._number = INT if files else DINT
+        self._structures = (*(SLC_TYPES.values() if files else ()), *_BY_MEMBERS, *structures)
         self.found: dict[str, Guess] = {}
         self._copies: list[tuple[Guess, Guess]] = []
         self._parameters = ParameterPairs()
@@ -213,17 +223,17 @@ class Guesses:
             elif place < len(of_call):
                 self.argument(program, operand, *of_call[place])
             else:
-                here = self._address(program, operand, *self._required(use, instruction, partner))
-                if here is not None:
-                    guesses[place] = here
-                    self._extent(here, operand, use, instruction)
+                guess = self._address(program, operand, *self._required(use, instruction, partner))
+                if guess is not None:
+                    guesses[place] = guess
+                    self._extent(guess, operand, use, instruction)
         if 0 in guesses and 1 in guesses:
             self._pair(instruction, guesses[0], guesses[1])
 
     def _uses(self, name: str) -> Sequence[Use]:
         if name == "JSR":
             return Use.ROUTINE, Use.CONSTANT
-        spec = self._specs.get(name.upper()) or BY_NAME.get(name)
+        spec = self._specs.get(name.upper())
         return spec.operands if spec else ()
 
     def _extent(self, here: Guess, operand: Address, use: Use, instruction: Instruction) -> None:
@@ -275,9 +285,9 @@ class Guesses:
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
         """Note an argument of an add-on instruction."""
-        here = self._address(program, operand, kind, None)
-        if here is not None and dims and not here.lengths and not _ends_in_element(operand):
-            here.lengths = [min(length, MOST) for length in dims]
+        guess = self._address(program, operand, kind, None)
+        if guess is not None and dims and not guess.lengths and not _ends_in_element(operand):
+            guess.lengths = [min(length, MOST) for length in dims]
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
         """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
@@ -325,17 +335,17 @@ class Guesses:
         if missing is None:
             return None
         name, steps = missing
-        here = self.found.get(name.upper())
-        kind = _needed(here)
+        guess = self.found.get(name.upper())
+        kind = _needed(guess)
         for step in steps:
             if isinstance(step, SubscriptStep):
                 continue
             if not isinstance(step, MemberStep):
                 return None
             member = kind.member(step.name) if isinstance(kind, Structure) else None
-            here = here.members.get(step.name.upper()) if here else None
-            kind = _needed(here) if member is None else member.type
-        return kind if here is None or kind is not None else self._likely(here)
+            guess = guess.members.get(step.name.upper()) if guess else None
+            kind = _needed(guess) if member is None else member.type
+        return kind if guess is None or kind is not None else self._likely(guess)
 
     def _likely(self, here: Guess) -> DataType | None:
         if self._again and here.root.weak == [STRING]:
@@ -395,7 +405,7 @@ class Guesses:
         """Note that a subscript is an integer, whatever its other uses suggest."""
         for address in [index] if isinstance(index, Address) else addresses_in(index):
             if not (address.steps and isinstance(address.steps[-1], BitStep)):
-                self._address(program, address, DINT, None)
+                self._address(program, address, self._number, None)
 
     # --- addresses
 
@@ -407,26 +417,26 @@ class Guesses:
         if missing is None:
             return None
         name, steps = missing
-        here = self.found.setdefault(name.upper(), Guess(name, self._structures))
+        guess = self.found.setdefault(name.upper(), Guess(name, self._structures, number=self._number))
         element = False
         for step in steps:
-            here.single = here.single or not (element or isinstance(step, SubscriptStep | WordStep))
+            guess.single = guess.single or not (element or isinstance(step, SubscriptStep | WordStep))
             element = isinstance(step, SubscriptStep | WordStep)
             if isinstance(step, MemberStep):
-                here = here.member(step.name)
+                guess = guess.member(step.name)
             elif isinstance(step, SubscriptStep):
-                here.subscripts(step)
+                guess.subscripts(step)
             elif isinstance(step, WordStep):
-                here.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
+                guess.subscripts(SubscriptStep((Number(step.index, str(step.index)),)))
             else:
                 index = step.index if isinstance(step, SlashStep) else _bit_of(step)
-                here.root.bit = max(here.root.bit, index)
+                guess.root.bit = max(guess.root.bit, index)
                 return None
         if needed is not None:
-            add_kind(here.root.votes, needed)
+            add_kind(guess.root.votes, needed)
         elif likely is not None:
-            add_kind(here.root.weak, likely)
-        return here
+            add_kind(guess.root.weak, likely)
+        return guess
 
 
 def _is_code(instruction: Instruction) -> bool:

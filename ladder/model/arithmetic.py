@@ -229,7 +229,7 @@ def swapped(value: int, bits: int, mode: str) -> int:
     '0x4241'
     """
     order = _ORDERS.get(mode, _REVERSED) if bits == 32 else (1, 0)
-    moved = sum((value >> 8 * here & 0xFF) << 8 * place for place, here in enumerate(order))
+    moved = sum((value >> 8 * source & 0xFF) << 8 * place for place, source in enumerate(order))
     return wrap(moved, bits)
 
 

@@ -73,9 +73,9 @@ def _twice(chart: Chart) -> Iterator[ChartProblem]:
             text = f"there are two steps {step.name}"
             yield ChartProblem(step.number, f"step {step.name}", text, "give each its own tag")
         seen.add(step.name.upper())
-        own = [named for named in step.actions if named.qualifier is not Qualifier.R]
-        names = [named.name.upper() for named in own]
-        for action in own:
+        active = [named for named in step.actions if named.qualifier is not Qualifier.R]
+        names = [named.name.upper() for named in active]
+        for action in active:
             if names.count(action.name.upper()) > 1:
                 text = f"step {step.name} has the action {action.name} twice"
                 yield ChartProblem(action.number, f"action {action.name}", text, "give each its own tag")

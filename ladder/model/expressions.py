@@ -94,7 +94,7 @@ class ExpressionParser(Scanner):
         self.fail(f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts")
 
     def _inner(self, levels: int, level: int = 0) -> Operand:
-        """Read an expression inside another, whose operators bind at `level` or tighter."""
+        """Read a nested expression with operators that bind at `level` or tighter."""
         self._open += levels
         if self._open > LEVELS:
             self._refuse_levels(self.at)
@@ -103,17 +103,17 @@ class ExpressionParser(Scanner):
         return operand
 
     def expression(self, level: int = 0) -> Operand:
-        """Read an expression whose operators bind at `level` or tighter."""
+        """Read an expression with operators that bind at `level` or tighter."""
         left = self._unary()
         while True:
             match = _OPERATOR.match(self.text, self.at)
             name = match.group().upper() if match else ""
             name = _SIGNS.get(name, name)
-            own = LEVEL.get(name, -1)
-            if match is None or own < level:
+            strength = LEVEL.get(name, -1)
+            if match is None or strength < level:
                 return left
             self._move_to(match.end())
-            left = Operation(name, (left, self.expression(own + 1)))
+            left = Operation(name, (left, self.expression(strength + 1)))
 
     def _unary(self) -> Operand:
         if self.text.startswith("-", self.at):

@@ -105,7 +105,7 @@ class Group:
         return Place(leaf, self.indices, None if bit is None else constant(bit), f"{self.text}.{path}")
 
     def find_member(self, name: str) -> Place | None:
-        """Return an elementary member by name, in any case; None if there is none."""
+        """Return an elementary member by its case-insensitive name; None if it does not exist."""
         member = None if self.dims or isinstance(self.type, Elementary) else self.type.member(name)
         if member is None or member.dims or not isinstance(member.type, Elementary):
             return None
@@ -239,8 +239,8 @@ def types_in(resolved: Resolved) -> set[Elementary]:
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
-        own = {REAL} if _is_real_function(resolved) else set()
-        return own.union(*map(types_in, resolved.operands))
+        types = {REAL} if _is_real_function(resolved) else set()
+        return types.union(*map(types_in, resolved.operands))
     return set()
 
 

@@ -102,14 +102,14 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
 
 def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
     """Return a module's bits by meaning: its own names, and a 3601's for groups that it lacks."""
-    own = {
+    meanings = {
         group.upper(): (
             any(place.image == "O" for place in names.values()),
             {name.upper(): (place.word, place.bit) for name, place in names.items()},
         )
         for group, names in words.groups.items()
     }
-    return {**MEANINGS, **own}
+    return {**MEANINGS, **meanings}
 
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
@@ -323,10 +323,12 @@ class Resolver:
         """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
         output = member.image == "O"
         if member.bit is not None:
-            here = Place(self._layout.image(slot, output=output), (constant(member.word),), None, str(shown))
+            word_place = Place(
+                self._layout.image(slot, output=output), (constant(member.word),), None, str(shown)
+            )
             if steps:
                 raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
-            return replace(here, bit=constant(member.bit))
+            return replace(word_place, bit=constant(member.bit))
         if name == "READBACK" and len(steps) == 1 and isinstance(steps[0], BitStep):
             return self._data(slot, output, _of_card(steps[0], member.word), shown)
         return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
@@ -465,9 +467,9 @@ def _bound(alias: Alias, module: Place | Group) -> Group:
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
     assert alias.type is not None
-    own = [(member.name.upper(), member.type, member.dims) for member in alias.type.own]
+    members = [(member.name.upper(), member.type, member.dims) for member in alias.type.own]
     image = [(member.name.upper(), member.type, member.dims) for member in module.type.members]
-    if own != image:
+    if members != image:
         needed = ", ".join(_declared(member) for member in module.type.members)
         remedy = f"declare {needed}, and other members AT parts of Data"
         raise AddressError(f"{alias.type.name} has other bytes than {alias.target}", remedy)

@@ -58,12 +58,12 @@ class Routine:
     def numbered(self, number: int) -> str:
         """Return the rung or the statements with a number, or raise a LadderError."""
         if number not in self.numbers:
-            there = (
+            available = (
                 ", ".join(map(str, self.numbers))
                 if self.statements or self.chart
                 else f"0 to {len(self.rungs) - 1}"
             )
-            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
+            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {available}")
         if self.chart is not None:
             return self.chart.elements[number]
         if self.statements is None:

@@ -113,7 +113,7 @@ class Schedule:
 
     @property
     def preempted(self) -> frozenset[str]:
-        """Programs, in capitals, after whose rungs another task may run."""
+        """Programs, in capitals, that another task may interrupt after a rung."""
         if self.continuous is None or not any(task.task.preempt for task in self.tasks):
             return frozenset()
         return frozenset(program.name.upper() for program in self.continuous.programs)

@@ -92,7 +92,7 @@ WITH_PRESETS = {
     Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
     Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
-"""Structures whose members exported rungs show, and those members."""
+"""Structures with members that exported rungs show, and those members."""
 
 
 class InstructionKind(Enum):

@@ -199,8 +199,8 @@ class Spot:
         element, remaining = divmod(index, count_of(part.dims))
         offset = element * self.size + part.offset
         for length, stride in zip(reversed(part.dims), reversed(part.strides), strict=True):
-            remaining, here = divmod(remaining, length)
-            offset += here * stride
+            remaining, subscript = divmod(remaining, length)
+            offset += subscript * stride
         return offset
 
 

@@ -29,7 +29,7 @@ from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Struct
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag with memory of its own; case does not matter in its name."""
+    """A tag with its own memory; its name is case-insensitive."""
 
     name: str
     type: DataType
@@ -228,7 +228,7 @@ class Layout:
                 yield f"{tag.name}.{path}" if path else tag.name
 
     def _unfold(self, *names: str) -> None:
-        """Create all leaves of tags, whose names are in capitals."""
+        """Create all leaves of tags, named in capitals."""
         for name in names:
             tag = self._folded.pop(name, None)
             if tag is not None:
@@ -248,8 +248,8 @@ class Layout:
         if not row.end or ident in RESERVED or ident in self._idents:
             ident = self._ident(path)
         self._idents.add(ident)
-        made = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
-        return made
+        leaf = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
+        return leaf
 
     def _request(self, name: str) -> Leaf | None:
         """Create and return a leaf by path in capitals; None if no tag with missing leaves has it."""
@@ -292,15 +292,15 @@ class Layout:
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
         """Return a declaration by name in capitals: the program's, else the controller's, else None."""
-        own = self.declarations.get(scoped(program, name).upper()) if program else None
-        return own or self.declarations.get(name)
+        scoped_tag = self.declarations.get(scoped(program, name).upper()) if program else None
+        return scoped_tag or self.declarations.get(name)
 
     def names(self, program: str = "") -> Iterator[str]:
         """Yield the names visible in a program: its own without its prefix, then the controller's."""
-        own = scoped(program, "")
+        prefix = scoped(program, "")
         for declaration in self.declarations.values():
-            if program and declaration.name.upper().startswith(own.upper()):
-                yield declaration.name[len(own) :]
+            if program and declaration.name.upper().startswith(prefix.upper()):
+                yield declaration.name[len(prefix) :]
         for declaration in self.declarations.values():
             if not program_of(declaration.name):
                 yield declaration.name
@@ -328,7 +328,7 @@ class Layout:
         return leaf
 
     def find(self, path: str) -> Leaf | None:
-        """Return a leaf by path, in any case; None if there is none."""
+        """Return a leaf by its case-insensitive path; None if it does not exist."""
         name = path.upper()
         leaf = self._leaves.get(name)
         if leaf is None and self._folded:
@@ -396,7 +396,7 @@ class Layout:
         return [self._folded[name] for name in self._separate if name not in self.boxed]
 
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
+        """Return the place of a leaf in a list or in bytes, None if it has its own variable."""
         if not self.boxed and not self.rests:
             return None
         name = leaf.path.upper()

@@ -167,9 +167,9 @@ def _text_at(node: Operand, level: int) -> str:
     if not isinstance(node, Operation):
         negative = isinstance(node, Number) and node.text.startswith("-")
         return f"({node})" if negative and level > LEVEL["+"] else str(node)
-    own = LEVEL.get(node.name, ATOM)
-    text = _operation_text(node, own)
-    return f"({text})" if own < level else text
+    strength = LEVEL.get(node.name, ATOM)
+    text = _operation_text(node, strength)
+    return f"({text})" if strength < level else text
 
 
 def _operation_text(node: Operation, own: int) -> str:

@@ -178,7 +178,7 @@ def members_of(text: str) -> tuple[Member, ...]:
         if word in TYPES:
             kind = TYPES[word]
         else:
-            name, length, value = _MEMBER.fullmatch(word).groups()  # type: ignore[union-attr]  # a table of ours
+            name, length, value = _MEMBER.fullmatch(word).groups()  # type: ignore[union-attr]  # our own table always matches
             initial = None if value is None else _initial(kind, value)
             members.append(Member(name, kind, (int(length),) if length else (), initial=initial))
     return tuple(members)

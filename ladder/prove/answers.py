@@ -131,7 +131,7 @@ def answer(
         bits = problem.assume
     modules = [contract for contract in problem.settings["contracts"] if isinstance(contract, KeptBy)]
     scans = verdict.scans and smallest(program.program, verdict.scans, watched.bit, bits, modules)
-    own = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
+    assumed_claims = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
     layout = problem.lowered.layout
     held = sorted((number.named(tag_text(layout, number.key)), number.value) for number in verdict.held)
     return Answer(
@@ -140,7 +140,10 @@ def answer(
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (*assumed(problem.happens), *[assumption.text for assumption in (*program.assumptions, *own)]),
+        (
+            *assumed(problem.happens),
+            *[assumption.text for assumption in (*program.assumptions, *assumed_claims)],
+        ),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
@@ -155,8 +158,8 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
     engine, fault = done_by(program, scans)
     if fault is not None:
         yield f"there the processor stops: {fault}"
-    if why := why_broken(engine, bit):
-        yield f"the condition can't be computed: {why}"
+    if reason := why_broken(engine, bit):
+        yield f"the condition can't be computed: {reason}"
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
@@ -198,8 +201,8 @@ def ask(
         assume=watched.assume,
         happens=happens,
     )
-    own = next(entry for entry in watched.properties if entry.claim is claim)
-    return answer(problem, watched, own, limits)
+    watched_property = next(entry for entry in watched.properties if entry.claim is claim)
+    return answer(problem, watched, watched_property, limits)
 
 
 @contextmanager

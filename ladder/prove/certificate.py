@@ -101,13 +101,13 @@ class _ScriptWriter:
         return self._made(each, t).text
 
     def _made(self, each: Certificate, t: T) -> Text:
-        made: Text = translate(self.script, t, lambda v: self._lookup(each, v), self._memo)
-        return made
+        formula: Text = translate(self.script, t, lambda v: self._lookup(each, v), self._memo)
+        return formula
 
     def _lookup(self, each: Certificate, v: T) -> Text:
         if v.val in each.held:
-            made: Text = literal(self.script, v, each.initial[v.val])
-            return made
+            formula: Text = literal(self.script, v, each.initial[v.val])
+            return formula
         if v.val not in self._declared:
             self._declared[v.val] = self.script.declare(sort_of(v), v.val)
         return self._declared[v.val]
@@ -121,10 +121,10 @@ class _ScriptWriter:
             return
         if is_state:
             after = each.next[v.val]
-            made = self._made(each, after)
-            made = fit(self.script, made, width(after), width(v)) if v.kind == INT else made
+            formula = self._made(each, after)
+            formula = fit(self.script, formula, width(after), width(v)) if v.kind == INT else formula
             initial = literal(self.script, v, each.initial[v.val]).text
-            self.states[name] = {"next": made.text, "initial": initial}
+            self.states[name] = {"next": formula.text, "initial": initial}
         elif v.val in each.late:
             self.late[name] = literal(self.script, v, each.initial[v.val]).text
         for within in interval_conditions(self.script, v, declared):

@@ -77,10 +77,10 @@ def named_apart(claims: Iterable[Claim]) -> list[Claim]:
     >>> [each.name for each in named_apart(twice)]
     ['one way', 'One way (2)']
     """
-    taken: dict[str, int] = {}
+    counts: dict[str, int] = {}
     named = []
     for claim in claims:
-        number = taken[claim.name.upper()] = taken.get(claim.name.upper(), 0) + 1
+        number = counts[claim.name.upper()] = counts.get(claim.name.upper(), 0) + 1
         named.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
     return named
 

@@ -107,10 +107,10 @@ class _Terms(Reading[T]):
     def _bit(self, side: Side, word: int, number: int) -> T:
         """Return a bit; a bit of the previous scan is a separate state, so that invariants can use it."""
         path, value = self.word(side, word)
-        here = bit(value, number)
+        bit_now = bit(value, number)
         if side is not Side.WAS:
-            return here
-        return self._program.before(f"{path}[{word}].{number}", here, NO_IMAGE[word] >> number & 1 == 1)
+            return bit_now
+        return self._program.before(f"{path}[{word}].{number}", bit_now, NO_IMAGE[word] >> number & 1 == 1)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
         """Return the path of a word, and its value before the scan."""

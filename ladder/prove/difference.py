@@ -165,8 +165,8 @@ class _Comparison:
     def difference(self) -> Difference:
         """Compare the two systems."""
         old, new = _written(self.old), _written(self.new)
-        both = self._in_both(old | new)
-        outputs = self._outputs(key for key in both if key != FAULT)
+        common = self._in_both(old | new)
+        outputs = self._outputs(key for key in common if key != FAULT)
         result = Difference(compared=len(outputs))
         result.removed, result.added = (
             sorted(map(_name, self._outputs(keys))) for keys in (old - new, new - old)
@@ -175,10 +175,10 @@ class _Comparison:
             return result
         result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})
         result.unfollowed = (*self._unfollowed(self.old), *self._unfollowed(self.new))
-        self._keep_apart(both)
-        now = set(both) if result.unfollowed else self._now(both)
-        dirty = self._ever(both, now)
-        self._add_changes(result, both, [key for key in (*outputs, FAULT) if key in dirty], now, dirty)
+        self._keep_apart(common)
+        now = set(common) if result.unfollowed else self._now(common)
+        dirty = self._ever(common, now)
+        self._add_changes(result, common, [key for key in (*outputs, FAULT) if key in dirty], now, dirty)
         return result
 
     def _outputs(self, keys: Iterable[Key]) -> list[Key]:
@@ -244,7 +244,7 @@ class _Comparison:
     # --- variables that are not shared
 
     def _keep_apart(self, both: Sequence[Key]) -> None:
-        """Don't share variables whose type, role or initial value differs between the programs."""
+        """Keep variables apart if their type, role or initial value differs between the programs."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
             if name not in old.key_of:

@@ -26,13 +26,13 @@ def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> 
     inputs = {(new if name in new.key_of else old).key_of[name]: variable for name, variable in free.items()}
     rng = Random(1)
     for _ in range(RUNS if keys else 0):
-        both = StoppingRun(old), StoppingRun(new)
+        pair = StoppingRun(old), StoppingRun(new)
         scans: list[ScanOf] = []
         for scan in _random_scans(rng, inputs, old.bounds):
             scans.append(scan)
-            has_stopped = _do(both, scan)
+            has_stopped = _do(pair, scan)
             for key in keys:
-                if key not in runs and _differ(both, key):
+                if key not in runs and _differ(pair, key):
                     runs[key] = tuple(scans)
             if has_stopped:
                 break
@@ -109,8 +109,8 @@ def _clipped(value: Any, low: Any, high: Any) -> Any:
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end and neither stopped before."""
-    both = StoppingRun(old), StoppingRun(new)
-    if any(_do(both, scan) for scan in scans[:-1]):
+    runs = StoppingRun(old), StoppingRun(new)
+    if any(_do(runs, scan) for scan in scans[:-1]):
         return False
-    _do(both, scans[-1])
-    return _differ(both, key)
+    _do(runs, scans[-1])
+    return _differ(runs, key)

@@ -169,8 +169,8 @@ class _Proof:
             if answer == SAT:
                 self._refute(base, run, broken)
                 return
-            if why := self._reason_to_stop(base, answer, k + 1):
-                self._unknown(why)
+            if reason := self._reason_to_stop(base, answer, k + 1):
+                self._unknown(reason)
                 return
             base.state(base.apply("not", [broken]))
             if limits.helped and k == min(HELPED_FROM, limits.k, limits.scans - 1):
@@ -206,8 +206,8 @@ class _Proof:
         system, result = self.system, self.result
         result.kind, result.k = VerdictKind.PROVED, k
         result.invariants = tuple(invariant.text for invariant in found)
-        own = Certificate.of(system, "what is asked", self.bad, k, found)
-        result.certificates = (own, *(system.follows.certificates if system.follows else ()))
+        certificate = Certificate.of(system, "what is asked", self.bad, k, found)
+        result.certificates = (certificate, *(system.follows.certificates if system.follows else ()))
 
     def _follows(self) -> bool:
         """Whether the relation follows the program in every run."""
@@ -253,7 +253,7 @@ class _Proof:
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
-        ways = [[base.apply("not", [made]) for made in prescans], _read_by_prescan(base, frames)]
+        ways = [[base.apply("not", [prescan]) for prescan in prescans], _read_by_prescan(base, frames)]
         ways = [way for way in ways if way]
         if ways and not any(base.check(broken, *way) == SAT for way in ways):
             base.check(broken)  # repeat the first question, for its model
@@ -273,9 +273,9 @@ class _Proof:
         for (number, name), value in replayed.computed.items():
             known = frames[number].chosen.get(name)
             if known is not None:
-                variable, made = known
+                variable, formula = known
                 literal = base.value(sort_of(variable), value if variable.kind != INT else int(value))
-                pins.append(base.apply("=" if variable.kind in (BOOL, INT) else "fp.eq", [made, literal]))
+                pins.append(base.apply("=" if variable.kind in (BOOL, INT) else "fp.eq", [formula, literal]))
         return pins
 
     def _blame_processor(self, replayed: ReplayedRun) -> None:
@@ -283,8 +283,10 @@ class _Proof:
         system = self.system
         assert isinstance(system, ProgramSystem)
         cone = system.cone([self.bad])
-        own = [name for _, name in replayed.computed if name in cone and name in system.key_of]
-        names = dict.fromkeys(shown(name) for name in own if system.is_written_beside(system.key_of[name][0]))
+        computed = [name for _, name in replayed.computed if name in cone and name in system.key_of]
+        names = dict.fromkeys(
+            shown(name) for name in computed if system.is_written_beside(system.key_of[name][0])
+        )
         if names:
             self._unknown(f"the processor writes {', '.join(names)} itself")
 
@@ -341,9 +343,9 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
     """Return the condition that prescan reads the inputs of the next scan, as in a scenario."""
     return [
-        base.apply("=", [made, scan.chosen[name.removeprefix(THEN)][1]])
+        base.apply("=", [formula, scan.chosen[name.removeprefix(THEN)][1]])
         for before, scan in pairwise(frames)
-        for name, (variable, made) in before.chosen.items()
+        for name, (variable, formula) in before.chosen.items()
         if name.startswith(THEN) and variable.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
     ]
 

@@ -142,18 +142,18 @@ class _JointInduction:
         proved, gave_up = dict[T, int](), set[T]()
         for k in range(last + 1):
             scan = Frame(self._system, solver, scan)
-            made = {truth: scan.term(truth) for truth in unbroken}
+            literals = {truth: scan.term(truth) for truth in unbroken}
             if k < first:
                 solver.check()  # its model is the start of the search in a longer run
             else:
                 breaking = {
-                    truth: solver.joined("and", [made[truth], *unbroken[truth]]) for truth in unbroken
+                    truth: solver.joined("and", [literals[truth], *unbroken[truth]]) for truth in unbroken
                 }
                 can, late = satisfiable(solver, breaking)
                 proved |= {truth: k for truth in breaking if truth not in can and truth not in late}
                 gave_up |= late
             unbroken = {
-                truth: [*held, solver.apply("not", [made[truth]])]
+                truth: [*held, solver.apply("not", [literals[truth]])]
                 for truth, held in unbroken.items()
                 if truth not in proved and truth not in gave_up
             }

@@ -275,10 +275,10 @@ class _Maker:
     # --- claims
 
     def _claim(self, claim: Claim) -> None:
-        own = tuple(self._condition(claim, text, broken=False) for text in claim.assume)
+        conditions = tuple(self._condition(claim, text, broken=False) for text in claim.assume)
         negated, broken = claim.kind is ClaimKind.ALWAYS, claim.kind in (ClaimKind.ALWAYS, ClaimKind.NEVER)
         bit = self._condition(claim, claim.text, broken=broken, negated=negated)
-        self.watched.append(WatchedClaim(claim, bit, own))
+        self.watched.append(WatchedClaim(claim, bit, conditions))
 
     def _condition(self, claim: Claim, text: str, *, broken: bool, negated: bool = False) -> Key:
         """Lower a condition to a separate monitor; return its bit.

@@ -233,7 +233,7 @@ def _learn(
     problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
 ) -> None:
     """Find what instructions without a model computed in a scan, as far as its end still shows it."""
-    for _ in range(3):  # one value may decide which place shows another
+    for _ in range(3):  # one value can select the place that shows another
         values = _seen_havocs(problem, run, before)
         if all(before.get(name) == value for name, value in values.items()):
             break
@@ -312,11 +312,13 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
                 inputs[key] = now[name] = value
         inputs |= bits[number] if number < len(bits) else {}
         earlier = scans[number - 1] if number else {}
-        again = is_again(earlier)
+        repeats = is_again(earlier)
         ticks = (
-            values.get(DT, system.least) + off_ticks(earlier, system.tick_ns) if number and not again else 0
+            values.get(DT, system.least) + off_ticks(earlier, system.tick_ns) if number and not repeats else 0
         )
-        chosen.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(earlier) and not again, again))
+        chosen.append(
+            ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(earlier) and not repeats, repeats)
+        )
     return tuple(chosen)
 
 

@@ -43,9 +43,9 @@ def smallest(
     """
     kept, layout = tuple(scans), program.build().layout
     for simpler in islice(_simplifications(layout, kept), MOST_RUNS):
-        made = simpler(kept)
-        if made != kept and breaks(program, made, bit, assume, modules):
-            kept = made
+        simplified = simpler(kept)
+        if simplified != kept and breaks(program, simplified, bit, assume, modules):
+            kept = simplified
     return kept
 
 

@@ -48,7 +48,7 @@ def in_short_scans(
 
 
 def _pieces(time: int, bounds: ScanBounds) -> list[int]:
-    """Return scan times within the bounds whose sum is as close to a time as possible."""
+    """Split a time into scan times within the bounds; their sum is as close to it as possible."""
     low, high = bounds.ticks
     count = -(-time // high)
     share, remainder = divmod(time, count)

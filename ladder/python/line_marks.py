@@ -155,16 +155,16 @@ class _Marks:
             around: the node that the block belongs to, whose line has just run; None = a function.
             loop: the loop that a `continue` in the block continues.
         """
-        made, latest = list[ast.stmt](), getattr(around, "lineno", 0)
+        marked, latest = list[ast.stmt](), getattr(around, "lineno", 0)
         for statement in body:
             if statement.lineno != latest and not _runs_nothing(statement):
-                made.append(self._mark(statement))
+                marked.append(self._mark(statement))
             latest = statement.lineno
             if isinstance(statement, ast.Continue) and loop is not None:
-                made.append(self._mark(loop))
+                marked.append(self._mark(loop))
             self._inside(statement, loop)
-            made.append(statement)
-        return made
+            marked.append(statement)
+        return marked
 
     def _inside(self, node: Any, loop: ast.stmt | None) -> None:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
@@ -173,8 +173,8 @@ class _Marks:
         for name in ("body", "orelse", "finalbody"):
             if block := getattr(node, name, None):
                 turns = name == "body" and isinstance(node, ast.For | ast.AsyncFor | ast.While)
-                made = self._block(block, node, node if turns else loop)
-                setattr(node, name, [*made, self._mark(node)] if turns else made)
+                marked = self._block(block, node, node if turns else loop)
+                setattr(node, name, [*marked, self._mark(node)] if turns else marked)
         for clause in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
             head = getattr(clause, "pattern", clause)  # the head of a `case`
             clause.body = [self._mark(head), *self._block(clause.body, head, loop)]
@@ -191,11 +191,11 @@ def _runs_nothing(node: ast.stmt) -> bool:
 
 def located(text: str, place: Any) -> ast.stmt:
     """Return a statement that has the position of a node."""
-    made = ast.parse(text).body[0]
-    for node in ast.walk(made):
+    statement = ast.parse(text).body[0]
+    for node in ast.walk(statement):
         if isinstance(node, ast.expr | ast.stmt):
             ast.copy_location(node, place)
-    return made
+    return statement
 
 
 def after_the_head(tree: ast.Module) -> int:

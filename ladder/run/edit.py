@@ -99,7 +99,7 @@ def planned(old: Engine, new: LoweredProgram) -> Edit:
 
 
 def _kept(before: Layout, after: Layout) -> list[Leaf]:
-    """Return the leaves of an edited program whose values it takes over."""
+    """Return the leaves of an edited program that keep their values."""
     return [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
 
 
@@ -109,9 +109,9 @@ def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterato
     for (path, index), value in new.presets.items():
         if path.upper() not in places or old.lowered.presets.get((path, index), value) == value:
             continue
-        own = old.memory.read(old.lowered.layout.leaves[path.upper()], index)
-        if own != value and not path.startswith(HIDDEN):
-            yield f"{path} {own}, not {value}"
+        present = old.memory.read(old.lowered.layout.leaves[path.upper()], index)
+        if present != value and not path.startswith(HIDDEN):
+            yield f"{path} {present}, not {value}"
     yield from _restated_initials(old, new, places)
 
 
@@ -119,9 +119,9 @@ def _restated_initials(old: Engine, new: LoweredProgram, places: Container[str])
     tags = old.lowered.layout.tags()
     for name, tag in new.layout.tags().items():
         if name in places and not tag.dims and tag.initial not in (None, tags[name].initial):
-            own = old.tags[tag.name]
-            if own != tag.initial:
-                yield f"{tag.name} {own}, not {tag.initial}"
+            present = old.tags[tag.name]
+            if present != tag.initial:
+                yield f"{tag.name} {present}, not {tag.initial}"
 
 
 def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
@@ -201,14 +201,14 @@ def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
     if isinstance(value, list) and isinstance(whole, list):
         if len(value) < len(whole):
             yield f"{name} has {len(whole)} elements, in the file {len(value)}"
-        for number, (item, own) in enumerate(zip(value, whole, strict=False)):
-            yield from _shortages(f"{name}[{number}]", item, own)
+        for number, (item, needed) in enumerate(zip(value, whole, strict=False)):
+            yield from _shortages(f"{name}[{number}]", item, needed)
     elif isinstance(value, dict) and isinstance(whole, dict):
-        for key, own in whole.items():
+        for key, needed in whole.items():
             if key not in value:
                 yield f"{name}.{key} is not in the file"
             else:
-                yield from _shortages(f"{name}.{key}", value[key], own)
+                yield from _shortages(f"{name}.{key}", value[key], needed)
 
 
 def _stored(text: str) -> dict[str, list[Any]]:

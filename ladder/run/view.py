@@ -8,7 +8,8 @@ from typing import Any
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, leaves_in
 from ..model.resolver import Resolver
 from ..state.lowered import LoweredProgram
-from ..state.memory import Memory, checked, mask_of
+from ..state.memory import Memory, mask_of
+from ..state.values import checked
 
 
 class Tags:

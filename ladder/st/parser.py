@@ -142,10 +142,10 @@ class _Reader:
 
     def _statement(self, node: Node) -> Statement:
         comment = self._comments_before(node.start)
-        made = _MAKERS[node.kind](self, node.children)
+        statement = _MAKERS[node.kind](self, node.children)
         after = self._comment_after(node.end)
         line, origin = self._place(node.start)
-        return replace(made, comment="\n".join(filter(None, (comment, after))), line=line, origin=origin)
+        return replace(statement, comment="\n".join(filter(None, (comment, after))), line=line, origin=origin)
 
     def _assignment(self, children: Sequence[Any]) -> Statement:
         base, *steps, operator, value, _semi = children

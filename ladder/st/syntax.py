@@ -47,9 +47,9 @@ class Mark(str):
     @classmethod
     def of(cls, kind: str, text: str, start: int) -> Mark:
         """Return a mark."""
-        made = cls(text)
-        made.type, made.start = kind, start
-        return made
+        mark = cls(text)
+        mark.type, mark.start = kind, start
+        return mark
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,12 +248,12 @@ class Syntax:
         left = self._unary(power=binding == BINDING["POWER"])
         while self._next(*OPERATORS):
             operator = self._marks[self._place]
-            own = BINDING[operator.type]
-            if own <= binding:
+            level = BINDING[operator.type]
+            if level <= binding:
                 break
             self._step()
             name = operator.type if operator.type == "AND" else operator.upper()
-            left = Operation(name, (left, self._inner(own)))
+            left = Operation(name, (left, self._inner(level)))
         return left
 
     def _unary(self, *, power: bool) -> Operand:

@@ -8,11 +8,11 @@ from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
 
-from ..model.arithmetic import real
-from ..model.stretches import BITS, byte_parts
+from ..model.stretches import BITS
 from ..model.types import BOOL, DataType, Elementary, Structure, count_of, members_at, size_of
-from .named_parts import meant_by
+from .named_parts import place_of
 from .tag_bytes import TagBytes, set_chars
+from .values import checked
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
             _load(tag, kind, dims[1:], at + number * step, item)
     elif isinstance(kind, Elementary):
         view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
-        tag.put(view, at // bits, _fitting(kind, value))
+        tag.put(view, at // bits, checked("", kind, value))
     elif isinstance(value, str):
         room, codes = kind.members[1].dims[-1], value.encode("latin-1", errors="replace")
         if len(codes) > room or not kind.is_string:
@@ -56,30 +56,12 @@ def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: 
             _load(tag, place.type, place.dims, at + place.bit, item)
 
 
-def _fitting(kind: Elementary, value: Any) -> Any:
-    """Return a value as its type stores it; see `memory.checked`."""
-    if kind.is_real or kind.is_double:
-        return real(value) if kind.is_real else float(value)
-    if not isinstance(value, int) or not kind.lowest <= value <= kind.highest:
-        raise ValueError
-    return value
-
-
 @lru_cache(maxsize=1024)
 def _places(kind: Structure) -> Mapping[str, _Place]:
-    """Return the members of a structure by name, except members that name an array element."""
-    own = members_at(kind)
+    """Return the members of a structure by name."""
+    members = members_at(kind)
     places = {
         own_member.name: _Place(own_member.type, own_member.dims, 8 * byte + (bit or 0))
-        for own_member, byte, bit in own
+        for own_member, byte, bit in members
     }
-    parts = byte_parts(kind)
-    for member in kind.members:
-        there = meant_by("", kind, member, 0) if member.at else None
-        if there is not None and there.index == 0:
-            bit = parts[there.path[1:].upper()].offset
-            if there.bit is None:
-                places[member.name] = _Place(there.type, there.dims, bit)
-            else:
-                places[member.name] = _Place(BOOL, (), bit + there.bit)
-    return places
+    return places | {member.name: _Place(*place_of(kind, member)) for member in kind.members if member.at}

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from scanrack.io_images.enip.listing import BOOL as BIT
 from scanrack.io_images.enip.listing import DINT as DOUBLE
 from scanrack.io_images.enip.listing import INT as WORD
 from scanrack.io_images.enip.listing import (
@@ -29,10 +27,10 @@ from ..model.types import (
     Member,
     Structure,
     count_of,
-    fields_of,
     members_at,
     size_of,
 )
+from .named_parts import place_of
 
 MOST_ALIASES = 20
 """Maximum chained aliases."""
@@ -104,7 +102,7 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
     hosts: set[int] = set()
     for member in kind.members:
         if member.at:
-            yield _second_name(kind, member, places)
+            yield _second_name(kind, member)
             continue
         offset, bit = places[member.name.upper()]
         if bit is not None and member.bit is None and offset not in hosts:
@@ -113,18 +111,10 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
         yield Part(member.name, kind_of(member.type), member.dims, offset, bit, member.hidden)
 
 
-def _second_name(kind: Structure, member: Member, places: Places) -> Part:
+def _second_name(kind: Structure, member: Member) -> Part:
     """Return a member that names a part of another member, such as a packed bit or `Delay.PRE`."""
-    if member.name in kind.packed:
-        host, number = kind.packed[member.name]
-        offset, _ = places[host.upper()]
-        return Part(member.name, BIT, (), offset + number // 8, number % 8)
-    place_text = member.at.upper()
-    for field in fields_of(kind):
-        if field.path.upper() == place_text:
-            return Part(member.name, kind_of(field.type), (), field.offset, field.bit)
-    offset, bit = places[re.split(r"[.\[]", place_text)[0]]
-    return Part(member.name, kind_of(member.type), member.dims, offset, bit)
+    named, dims, at = place_of(kind, member)
+    return Part(member.name, kind_of(named), dims, at // 8, at % 8 if named is BOOL and not dims else None)
 
 
 def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[int, int]]:

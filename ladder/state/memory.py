@@ -17,7 +17,6 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.site import Site
 
-from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.operands import subscripts_of
 from ..model.stretches import Spot
@@ -26,6 +25,7 @@ from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_o
 from .initials import load_bytes
 from .named_parts import meant_by
 from .tag_bytes import TagBytes, chars, set_chars
+from .values import checked
 
 Value = bool | int | float
 
@@ -258,8 +258,8 @@ class Memory:
         """
         for leaf in (*self.layout.images, *self.layout.faults):
             if leaf.slot is None or leaf.slot not in slots:
-                there = ", ".join(map(str, slots)) or "none"
-                raise ValueError(f"the program uses slot {leaf.slot} ({leaf.path}), the rack has {there}")
+                listed = ", ".join(map(str, slots)) or "none"
+                raise ValueError(f"the program uses slot {leaf.slot} ({leaf.path}), the rack has {listed}")
         for leaf in self.layout.images:
             slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
             image = slot.outputs if leaf.output else slot.inputs
@@ -273,9 +273,9 @@ class Memory:
         self._attached = True
         for leaf in self.layout.images:
             if leaf.ident in written and not leaf.output:
-                own = self._own[leaf]
-                self.cells[leaf.ident].cell_contents = own.words
-                self._copied.append(_InputCopy(own.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
+                copied = self._own[leaf]
+                self.cells[leaf.ident].cell_contents = copied.words
+                self._copied.append(_InputCopy(copied.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
 
     @property
     def copies_inputs(self) -> bool:
@@ -325,22 +325,22 @@ class Memory:
     def _dump_member(self, path: str, kind: Structure, member: Member, at: int) -> Any:
         if not member.at:
             return self.dump(f"{path}.{member.name}", member.type, member.dims, at)
-        there = meant_by(path, kind, member, at)
-        value = self.dump(there.path, there.type, there.dims, there.index)
-        return value if there.bit is None else bool(value >> there.bit & 1)
+        target = meant_by(path, kind, member, at)
+        value = self.dump(target.path, target.type, target.dims, target.index)
+        return value if target.bit is None else bool(value >> target.bit & 1)
 
     def _load_member(self, path: str, kind: Structure, member: Member, at: int, value: Any) -> None:
         if not member.at:
             self.load(f"{path}.{member.name}", member.type, member.dims, at, value)
             return
-        there = meant_by(path, kind, member, at)
-        if there.bit is None:
-            self.load(there.path, there.type, there.dims, there.index, value)
+        target = meant_by(path, kind, member, at)
+        if target.bit is None:
+            self.load(target.path, target.type, target.dims, target.index, value)
             return
-        leaf = self.layout.leaf(there.path)
-        word, mask = int(self.read(leaf, there.index)), mask_of(leaf.type, there.bit)
+        leaf = self.layout.leaf(target.path)
+        word, mask = int(self.read(leaf, target.index)), mask_of(leaf.type, target.bit)
         on = checked(f"{path}.{member.name}", BOOL, value)
-        self.write(leaf, there.index, word | mask if on else word & ~mask)
+        self.write(leaf, target.index, word | mask if on else word & ~mask)
 
     def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
         """Set a value in the form of `dump`, except missing parts; raise a ValueError if it does not fit."""
@@ -566,23 +566,6 @@ def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) 
     for number in range(room):
         code = codes[number] if number < len(codes) else 0
         store.write(data, at * room + number, code - 256 if code > 127 else code)
-
-
-def checked(name: str, kind: Elementary, value: object) -> Value:
-    """Return a value as a tag's type stores it; raise a ValueError for a wrong type or range."""
-    if kind.is_bool:
-        if value in (0, 1) and isinstance(value, int):
-            return bool(value)
-        raise ValueError(f"{name}: {value!r} is not a BOOL: must be False or True")
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
-    if kind.is_real or kind.is_double:
-        return real(value) if kind.is_real else float(value)
-    if isinstance(value, float):
-        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
-    if not kind.lowest <= value <= kind.highest:
-        raise ValueError(f"{name}: {value} is out of range: must be {kind.lowest} to {kind.highest}")
-    return value
 
 
 def same(a: object, b: object) -> bool:

@@ -114,8 +114,8 @@ def copy(source: End, target: End, length: int) -> None:
     if count <= 0:
         return
     needed = count * into.size
-    taken = min(region.left(first, origin), -(-needed // region.size))
-    data = take(origin, region, first, taken)[:needed]
+    elements = min(region.left(first, origin), -(-needed // region.size))
+    data = take(origin, region, first, elements)[:needed]
     place = _bytes_of(goal, into, goal_first)
     if place is not None:
         tag, begin = place
@@ -147,7 +147,7 @@ def fill(target: End, length: int, value: Value) -> None:
 
 
 def filled(region: ArrayRegion, value: Value) -> bytes:
-    """Return an element whose members all have a value."""
+    """Return an element with the same value in all members."""
     known = region.fillings.get(text := repr(value))  # equal numbers may differ: 0.0 and -0.0
     if known is not None:
         return known

@@ -67,8 +67,8 @@ class Difference:
         subject = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
         if self.what == "comment":
             subject = f"comment of {self.name}"
-        was = f", was {self.was}" if self.was else ""
-        return f"{subject} {self.kind}{was} (line {self.line})"
+        old_text = f", was {self.was}" if self.was else ""
+        return f"{subject} {self.kind}{old_text} (line {self.line})"
 
     def lines(self) -> Iterator[str]:
         """Yield it as lines of text."""
@@ -240,8 +240,8 @@ class _Comparer:
                 continue
             if noun in ORDERED:
                 names = [_name(new[k]) for k, _ in same_kind]
-                was = [_name(new[k]) for k, _ in sorted(same_kind, key=lambda pair: pair[1])]
-                before, after = (f"order of {noun}s = {', '.join(order)}" for order in (was, names))
+                old_names = [_name(new[k]) for k, _ in sorted(same_kind, key=lambda pair: pair[1])]
+                before, after = (f"order of {noun}s = {', '.join(order)}" for order in (old_names, names))
                 line = new[same_kind[0][0]].line
                 self._found.append(Difference(CHANGED, "add-on", "", place, line, before, after))
             else:
@@ -266,8 +266,8 @@ class _Comparer:
                 yield from self._steps(entry, {**names.get("", {}), **names.get(program, {})})
 
     def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
-        old = [with_new_names(step, names) for step in routine.old.steps]
-        for pair in without_followers(paired(old, routine.new.steps)):
+        old_steps = [with_new_names(step, names) for step in routine.old.steps]
+        for pair in without_followers(paired(old_steps, routine.new.steps)):
             yield from self._step(routine.owner, pair)
 
     def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
@@ -284,9 +284,9 @@ class _Comparer:
         elif old.layout != new.layout:
             self._note(LAYOUT, owner)
         if old.comment != new.comment:
-            where = _name_of(new)
+            rung_name = _name_of(new)
             yield Difference(
-                CHANGED, "comment", owner, where, new.line, old.comment, new.comment, "", (old,), (new,)
+                CHANGED, "comment", owner, rung_name, new.line, old.comment, new.comment, "", (old,), (new,)
             )
 
     def _note(self, what: str, where: str) -> None:
@@ -295,7 +295,7 @@ class _Comparer:
 
     def apart_lines(self) -> Iterator[str]:
         """Yield a line for each kind of change that is listed apart."""
-        yield from (f"{noun} {', '.join(where)}" for noun, where in self._apart.items())
+        yield from (f"{noun} {', '.join(places)}" for noun, places in self._apart.items())
 
 
 def _by_place(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
@@ -331,7 +331,7 @@ def _without_shared(
 
 
 def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
-    """Replace each common part that the other list lacks by its items."""
+    """Replace each common part that the other list lacks with its items."""
     parts: list[Item | CommonPart] = []
     for part in items:
         if isinstance(part, Item):
@@ -383,8 +383,8 @@ def _orders_of_members(old: Item, new: Item) -> list[str]:
     if old.what != "data type":
         return []
     orders = _members(old), _members(new)
-    common = set(orders[0]).intersection(orders[1])
-    before, after = (", ".join(label for label in order if label in common) for order in orders)
+    common_labels = set(orders[0]).intersection(orders[1])
+    before, after = (", ".join(label for label in order if label in common_labels) for order in orders)
     return [before, after] if before != after else []
 
 
@@ -417,8 +417,8 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
-    inner = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
-    return "\n".join((*item.lines(steps=steps), *inner))
+    inner_lines = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
+    return "\n".join((*item.lines(steps=steps), *inner_lines))
 
 
 def _all_steps(item: Item) -> tuple[Step, ...]:
@@ -434,6 +434,6 @@ def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Di
     assert step is not None
     before, after = ("" if side is None else side.text for side in (old, new))
     olds, news = (() if side is None else (side,) for side in (old, new))
-    was = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
+    old_name = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
     name = _name_of(step)
-    return Difference(kind, step.what, owner, name, step.line, before, after, was, olds, news)
+    return Difference(kind, step.what, owner, name, step.line, before, after, old_name, olds, news)

@@ -136,9 +136,9 @@ class _L5xOutline:
 
     def _item(self, element: Any) -> Item:
         noun = KINDS[element.tag]
-        named = noun not in ("export", "controller")  # a file has only one of each
-        item = Item(noun, element.get("Name", "") if named else "", self._line(element))
-        skipped = {"Name"} if named else set()
+        is_named = noun not in ("export", "controller")  # a file has only one of each
+        item = Item(noun, element.get("Name", "") if is_named else "", self._line(element))
+        skipped = {"Name"} if is_named else set()
         for name, text in element.attrib.items():
             if name not in skipped:
                 _add(item, name, name, text)
@@ -195,13 +195,10 @@ class _L5xOutline:
 
     def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
         """Add a member of a data type: its type and its other attributes."""
-        attributes = dict(element.attrib)
-        label = f"member {attributes.pop('Name', '')}"
-        kind, dims = (
-            attributes.pop("DataType", ""),
-            attributes.pop("Dimension", attributes.pop("Dimensions", "0")),
-        )
-        settings = ", ".join(f"{name} {text}" for name, text in attributes.items())
+        fields = dict(element.attrib)
+        label = f"member {fields.pop('Name', '')}"
+        kind, dims = fields.pop("DataType", ""), fields.pop("Dimension", fields.pop("Dimensions", "0"))
+        settings = ", ".join(f"{name} {text}" for name, text in fields.items())
         item.fields.append(
             (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{settings and f' ({settings})'}")
         )
@@ -256,18 +253,18 @@ class _L5xOutline:
 
     def chart(self, content: Any, number: int) -> Iterator[Step]:
         """Yield the elements of a chart or of a diagram's sheets, with connections by name."""
-        head = content.get("OnlineEditType", "")
+        edit_type = content.get("OnlineEditType", "")
         place = number
         for sheet in [content, *content.iterchildren("Sheet")]:
             names = _names(sheet)
-            inner = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
-            for node in inner:
+            nodes = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
+            for node in nodes:
                 text = _element_text(node, names)
                 if text:
                     places = [
                         f"{name}={position}" for name, position in node.attrib.items() if name in PLACES
                     ]
-                    shown = f"{head}: {text}" if head else text
+                    shown = f"{edit_type}: {text}" if edit_type else text
                     key, name = " ".join(shown.split()), names.get(node.get("ID", ""), "")
                     layout = " ".join(places)
                     yield Step(ELEMENT, place, shown, key, "", self._line(node), name, layout)

@@ -67,8 +67,8 @@ class _Page:
         yield f"<header><h1>{title}</h1>"
         yield f'<p class="summary">{_shown(self._comparison.summary)}</p>'
         if self._comparison.apart:
-            listed = "".join(f"<li>{_shown(note)}</li>" for note in self._comparison.apart)
-            yield f"<details><summary>not counted</summary><ul>{listed}</ul></details>"
+            notes = "".join(f"<li>{_shown(note)}</li>" for note in self._comparison.apart)
+            yield f"<details><summary>not counted</summary><ul>{notes}</ul></details>"
         yield "</header>"
         if len(self._groups) > 1:
             yield from self._contents()
@@ -142,10 +142,10 @@ def _rows(before: str, after: str) -> str:
     labels = [[line.partition(" = ")[0] for line in side] for side in (olds, news)]
     rows: list[tuple[str | None, str | None]] = []
     i = k = 0
-    for old_end, to in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
-        rows += zip_longest(olds[i:old_end], news[k:to])
-        rows += zip(olds[old_end : old_end + 1], news[to : to + 1], strict=True)
-        i, k = old_end + 1, to + 1
+    for old_end, new_end in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
+        rows += zip_longest(olds[i:old_end], news[k:new_end])
+        rows += zip(olds[old_end : old_end + 1], news[new_end : new_end + 1], strict=True)
+        i, k = old_end + 1, new_end + 1
     shown = "".join(_row(*row) for row in rows[:MOST_ROWS])
     footer = f"<p>… {len(rows) - MOST_ROWS:,} more lines</p>" if len(rows) > MOST_ROWS else ""
     return f'<div class="fields">{shown}</div>{footer}'

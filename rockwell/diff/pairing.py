@@ -124,10 +124,10 @@ class _Free:
         for k in sorted(self.new):
             step = self._new[k]
             candidates = places.get(step.key)
-            plain = step.what == LINE and (
+            is_plain = step.what == LINE and (
                 len(step.key) < SHORTEST or counts[step.key] > 1 or len(candidates or ()) > 1
             )
-            if candidates and not plain:
+            if candidates and not is_plain:
                 i = candidates.pop()
                 self.take(i, k)
                 yield i, k
@@ -152,11 +152,11 @@ class _Free:
         olds = {i: _weights(self._old[i].key) for i in before}
         news = {k: _weights(self._new[k].key) for k in after}
         words = sum(map(len, (*olds.values(), *news.values())))
-        wide = WINDOW if words <= MOST_TOKENS else 0
+        window = WINDOW if words <= MOST_TOKENS else 0
         for number, i in enumerate(before):
             middle = number * len(after) // len(before)
             comment = self._old[i].comment
-            for k in after[max(middle - wide, 0) : middle + wide + 1]:
+            for k in after[max(middle - window, 0) : middle + window + 1]:
                 same_comment = comment and comment == self._new[k].comment
                 yield i, k, 1.0 if same_comment else _similarity(olds[i], news[k])
 
@@ -172,7 +172,7 @@ def _weights(key: str) -> Counter[str]:
 
 
 def _similarity(one: Counter[str], other: Counter[str]) -> float:
-    whole = one.total() + other.total()
+    total = one.total() + other.total()
     few, many = (one, other) if len(one) < len(other) else (other, one)
-    common = sum(min(count, many[word]) for word, count in few.items())
-    return 2 * common / whole if whole else 0.0
+    common_count = sum(min(count, many[word]) for word, count in few.items())
+    return 2 * common_count / total if total else 0.0

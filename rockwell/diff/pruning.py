@@ -60,18 +60,20 @@ class _Element(NamedTuple):
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     """Return two documents without the elements that both have; unchanged if either has comments."""
-    whole = PrunedDocument(old, []), PrunedDocument(new, [])
+    documents = PrunedDocument(old, []), PrunedDocument(new, [])
     old_cutting, new_cutting = _Cutting(old), _Cutting(new)
     for _ in range(_LEVELS):
         old_elements, new_elements = old_cutting.elements(), new_cutting.elements()
         if old_elements is None or new_elements is None:
-            return whole
-        common = {element.content for element in old_elements} & {element.content for element in new_elements}
-        old_cutting.cut_out(old_elements, common)
-        new_cutting.cut_out(new_elements, common)
+            return documents
+        common_contents = {element.content for element in old_elements} & {
+            element.content for element in new_elements
+        }
+        old_cutting.cut_out(old_elements, common_contents)
+        new_cutting.cut_out(new_elements, common_contents)
     joints = _joints(old, old_cutting.cut) & _joints(new, new_cutting.cut)
     before, after = _without(old, old_cutting.cut, joints), _without(new, new_cutting.cut, joints)
-    return whole if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
+    return documents if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
 
 
 class _Cutting:
@@ -127,7 +129,7 @@ def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
 
 
 def _without(data: bytes, parts: list[_Element], joints: set[Joint]) -> PrunedDocument:
-    """Replace elements by cuts; elements that are neighbors in both documents become one cut."""
+    """Replace elements with cuts; elements that are neighbors in both documents become one cut."""
     runs: list[list[int]] = []
     before: _Element | None = None
     for part in parts:

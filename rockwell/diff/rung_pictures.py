@@ -60,9 +60,9 @@ class _SpecsOf(Mapping[str, Spec]):
         self._calls = {name.upper(): name for name in _CALLED.findall(text)}
 
     def __getitem__(self, name: str) -> Spec:
-        known = BY_NAME.get(name)
-        if known is not None:
-            return known
+        spec = BY_NAME.get(name)
+        if spec is not None:
+            return spec
         called = self._calls[name]
         return Spec(called, InstructionKind.OUTPUT, (Use.ANYTHING,), run=lambda *_given: None)
 
@@ -85,8 +85,8 @@ def pictures(old: Step, new: Step) -> tuple[str, str] | None:
     ]
     pairs = aligned(*texts)
     paired = {i for i, _ in pairs}, {k for _, k in pairs}
-    edited = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
-    return _svg(rungs[0], edited[0]), _svg(rungs[1], edited[1])
+    edited_words = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
+    return _svg(rungs[0], edited_words[0]), _svg(rungs[1], edited_words[1])
 
 
 def picture(step: Step) -> str:

@@ -144,10 +144,10 @@ class AddOns:
                 for parameter in record.parameters
                 if _way_of(parameter) is ParameterMode.INOUT
             }
-            read = [
+            routines_read = [
                 (routine.name, reader.routine(record.name, routine, inouts)) for routine in record.routines
             ]
-            self._routines[name] = [routine for _, routine in read if routine is not None]
+            self._routines[name] = [routine for _, routine in routines_read if routine is not None]
             self._generated[name] = reader.generated(record.name)
         for record in self.again:
             text = f"there are two add-ons {record.name}; the first one is used"

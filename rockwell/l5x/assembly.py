@@ -1,4 +1,4 @@
-"""Assembly of a document's parts to a `Controller`, repeated after each refusal."""
+"""Assembles a document's parts into a `Controller`, again after each refusal."""
 
 from __future__ import annotations
 
@@ -165,21 +165,21 @@ class Parts:
 
 def owner_of(name: str) -> tuple[str, str]:
     r"""Split `\Program.Name` or `AddOn.Role`."""
-    owner, _, own = name.removeprefix("\\").partition(".")
-    return owner, own
+    owner, _, own_name = name.removeprefix("\\").partition(".")
+    return owner, own_name
 
 
 def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:
     """Add declarations; return the accepted ones."""
-    taken = []
+    added = []
     for declaration in declarations:
         try:
             to.add(declaration)
-            taken.append(declaration)
+            added.append(declaration)
         except LadderError as error:
             owner = "" if isinstance(to, Controller) else rf"\{to.name}."
             report.leave_out(f"{owner}{declaration.name}", str(error))
-    return taken
+    return added
 
 
 def without(routine: Routine, *places: int) -> Routine:
@@ -199,10 +199,10 @@ def harness_of(parts: Parts) -> Parts:
     budget = MOST_MADE
     for key, definition in parts.add_ons.items():
         tags = _arguments(definition)
-        taken = sum(_values(tag.type, counts) * count_of(tag.dims) for tag in tags)
-        if key in parts.uncalled or taken > budget:
+        value_count = sum(_values(tag.type, counts) * count_of(tag.dims) for tag in tags)
+        if key in parts.uncalled or value_count > budget:
             continue
-        budget -= taken
+        budget -= value_count
         rung = Rung((Instruction(definition.name, tuple(Address(tag.name) for tag in tags)),))
         programs[key] = ProgramPart(
             definition.name, declarations=[*tags], routines={"MAIN": Routine("Main", (rung,))}

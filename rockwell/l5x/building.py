@@ -53,19 +53,19 @@ class Builder:
 
     def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
         """Refuse the rungs and objects with problems; return whether any was refused."""
-        something = False
+        is_changed = False
         for problem in problems:
             owner, routine = owner_of(problem.site.routine)
             if problem.site.rung is not None:
-                something |= self.refuse(
+                is_changed |= self.refuse(
                     owner, routine, problem.site.rung, problem.text, problem.remedy, problem.site
                 )
-                something |= parts is not self._parts and self._leave_out(owner, problem)
+                is_changed |= parts is not self._parts and self._leave_out(owner, problem)
             elif problem.site.tag:
-                something |= self._drop_initial(problem.site.tag, problem.text, parts)
+                is_changed |= self._drop_initial(problem.site.tag, problem.text, parts)
             elif routine:
-                something |= self._refuse_routine(owner, routine, problem)
-        return something
+                is_changed |= self._refuse_routine(owner, routine, problem)
+        return is_changed
 
     def _leave_out(self, name: str, problem: Problem) -> bool:
         key = name.upper()
@@ -113,7 +113,7 @@ class Builder:
         return f"{body.replace('.', ', action ')}, line {number}: " if body else "", line
 
     def _remove(self, owner: str, routine: str, found: Routine) -> None:
-        """Replace a program's routine by a function that does nothing; empty an add-on's routine."""
+        """Replace a program's routine with a function that does nothing; empty an add-on's routine."""
         part = self._parts.programs.get(owner.upper())
         if part is not None:
             del part.routines[routine.upper()]
@@ -133,19 +133,19 @@ class Builder:
         target = self._routine(owner, routine)
         if target is None:
             return False
-        refused = [
+        outcomes = [
             self.refuse(owner, routine, number, problem.text, problem.remedy)
             for number in range(len(target.rungs) or 1)
         ]
-        return any(refused)
+        return any(outcomes)
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
         reason = str(error).replace("\n", " ")
-        owned = [(owner, refused, "correct the program") for owner, refused in parts.owned()]
+        owned = [(owner, member, "correct the program") for owner, member in parts.owned()]
         owned += [
-            (definition.name, refused, "correct the add-on")
+            (definition.name, member, "correct the add-on")
             for definition in parts.add_ons.values()
-            for refused in definition.routines
+            for member in definition.routines
         ]
         for owner, routine, remedy in owned:
             for number in range(len(routine.rungs) or 1):
@@ -179,14 +179,14 @@ class Builder:
         return self._drop_defaults(text)
 
     def _drop_defaults(self, text: str) -> bool:
-        something = False
+        is_changed = False
         for key, definition in self._parts.add_ons.items():
             parameters = tuple(replace(parameter, initial=None) for parameter in definition.parameters)
             if parameters != definition.parameters:
                 self._parts.add_ons[key] = replace(definition, parameters=parameters)
                 self._report.lose(definition.name, f"its defaults are not used: {text}")
-                something = True
-        return something
+                is_changed = True
+        return is_changed
 
 
 def _with_routine(definition: AddOn, new: Routine) -> AddOn:

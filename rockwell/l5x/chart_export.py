@@ -52,8 +52,8 @@ class _Writer:
     def _finish(self) -> None:
         """Write the parameters of the chart, the links and the notes."""
         if self._chart.inputs or self._chart.returns:
-            listed = {"In": self._chart.inputs, "Ret": self._chart.returns}
-            attributes = {name: " ".join(map(str, names)) for name, names in listed.items()}
+            addresses = {"In": self._chart.inputs, "Ret": self._chart.returns}
+            attributes = {name: " ".join(map(str, names)) for name, names in addresses.items()}
             element(self._content, "SbrRet", ID=self._id(), X="40", Y="60", **attributes)
         for source, target in self._links:
             element(self._content, "DirectedLink", FromID=str(source), ToID=str(target), Show="true")
@@ -76,15 +76,17 @@ class _Writer:
             for name in ("PRE", "LimitHigh", "LimitLow")
         }
         cell = self._layout.steps[step.name.upper()]
-        made = self._add("Step", step.name, cell, InitialStep=flag(step.initial), **uses, ShowActions="true")
-        self._ids[step.name.upper()] = int(made.get("ID"))
+        step_element = self._add(
+            "Step", step.name, cell, InitialStep=flag(step.initial), **uses, ShowActions="true"
+        )
+        self._ids[step.name.upper()] = int(step_element.get("ID"))
         for name, value in step.presets:
-            write_statements(element(made, "Preset" if name == "PRE" else name), [str(value)])
+            write_statements(element(step_element, "Preset" if name == "PRE" else name), [str(value)])
         for action in step.actions:
-            self._action(made, action)
+            self._action(step_element, action)
 
     def _action(self, parent: Any, action: Action) -> None:
-        made = element(
+        action_element = element(
             parent,
             "Action",
             ID=self._id(),
@@ -94,24 +96,26 @@ class _Writer:
             PresetUsesExpr=flag(action.preset is not None),
         )
         if action.indicator:
-            made.set("IndicatorTag", action.indicator)
+            action_element.set("IndicatorTag", action.indicator)
         if action.preset is not None:
-            write_statements(element(made, "Preset"), [str(action.preset)])
+            write_statements(element(action_element, "Preset"), [str(action.preset)])
         if action.body is not None:
-            write_statements(element(made, "Body"), block_lines(action.body))
+            write_statements(element(action_element, "Body"), block_lines(action.body))
 
     def _transition(self, transition: Transition, place: int) -> int:
-        made = self._add("Transition", transition.name, self._layout.transitions[place])
-        write_statements(element(made, "Condition"), [str(transition.condition)])
-        return int(made.get("ID"))
+        transition_element = self._add("Transition", transition.name, self._layout.transitions[place])
+        write_statements(element(transition_element, "Condition"), [str(transition.condition)])
+        return int(transition_element.get("ID"))
 
     # --- branches and links
 
     def _branch(self, kind: str, flow: str, row: int, legs_needed: int, **more: str) -> tuple[int, list[int]]:
         """Add a branch; return its ID and the IDs of its legs."""
         number, y = self._id(), str(_TOP + row * _HIGH - _HIGH // 2)
-        made = element(self._content, "Branch", ID=number, Y=y, BranchType=kind, BranchFlow=flow, **more)
-        legs = [element(made, "Leg", ID=self._id()) for _ in range(legs_needed)]
+        branch_element = element(
+            self._content, "Branch", ID=number, Y=y, BranchType=kind, BranchFlow=flow, **more
+        )
+        legs = [element(branch_element, "Leg", ID=self._id()) for _ in range(legs_needed)]
         return int(number), [int(leg.get("ID")) for leg in legs]
 
     def _sides(self, transition: Transition, number: int) -> None:
@@ -129,19 +133,19 @@ class _Writer:
     def _selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
         """Link a step to the transitions around it; several are linked through a selection branch."""
         key = step.name.upper()
-        own, row = self._ids[key], self._layout.steps[key][1]
+        step_id, row = self._ids[key], self._layout.steps[key][1]
         leaving = list(self._single(key, numbers, "sources"))
         entering = list(self._single(key, numbers, "targets"))
         if len(leaving) == 1:
-            self._links.append((own, leaving[0]))
+            self._links.append((step_id, leaving[0]))
         elif leaving:
             branch, legs = self._branch("Selection", "Diverge", row + 1, len(leaving), Priority="UserDefined")
-            self._links += [(own, branch), *zip(legs, leaving, strict=True)]
+            self._links += [(step_id, branch), *zip(legs, leaving, strict=True)]
         if len(entering) == 1:
-            self._links.append((entering[0], own))
+            self._links.append((entering[0], step_id))
         elif entering:
             branch, legs = self._branch("Selection", "Converge", row, len(entering))
-            self._links += [*zip(entering, legs, strict=True), (branch, own)]
+            self._links += [*zip(entering, legs, strict=True), (branch, step_id)]
 
     def _single(self, key: str, numbers: Sequence[int], side: str) -> Iterator[int]:
         for transition, number in zip(self._chart.transitions, numbers, strict=True):

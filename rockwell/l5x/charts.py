@@ -137,11 +137,11 @@ class _Graph:
 
     def _ordered(self, key: int, way: dict[int, list[int]]) -> list[int]:
         """Return the neighbors of an element; legs from left to right, unless they have priorities."""
-        listed = list(dict.fromkeys(way.get(key, ())))
+        ordered = list(dict.fromkeys(way.get(key, ())))
         element = self.elements[key]
         if element.tag == "Branch" and element.attributes.get("Priority", "Default") != "Default":
-            return listed
-        return sorted(listed, key=lambda each: self._x(each, way))
+            return ordered
+        return sorted(ordered, key=lambda each: self._x(each, way))
 
     def _x(self, key: int, way: dict[int, list[int]]) -> int:
         for _ in range(len(self.elements)):
@@ -196,9 +196,9 @@ class ChartBuilder:
         leaving = {key: self._leaving(key, element) for key, element in self._of("Step", "Stop")}
         names = {key: step.name for key, step in steps.items()}
         order = dict.fromkeys(chain(*leaving.values(), ends))
-        made = {key: self._transition(key, *ends[key], names) for key in order}
+        transitions = {key: self._transition(key, *ends[key], names) for key in order}
         notes = tuple(box.text for box in self._content.children if box.tag == "TextBox" and box.text)
-        return in_order(Chart(tuple(steps.values()), tuple(made.values()), *self._arguments(), notes))
+        return in_order(Chart(tuple(steps.values()), tuple(transitions.values()), *self._arguments(), notes))
 
     def _arguments(self) -> tuple[tuple[Address, ...], tuple[Address, ...]]:
         """Return the inputs and returns of the subroutine."""
@@ -243,8 +243,8 @@ class ChartBuilder:
         word = element.attributes.get("Qualifier", "NonStored")
         qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
         if qualifier is None:
-            allowed = ", ".join(known.value for known in Qualifier)
-            raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {allowed}")
+            qualifiers = ", ".join(choice.value for choice in Qualifier)
+            raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {qualifiers}")
         boolean = element.attributes.get("IsBoolean", "").lower() == "true"
         body = None if boolean or qualifier is Qualifier.R else self._body(element)
         return Action(

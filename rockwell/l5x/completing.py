@@ -79,8 +79,8 @@ class Completion:
             return None
         if not (self._all or ":" in name) or is_bound(name, self._slots):
             return None
-        plain = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
-        return (address.name, address.steps) if plain else None
+        match = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
+        return (address.name, address.steps) if match else None
 
     def _declare_guess(self, guess: Guess) -> None:
         name = guess.name.rpartition(".")[2] if guess.name.startswith("\\") else guess.name

@@ -113,8 +113,8 @@ def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
     parent = element(controller, "DataTypes", **_CONTEXT)
     for kind in kinds:
         family = "StringFamily" if kind.is_string else "NoFamily"
-        made = element(parent, "DataType", Name=kind.name, Family=family, Class="User")
-        members = element(made, "Members")
+        type_element = element(parent, "DataType", Name=kind.name, Family=family, Class="User")
+        members = element(type_element, "Members")
         for member in kind.members:
             _write_member(members, kind, member)
 
@@ -150,7 +150,7 @@ def _radix(kind: DataType) -> str:
 def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
     parent = element(controller, "AddOnInstructionDefinitions", **_CONTEXT)
     for definition in definitions:
-        made = element(
+        add_on_element = element(
             parent,
             "AddOnInstructionDefinition",
             Name=definition.name,
@@ -159,8 +159,8 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             ExecutePostscan=flag(definition.routine(POSTSCAN) is not None),
             ExecuteEnableInFalse=flag(definition.routine(OTHERWISE) is not None),
         )
-        text_element(made, "Description", definition.comment)
-        parameters, local = element(made, "Parameters"), element(made, "LocalTags")
+        text_element(add_on_element, "Description", definition.comment)
+        parameters, local = element(add_on_element, "Parameters"), element(add_on_element, "LocalTags")
         for name, usage in zip(ENABLES, ("Input", "Output"), strict=True):
             element(
                 parameters,
@@ -173,7 +173,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             )
         for parameter in definition.parameters:
             _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
-        inside = element(made, "Routines")
+        inside = element(add_on_element, "Routines")
         for routine in definition.routines:
             _write_routine(inside, routine)
 
@@ -187,12 +187,12 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
     if parameter.dims:
         attributes["Dimensions"] = " ".join(map(str, parameter.dims))
     if parameter.way is ParameterMode.LOCAL:
-        made = element(parent, "LocalTag", Name=parameter.name, **attributes)
+        parameter_element = element(parent, "LocalTag", Name=parameter.name, **attributes)
     else:
         attributes |= {"Usage": _USAGES[parameter.way], "Required": flag(parameter.required)}
-        made = element(parent, "Parameter", Name=parameter.name, **attributes)
-    text_element(made, "Description", parameter.comment)
-    _write_data(made, "DefaultData", parameter.type, parameter.dims, parameter.initial)
+        parameter_element = element(parent, "Parameter", Name=parameter.name, **attributes)
+    text_element(parameter_element, "Description", parameter.comment)
+    _write_data(parameter_element, "DefaultData", parameter.type, parameter.dims, parameter.initial)
 
 
 # --- tags and their values
@@ -205,15 +205,15 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
                 f"{declaration.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
             )
         if isinstance(declaration, Alias):
-            made = element(
+            tag_element = element(
                 parent, "Tag", Name=declaration.name, TagType="Alias", AliasFor=str(declaration.target)
             )
-            text_element(made, "Description", declaration.comment)
+            text_element(tag_element, "Description", declaration.comment)
             continue
         if ":" in declaration.name:
             continue  # a module's tag, which is elsewhere in a controller
         dims = {"Dimensions": " ".join(map(str, declaration.dims))} if declaration.dims else {}
-        made = element(
+        tag_element = element(
             parent,
             "Tag",
             Name=declaration.name,
@@ -222,8 +222,8 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
             **dims,
             Constant="false",
         )
-        text_element(made, "Description", declaration.comment)
-        _write_data(made, "Data", declaration.type, declaration.dims, declaration.initial)
+        text_element(tag_element, "Description", declaration.comment)
+        _write_data(tag_element, "Data", declaration.type, declaration.dims, declaration.initial)
 
 
 def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
@@ -237,15 +237,15 @@ def _write_value(
     parent: Any, kind: DataType, dims: tuple[int, ...], value: Any, member: str | None = None
 ) -> None:
     """Add the value of a tag, or of a structure's member."""
-    suffix, named = ("", {}) if member is None else ("Member", {"Name": member})
-    named["DataType"] = kind.name
+    suffix, attributes = ("", {}) if member is None else ("Member", {"Name": member})
+    attributes["DataType"] = kind.name
     if dims:
-        array = element(parent, f"Array{suffix}", **named, Dimensions=_joined(dims))
+        array = element(parent, f"Array{suffix}", **attributes, Dimensions=_joined(dims))
         _write_array(array, kind, dims, value)
     elif isinstance(kind, Structure):
-        _write_structure(element(parent, f"Structure{suffix}", **named), kind, value)
+        _write_structure(element(parent, f"Structure{suffix}", **attributes), kind, value)
     else:
-        element(parent, f"DataValue{suffix}", **named, Radix=_radix(kind), Value=_number(kind, value))
+        element(parent, f"DataValue{suffix}", **attributes, Radix=_radix(kind), Value=_number(kind, value))
 
 
 def _joined(dims: tuple[int, ...]) -> str:
@@ -305,15 +305,15 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
     roots = {"MainRoutineName": program.main, "FaultRoutineName": program.fault} if whole else {}
     if whole and not program.main and routines:
         roots["MainRoutineName"] = routines[0].name
-    made = element(
+    program_element = element(
         parent,
         "Program",
         **(_TARGET if whole else _CONTEXT),
         Name=program.name,
         **{name: value for name, value in roots.items() if value},
     )
-    _write_tags(element(made, "Tags"), _without_generated(program))
-    parent = element(made, "Routines", **({} if whole else _CONTEXT))
+    _write_tags(element(program_element, "Tags"), _without_generated(program))
+    parent = element(program_element, "Routines", **({} if whole else _CONTEXT))
     for routine in routines:
         _write_routine(parent, routine, target=not whole)
 
@@ -334,28 +334,28 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
     kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
     if routine.drawing is not None:
         kind = "FBD"
-    made = element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
-    text_element(made, "Description", routine.comment)
+    routine_element = element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
+    text_element(routine_element, "Description", routine.comment)
     if routine.chart is not None:
-        write_chart(made, routine.chart)
+        write_chart(routine_element, routine.chart)
     elif routine.drawing is not None:
-        _write_drawing(made, routine.drawing.record)
+        _write_drawing(routine_element, routine.drawing.record)
     elif routine.statements is not None:
-        write_statements(made, block_lines(routine.statements))
+        write_statements(routine_element, block_lines(routine.statements))
     else:
-        content = element(made, "RLLContent")
+        content = element(routine_element, "RLLContent")
         for number, rung in enumerate(routine.rungs):
-            written = element(content, "Rung", Number=str(number), Type="N")
-            text_element(written, "Comment", rung.comment)
-            element(written, "Text").text = cdata(str(rung))
+            rung_element = element(content, "Rung", Number=str(number), Type="N")
+            text_element(rung_element, "Comment", rung.comment)
+            element(rung_element, "Text").text = cdata(str(rung))
 
 
 def _write_drawing(parent: Any, record: ElementRecord) -> None:
     """Write the content of a function block diagram exactly as it was read."""
-    made = element(parent, record.tag, **record.attributes)
+    drawing_element = element(parent, record.tag, **record.attributes)
     if record.text.strip():
-        made = element(made, "Text") if record.tag == "TextBox" else made
-        made.text = cdata(record.text)
+        drawing_element = element(drawing_element, "Text") if record.tag == "TextBox" else drawing_element
+        drawing_element.text = cdata(record.text)
     for child in record.children:
         if (record.tag, child.tag) != ("TextBox", "Text"):
-            _write_drawing(made, child)
+            _write_drawing(drawing_element, child)

@@ -116,8 +116,8 @@ class Importer:
     def _stub_messages(self) -> None:
         """Complete messages without a stub of their own; report it if there are messages."""
         self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
-        used = all_instructions(routine for _, routine in self._owned())
-        if any(instruction.name == ALL_MESSAGES for instruction in used):
+        instructions = all_instructions(routine for _, routine in self._owned())
+        if any(instruction.name == ALL_MESSAGES for instruction in instructions):
             self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- reading
@@ -248,9 +248,9 @@ class Importer:
 
     def _choose_routines(self, record: ProgramRecord, part: ProgramPart) -> None:
         """Set the main and fault routines of a program; a phase without a main routine idles."""
-        known = {*part.routines, *part.functions}
-        part.main = record.main if record.main.upper() in known else None
-        part.fault = record.fault if record.fault.upper() in known else None
+        routine_names = {*part.routines, *part.functions}
+        part.main = record.main if record.main.upper() in routine_names else None
+        part.fault = record.fault if record.fault.upper() in routine_names else None
         if record.is_phase:
             self.report.note(record.name, _PHASE, record.line)
             if part.main is None:

@@ -90,13 +90,13 @@ def module_tags(
             if tag.kind.endswith("AliasTag"):
                 aliases.append((module, tag))
                 continue
-            made = _tag(module, tag, types, report)
-            if made is None:
+            declaration = _tag(module, tag, types, report)
+            if declaration is None:
                 continue
-            if not is_bound(made.name, slots):
-                tags.setdefault(made.name.upper(), made)
-            elif tag.kind == "OutputTag" and slot is not None and made.initial is not None:
-                outputs.setdefault(slot, _memory(made))
+            if not is_bound(declaration.name, slots):
+                tags.setdefault(declaration.name.upper(), declaration)
+            elif tag.kind == "OutputTag" and slot is not None and declaration.initial is not None:
+                outputs.setdefault(slot, _memory(declaration))
     for module, tag in aliases:
         alias = _alias(module, tag, tags)
         if alias is not None:
@@ -175,9 +175,11 @@ def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structur
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
         return None
     name = f"{module.catalog}:{tag.suffix}"
-    listed = next(filter(None, map(_numbers_in, tag.data)), 0)
-    if listed and tag.size % listed == 0 and tag.size // listed in _BY_BYTES:
-        return types.own(Structure(name, (Member("Data", _BY_BYTES[tag.size // listed], (listed,)),)))
+    value_count = next(filter(None, map(_numbers_in, tag.data)), 0)
+    if value_count and tag.size % value_count == 0 and tag.size // value_count in _BY_BYTES:
+        return types.own(
+            Structure(name, (Member("Data", _BY_BYTES[tag.size // value_count], (value_count,)),))
+        )
     fault = (Member("Fault", DINT),) if is_input else ()
     return types.own(Structure(name, (*fault, Member("Data", INT, (size // 2,)))))
 
@@ -206,8 +208,8 @@ def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
 
 def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Declaration]) -> Alias | None:
     """Return the alias of a rack connection; None if the adapter's tag is unknown."""
-    way = "I" if tag.kind == "InAliasTag" else "O"
-    adapter = found.get(f"{module.parent}:{way}".upper())
+    direction = "I" if tag.kind == "InAliasTag" else "O"
+    adapter = found.get(f"{module.parent}:{direction}".upper())
     if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):
         return None
     part = next((name for name in _PARTS if adapter.type.member(name)), None)
@@ -215,4 +217,4 @@ def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Decla
     if part is None or place is None:
         return None
     target = parse_address(f"{adapter.name}.{part}[{place}]")
-    return Alias(f"{prefix_of(module)}:{way}", target, module.name)
+    return Alias(f"{prefix_of(module)}:{direction}", target, module.name)

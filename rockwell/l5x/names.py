@@ -29,9 +29,9 @@ class Names:
 
     def record(self, owner: str, name: str) -> TagRecord | None:
         """Return the tag that a name means in a program or an add-on; None if there is none."""
-        own = self.add_ons.get(owner.upper())
-        if own is not None and name.upper() in own:
-            return own[name.upper()]
+        add_on = self.add_ons.get(owner.upper())
+        if add_on is not None and name.upper() in add_on:
+            return add_on[name.upper()]
         if name.startswith("\\"):
             owner, name = owner_of(name)
             return self.tags.get(owner.upper(), {}).get(name.upper())

@@ -52,8 +52,8 @@ def _found(what: str, among: list[Span], name: str) -> Span:
 
 
 def _is_target(root: Span, program: Span, routine: Span | None) -> bool:
-    chosen = program if routine is None else routine
-    return root.attributes.get("TargetType") == chosen.tag and chosen.attributes.get("Use") == "Target"
+    target = program if routine is None else routine
+    return root.attributes.get("TargetType") == target.tag and target.attributes.get("Use") == "Target"
 
 
 class _Extraction:
@@ -79,15 +79,15 @@ class _Extraction:
 
     def _head(self) -> Iterator[Splice]:
         """Yield the splices for the attributes of the root element."""
-        root, chosen = self._text.root, self._routine or self._program
+        root, target = self._text.root, self._routine or self._program
         present = root.attributes.get("ExportOptions", "").split()
         options = sorted(_NEEDED | set(present), key=lambda each: (*_OPTIONS, *present).index(each))
-        made: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
+        attributes: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
         if self._routine is not None:
-            made["TargetSubType"] = self._routine.attributes.get("Type")
-        made |= {"TargetName": chosen.name, "TargetType": chosen.tag, "ContainsContext": "true"}
-        made["ExportOptions"] = " ".join(options)
-        yield from self._changed(root, made)
+            attributes["TargetSubType"] = self._routine.attributes.get("Type")
+        attributes |= {"TargetName": target.name, "TargetType": target.tag, "ContainsContext": "true"}
+        attributes["ExportOptions"] = " ".join(options)
+        yield from self._changed(root, attributes)
 
     def _changed(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
         for name, value in attributes.items():
@@ -95,17 +95,17 @@ class _Extraction:
                 yield self._text.attribute(span, name, value)
 
     def _of_program(self, program: Span) -> Iterator[Splice]:
-        whole = self._routine is None
-        yield from self._changed(program, {"Use": "Target" if whole else "Context"})
+        is_whole = self._routine is None
+        yield from self._changed(program, {"Use": "Target" if is_whole else "Context"})
         for child in program.children:
-            if whole:
+            if is_whole:
                 yield from self._plain([child])
             elif child.tag in ("Tags", "Routines"):
                 yield from self._changed(child, {"Use": "Context"})
             else:
                 yield self._text.without(child)
         for routine in _routines(program):
-            if whole:
+            if is_whole:
                 yield from self._plain([routine])
             elif routine is self._routine:
                 yield from self._changed(routine, {"Use": "Target"})

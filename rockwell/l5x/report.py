@@ -46,8 +46,8 @@ class Refusal:
         return {name: value for name, value in asdict(self).items() if name != "tag"}
 
     def __str__(self) -> str:
-        where = [self.program, self.routine, "" if self.rung is None else f"rung {self.rung}"]
-        place = ", ".join(filter(None, where))
+        places = [self.program, self.routine, "" if self.rung is None else f"rung {self.rung}"]
+        place = ", ".join(filter(None, places))
         column = "" if self.rung is None else f", column {self.column}"
         return f"{self.file}:{self.line}: {place}{column}: {self.reason}; {self.remedy}"
 
@@ -85,9 +85,9 @@ class StructuredRoutine:
 
     def counts(self) -> Iterator[tuple[str, int, int]]:
         """Yield routines, lines and statements: total and refused."""
-        whole = self.is_refused
-        yield "routines", 1, int(whole)
-        yield "lines", self.lines, self.lines if whole else min(self.refused, self.lines)
+        is_whole = self.is_refused
+        yield "routines", 1, int(is_whole)
+        yield "lines", self.lines, self.lines if is_whole else min(self.refused, self.lines)
         yield "statements", self.statements, self.refused
 
 
@@ -126,13 +126,13 @@ class Report:
 
     def structured(self) -> dict[str, dict[str, int]]:
         """Count routines, lines and statements of structured text: total, imported, refused, ran."""
-        counted = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
+        counts = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
         for text in self._of("ST", "SFC"):
             for name, total, refused in text.counts():
                 imported = total - refused
                 for key, count in zip(_COUNTED, (total, imported, refused, imported * text.ran), strict=True):
-                    counted[name][key] += count
-        return counted
+                    counts[name][key] += count
+        return counts
 
     def _of(self, *kinds: str) -> list[StructuredRoutine]:
         return [text for text in self.texts if text.kind in kinds]
@@ -170,17 +170,17 @@ class Report:
 
     def why_not(self, program: str, tag: str) -> str:
         """Return why a tag in the scope of a program is not declared; "" if the file lacks it."""
-        own = rf"\{program}.{tag}".upper()
-        return self.undeclared.get(own) or self.undeclared.get(tag.upper(), "")
+        scoped_name = rf"\{program}.{tag}".upper()
+        return self.undeclared.get(scoped_name) or self.undeclared.get(tag.upper(), "")
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings for a run, about lost values and online edits."""
         texts = []
         if self.lost:
-            shown = ", ".join(self.lost[:LOST_SHOWN])
+            losses = ", ".join(self.lost[:LOST_SHOWN])
             suffix = f" and {len(self.lost) - LOST_SHOWN:,} more" * (len(self.lost) > LOST_SHOWN)
-            lost = f"values of the export are lost: {shown}{suffix}"
+            lost = f"values of the export are lost: {losses}{suffix}"
             texts.append(f"{self.file}: {lost}; scanrack l5x {self.file} says why")
         if self.forces:
             texts.append(f"{self.file}: the export has {len(self.forces)} forces; --forces holds them")
@@ -215,9 +215,9 @@ class Report:
         }
 
     def _structured_line(self) -> str:
-        counted = self.structured()
-        routines, lines = (counted[name]["total"] for name in ("routines", "lines"))
-        total, imported, refused, ran = counted["statements"].values()
+        counts = self.structured()
+        routines, lines = (counts[name]["total"] for name in ("routines", "lines"))
+        total, imported, refused, ran = counts["statements"].values()
         head = f"structured text, {routines} routines of {lines} lines"
         return f"{head}: {total} statements, {imported} imported, {refused} refused, {ran} ran"
 
@@ -246,6 +246,6 @@ class Report:
             "stubs": map(": ".join, self.stubs.items()),
             "in the trial": map(": ".join, self.faults.items()),
         }
-        for title, listed in sections.items():
-            shown = [f"    {line}" for line in listed]
+        for title, rows in sections.items():
+            shown = [f"    {line}" for line in rows]
             yield from (f"{title}:", *shown) if shown else ()

@@ -38,14 +38,14 @@ def rewritten_l5x(
         by_routine.setdefault(edit.routine, []).append(edit)
     splices: list[Splice] = []
     changes: list[FileChange] = []
-    for name, own in by_routine.items():
+    for name, routine_edits in by_routine.items():
         routine = _EditedRoutine(text, file, name)
-        splices += routine.edited(own)
+        splices += routine.edited(routine_edits)
         changes += routine.changes
     for program in dict.fromkeys(tag.program for tag in tags):
-        new = [tag for tag in tags if tag.program == program]
-        splices.append(_declared(text, _program(text, file, program), new))
-        changes += (FileChange(f"tag {tag.name}", "it is new") for tag in new)
+        new_tags = [tag for tag in tags if tag.program == program]
+        splices.append(_declared(text, _program(text, file, program), new_tags))
+        changes += (FileChange(f"tag {tag.name}", "it is new") for tag in new_tags)
     return Rewritten(text.spliced(splices), tuple(changes))
 
 
@@ -60,8 +60,8 @@ def _program(text: L5xText, file: str, name: str) -> Span:
 
 def _instead(text: L5xText, there: Sequence[Span]) -> str:
     """Return names and lines of the elements that the file has instead, as the end of a message."""
-    shown = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in there[:5])
-    return f": it has {shown}{', …' if len(there) > 5 else ''}" if there else ""
+    spans = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in there[:5])
+    return f": it has {spans}{', …' if len(there) > 5 else ''}" if there else ""
 
 
 class _EditedRoutine:
@@ -81,8 +81,8 @@ class _EditedRoutine:
             raise LadderError(f"{self._where}: routine {name} has no rungs")
         self._rungs = [] if self._content is None else self._content.children
         if any(rung.attributes.get("Type", NORMAL).upper() != NORMAL for rung in self._rungs):
-            says = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
-            raise LadderError(f"{self._where}: {says}")
+            reason = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
+            raise LadderError(f"{self._where}: {reason}")
         self.changes: list[FileChange] = []
 
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
@@ -141,9 +141,9 @@ class _EditedRoutine:
             yield self._text.last(self._routine, b"<RLLContent>%s%s</RLLContent>" % (blanks, content))
 
     def _new_after(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
-        new = [self._between + self._rung(text, begin + index) for index, text in enumerate(texts)]
-        if new:
-            yield Splice(rung.end, rung.end, b"".join(new))
+        new_rungs = [self._between + self._rung(text, begin + index) for index, text in enumerate(texts)]
+        if new_rungs:
+            yield Splice(rung.end, rung.end, b"".join(new_rungs))
 
     @property
     def _between(self) -> bytes:

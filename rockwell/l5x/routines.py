@@ -75,8 +75,8 @@ def _column(text: str, site: Site) -> int:
 def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
     """Yield the versions of structured text in a routine with online edits."""
     for place, (kind, line) in enumerate(record.texts if len(record.texts) > 1 else ()):
-        says = TEXT_TYPES[kind].says if kind in TEXT_TYPES else "a text"
-        yield Edit(line, owner, record.name, None, kind, says, place == record.chosen)
+        description = TEXT_TYPES[kind].says if kind in TEXT_TYPES else "a text"
+        yield Edit(line, owner, record.name, None, kind, description, place == record.chosen)
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
@@ -135,8 +135,8 @@ class RoutineReader:
             self._report.note(name, f"it has {rung.texts} texts; the first one is read", rung.line)
         kind = RUNG_TYPES.get(rung.kind if rung.kind != "n" else NORMAL)
         if kind is None:
-            known = ", ".join(RUNG_TYPES)
-            reason = f"it is of type {rung.kind}; types of rungs are {known}"
+            types = ", ".join(RUNG_TYPES)
+            reason = f"it is of type {rung.kind}; types of rungs are {types}"
             self.refuse(owner, record.name, place, reason, _PENDING)
             return Rung((), rung.comment, origin)
         runs = kind.tested if record.tests_edits else kind.runs
@@ -202,16 +202,11 @@ class RoutineReader:
             self._refuse_text(owner, record, str(error), line, _CORRECT_DIAGRAM)
             return None
         self._diagrams[owner.upper(), record.name.upper()] = diagram
-        text, numbers = (
-            "\n".join(drawn_line.text for drawn_line in diagram.lines),
-            [drawn_line.number for drawn_line in diagram.lines],
-        )
+        text, numbers = ("\n".join(row.text for row in diagram.lines), [row.number for row in diagram.lines])
         try:
             block = parse_statements(text, file=self._report.file, lines=numbers, specs=self.specs)
         except RungTextError as error:
-            place = next(
-                (drawn_line.place for drawn_line in diagram.lines if drawn_line.number == error.site.line), ""
-            )
+            place = next((row.place for row in diagram.lines if row.number == error.site.line), "")
             reason = f"{place}: {error.reason}"
             self._refuse_text(owner, record, reason, error.site.line, _CORRECT_DIAGRAM)
             return None
@@ -255,11 +250,11 @@ class RoutineReader:
         if record.kind == "FBD":
             lines, count = [], 1
         refused = max(refused, drawn and block is None)  # a chart without statements is refused as a whole
-        counted = StructuredRoutine(
+        structured = StructuredRoutine(
             owner, record.name, len(lines), max(count, drawn), refused, kind=record.kind
         )
-        self._texts.setdefault((owner.upper(), record.name.upper()), counted)
-        self._report.texts.append(counted)
+        self._texts.setdefault((owner.upper(), record.name.upper()), structured)
+        self._report.texts.append(structured)
 
     # --- refusing
 
@@ -285,9 +280,9 @@ class RoutineReader:
 
     def refuse_object(self, owner: str, routine: str, reason: str, line: int, remedy: str) -> None:
         """Refuse a routine or another object, unless it is stubbed."""
-        counted = self._texts.get((owner.upper(), routine.upper()))
-        if counted is not None:
-            counted.refused = counted.statements
+        structured = self._texts.get((owner.upper(), routine.upper()))
+        if structured is not None:
+            structured.refused = structured.statements
         is_add_on = owner.upper() in self.specs and owner.upper() not in BY_NAME
         name = owner if is_add_on else routine
         if not {name.upper(), routine.upper()}.isdisjoint(self.stubbed):
@@ -300,13 +295,13 @@ class RoutineReader:
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
         """Refuse a statement by its line; the others of its routine stay."""
-        record, counted = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
-        if record is None or counted is None:
+        record, structured = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
+        if record is None or structured is None:
             return
-        before = counted.refused
+        before = structured.refused
         place, line = self.place_of(owner, routine, number)
         self.refuse_object(owner, routine, f"{place}: {reason}", line, remedy)
-        counted.refused = min(before + 1, counted.statements)
+        structured.refused = min(before + 1, structured.statements)
 
     def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
         """Refuse a whole routine; return whether there was something to refuse."""
@@ -321,9 +316,9 @@ class RoutineReader:
 
     def ran(self, owner: str, routine: str) -> None:
         """Mark structured text as run."""
-        counted = self._texts.get((owner.upper(), routine.upper()))
-        if counted is not None:
-            counted.ran = True
+        structured = self._texts.get((owner.upper(), routine.upper()))
+        if structured is not None:
+            structured.ran = True
 
     def record(self, owner: str, routine: str) -> RoutineRecord | None:
         """Return the record of a routine; None if it was not read."""

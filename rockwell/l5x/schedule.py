@@ -22,19 +22,19 @@ def _programs_run(
 ) -> Iterator[str]:
     """Yield the programs of a task that run; remove all of its programs from `left`."""
     for name in record.programs:
-        known = left.pop(name.upper(), None)
-        if known is None:
+        program_name = left.pop(name.upper(), None)
+        if program_name is None:
             report.note(f"task {record.name}", f"no program {name} for it", record.line)
         elif name.upper() in off:
             report.note(f"program {name}", "it is disabled, and does not run", record.line)
         else:
-            yield known
+            yield program_name
 
 
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
     """Return the tasks of a document; report omitted tasks and programs."""
     unscheduled = {name.upper(): name for name in programs}
-    off = {program.name.upper() for program in document.programs if program.disabled}
+    disabled = {program.name.upper() for program in document.programs if program.disabled}
     tasks: list[Task] = []
     names: set[str] = set()
     for record in document.tasks:
@@ -47,7 +47,7 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
             for name in record.programs:
                 unscheduled.pop(name.upper(), None)
             continue
-        task = _task(record, tuple(_programs_run(record, unscheduled, off, report)), report)
+        task = _task(record, tuple(_programs_run(record, unscheduled, disabled, report)), report)
         if task is not None and not _is_second_continuous(task, tasks):
             tasks.append(task)
     return tasks
@@ -72,12 +72,12 @@ _CHARTS: tuple[Mapping[str, Enum], ...] = (
 def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
     """Return the options of a document's charts; report invalid ones."""
     chosen: list[Any] = []
-    for text, known in zip(document.charts, _CHARTS, strict=True):
-        short = {name.removesuffix("Reset"): value for name, value in known.items()}
-        option = known.get(text) or short.get(text) or next(iter(known.values()))
-        if text and text not in known and text not in short:
+    for text, options in zip(document.charts, _CHARTS, strict=True):
+        short = {name.removesuffix("Reset"): value for name, value in options.items()}
+        option = options.get(text) or short.get(text) or next(iter(options.values()))
+        if text and text not in options and text not in short:
             report.note(
-                "options of charts", f"{text!r} is not one of {', '.join(known)}; it is {option.value}"
+                "options of charts", f"{text!r} is not one of {', '.join(options)}; it is {option.value}"
             )
         chosen.append(option)
     return ChartOptions(*chosen)
@@ -85,7 +85,7 @@ def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
     """Return a task; None if its record is invalid."""
-    kinds = {known.value: known for known in TaskKind}
+    kinds = {task_kind.value: task_kind for task_kind in TaskKind}
     kind = kinds.get(record.kind)
     try:
         rate = Decimal(record.rate or 0) if kind is TaskKind.PERIODIC else Decimal(0)

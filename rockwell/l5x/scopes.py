@@ -116,8 +116,8 @@ def _access(record: TagRecord) -> ExternalAccess:
     """Return the access of clients; an unknown word in the file means no access."""
     if not record.access:
         return ExternalAccess.READ_WRITE
-    known = {access.value.upper(): access for access in ExternalAccess}
-    return known.get(record.access.upper(), ExternalAccess.NONE)
+    levels = {access.value.upper(): access for access in ExternalAccess}
+    return levels.get(record.access.upper(), ExternalAccess.NONE)
 
 
 def read_initial(
@@ -165,9 +165,9 @@ def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remot
             remotes[name] = Remote(record.remote, _rpi_ns(record.rpi))
         elif record.type.upper() == "MESSAGE":
             parameters = _attributes(record)
-            to = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
-            if to:
-                remotes[name] = Remote(_full_name(owner, to, records))
+            target = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
+            if target:
+                remotes[name] = Remote(_full_name(owner, target, records))
     return remotes
 
 

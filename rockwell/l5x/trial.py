@@ -132,7 +132,9 @@ def _without(parts: Parts, owner: str, routine: str) -> Parts:
     if part is not None and routine.upper() in part.routines:
         part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
     elif definition is not None:
-        other_routines = (member for member in definition.routines if member.name.upper() != routine.upper())
+        other_routines = (
+            candidate for candidate in definition.routines if candidate.name.upper() != routine.upper()
+        )
         parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *other_routines))
     return parts
 
@@ -153,9 +155,9 @@ class Outcome:
     """The outcome of a trial."""
 
     scans: bool = False  # whether all scans were completed
-    fault: str = ""  # the first major fault, "" without one
+    fault: str = ""  # the first major fault; "" if there was none
     program: str = ""  # its program
-    difference: str = ""  # the first difference, "" without one
+    difference: str = ""  # the first difference; "" if there was none
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:

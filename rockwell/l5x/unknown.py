@@ -81,8 +81,8 @@ class UnknownTypes:
             record.name.upper() for record in records if record.target.rpartition(".")[2].upper() in axes
         }
         for owner, routine in document.routines() if axes else ():
-            named = _members_named(routine)
-            if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
+            members = _members_named(routine)
+            if any(name.upper() in axes and AXES.member(member) is None for name, member in members):
                 yield owner.upper(), routine.name.upper()
 
     def _records(self) -> Iterator[TagRecord]:
@@ -110,15 +110,15 @@ class UnknownTypes:
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define undefined types from their use; return them by name, axes with only the added members."""
         owned = list(routines)
-        passed = [argument for owner, routine in owned for argument in self._arguments_in(owner, routine)]
-        self._passed = dict(self._undeclared(passed))
+        arguments = [argument for owner, routine in owned for argument in self._arguments_in(owner, routine)]
+        self._passed = dict(self._undeclared(arguments))
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
         guesses.read_all(
             (owner, routine)
             for owner, routine in owned
             if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
         )
-        parts = self._parts_passed(passed)
+        parts = self._parts_passed(arguments)
         settled: dict[str, DataType] = {}
         for key in self.names:
             self._settle(key, guesses, parts, settled)
@@ -160,10 +160,15 @@ class UnknownTypes:
     ) -> None:
         """Define a type, after the types of the InOuts to which its members are passed."""
         for owner, address, inout in parts.pop(key, ()):
-            inner = inout.type.upper()
-            if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
-                self._settle(inner, guesses, parts, settled, depth + 1)
-            if inner in settled or inner not in self.names:
+            inner_type = inout.type.upper()
+            if (
+                inner_type in self.names
+                and inner_type not in settled
+                and inner_type != key
+                and depth < _DEEPEST
+            ):
+                self._settle(inner_type, guesses, parts, settled, depth + 1)
+            if inner_type in settled or inner_type not in self.names:
                 guesses.argument(owner, address, self._types.find(inout.type), inout.dims)
         if key in settled:
             return
@@ -191,15 +196,15 @@ class UnknownTypes:
         while kind:
             if isinstance(next(iter(steps), None), SubscriptStep):
                 steps.pop(0)
-            inner = next(iter(steps), None)
-            named = inner.name if isinstance(inner, MemberStep) else ""
-            beyond = kind.upper() in AXIS_TYPES and bool(named) and AXES.member(named) is None
+            first_step = next(iter(steps), None)
+            member_name = first_step.name if isinstance(first_step, MemberStep) else ""
+            beyond = kind.upper() in AXIS_TYPES and bool(member_name) and AXES.member(member_name) is None
             if kind.upper() in self.names or beyond:
                 return kind, tuple(steps)
-            if not named:
+            if not member_name:
                 return None
             del steps[0]
-            kind = self._member_type(kind, named)
+            kind = self._member_type(kind, member_name)
         return None
 
     def _member_type(self, kind: str, name: str) -> str:

@@ -175,8 +175,8 @@ def text_of(operand: Operand, *, file: bool = False) -> str:
     """
     if not isinstance(operand, Address):
         return str(operand)
-    plain = _plain(operand)
-    return f"#{plain}" if file and not plain.startswith("#") else plain
+    address_text = _plain(operand)
+    return f"#{address_text}" if file and not address_text.startswith("#") else address_text
 
 
 def _index_text(index: Operand) -> str:

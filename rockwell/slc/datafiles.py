@@ -102,8 +102,8 @@ class DataFiles:
 
     def has(self, name: str) -> bool:
         """Return whether data or a rung names a file; rungs call the file PTOX0 PTO."""
-        plain = name.rstrip("0123456789")
-        return not self._files.keys().isdisjoint((name, plain, plain.removesuffix("X")))
+        letters = name.rstrip("0123456789")
+        return not self._files.keys().isdisjoint((name, letters, letters.removesuffix("X")))
 
     def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
         """Add the values of a data file; yield the place, text and line of each error."""

@@ -74,9 +74,9 @@ def _text(word: str) -> str:
 
 def _real(word: str) -> float:
     """Return a value of a file F; Windows prints `1.#INF` and `1.#QNAN`."""
-    plain = word.lower().lstrip("+-")
-    if plain.startswith("1.#"):
-        value = math.inf if plain.startswith("1.#inf") else math.nan
+    unsigned = word.lower().lstrip("+-")
+    if unsigned.startswith("1.#"):
+        value = math.inf if unsigned.startswith("1.#inf") else math.nan
         return -value if word.startswith("-") else value
     try:
         return real(float(word))

@@ -215,19 +215,19 @@ class _SlcReader:
         self._forcing = self._skipping = False
 
     def _line(self, line: Line) -> None:
-        plain = line.plain
+        text = line.plain
         if self._data is not None:
             place = self._place_of(line)
             self._place = self._place if place is None else place
-        elif not plain:
+        elif not text:
             for comment in line.comments:
                 self._note_comment(comment)
-        if plain and not (self._section(line, plain) or self._more(line, plain)):
+        if text and not (self._section(line, text) or self._more(line, text)):
             file = self._data.file if self._data is not None else ""
             self._leave()
             self._skipping = True
-            if not _ENDS.fullmatch(plain):
-                self._document.others.append(Other(line.number, plain, file))
+            if not _ENDS.fullmatch(text):
+                self._document.others.append(Other(line.number, text, file))
 
     def _section(self, line: Line, plain: str) -> bool:
         """Begin a section if the line is its heading; return whether it is."""
@@ -286,8 +286,8 @@ class _SlcReader:
         values = tuple(word for word in words if _VALUE.fullmatch(word))
         if values:
             self._data.rows.append(DataRow(place, number, values))
-        wrong = (word for word in words if not _VALUE.fullmatch(word))
-        self._document.others += [Other(number, word, self._data.file) for word in wrong]
+        unread_words = (word for word in words if not _VALUE.fullmatch(word))
+        self._document.others += [Other(number, word, self._data.file) for word in unread_words]
 
     def _place_of(self, line: Line) -> int | None:
         """Return the element, or word of an image, that a comment gives for the values on its line."""

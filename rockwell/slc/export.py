@@ -44,18 +44,18 @@ def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
     reader = RungReader(program.specs)
     for routine in program.routines:
         name, ladder = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
-        records, new = ladder.rungs if ladder is not None else [], list(map(str, routine.rungs))
+        records, new_rungs = ladder.rungs if ladder is not None else [], list(map(str, routine.rungs))
         last = len(records) - 1
         for number, record in enumerate(records):
-            if number >= len(new):
+            if number >= len(new_rungs):
                 yield RungEdit(name, number, ())
                 continue
             keeps = _keeps(reader, routine.rungs[number], record)
-            extra_rungs = new[number + 1 :] if number == last else []
+            extra_rungs = new_rungs[number + 1 :] if number == last else []
             if extra_rungs or not keeps:
-                yield RungEdit(name, number, (new[number], *extra_rungs), keeps)
-        if new and not records:
-            yield RungEdit(name, BEFORE_FIRST, tuple(new))
+                yield RungEdit(name, number, (new_rungs[number], *extra_rungs), keeps)
+        if new_rungs and not records:
+            yield RungEdit(name, BEFORE_FIRST, tuple(new_rungs))
 
 
 def _keeps(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:

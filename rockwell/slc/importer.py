@@ -143,9 +143,9 @@ class _Importer:
 
     def _refuse_rest(self, reason: str) -> None:
         """Refuse the remaining rungs, which can't be built together."""
-        gone = {(refusal.routine, refusal.rung) for refusal in self._report.refused}
+        refused_rungs = {(refusal.routine, refusal.rung) for refusal in self._report.refused}
         for file, rung in self._rungs:
-            if (routine_name(file), rung) not in gone:
+            if (routine_name(file), rung) not in refused_rungs:
                 self._refuse(file, rung, reason, "correct the program")
 
     # --- the program
@@ -169,9 +169,9 @@ class _Importer:
 
     def _read_data(self, files: DataFiles) -> None:
         for record in self._document.data:
-            for where, wrong, line in files.data(record):
+            for place, text, line in files.data(record):
                 note = self._report.lose if files.has(record.file) else self._report.note
-                note(where, wrong, line)
+                note(place, text, line)
 
     def _bound_images(self, files: DataFiles) -> list[str]:
         """Return the images of the rack's slots; make memory of the others."""

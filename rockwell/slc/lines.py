@@ -49,7 +49,7 @@ class Line:
 def lines_of(text: str) -> Iterator[Line]:
     """Yield the lines of an export, except lines inside comments."""
     lines = text.splitlines()
-    position = searched = 0  # no line from `at` up to `searched` ends a comment
+    position = searched = 0  # no line from `position` up to `searched` ends a comment
     while position < len(lines):
         words: list[str] = []
         comments: list[str] = []

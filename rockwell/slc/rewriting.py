@@ -45,11 +45,11 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
     while (match := _BEGIN.search(text, position)) is not None:
         words, end = _operands(text, match.end())
         spec = specs.get(match[1].upper())
-        read = [
+        operands = [
             _word(match[1].upper(), spec.use_at(place) if spec else None, word)
             for place, word in enumerate(words)
         ]
-        pieces += [text[position : match.end()], ",".join(read)]
+        pieces += [text[position : match.end()], ",".join(operands)]
         position = end
     return "".join([*pieces, text[position:]])
 
@@ -123,9 +123,9 @@ def rewritten_slc(
         changes.append((line_index, line_index, added))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
-    written = "".join(lines).encode(encoding, errors="surrogateescape")
-    lead = BOM_UTF8 * data.startswith(BOM_UTF8)
-    return Rewritten(lead + written, tuple(changes_of(edits, tags)))
+    encoded = "".join(lines).encode(encoding, errors="surrogateescape")
+    byte_order_mark = BOM_UTF8 * data.startswith(BOM_UTF8)
+    return Rewritten(byte_order_mark + encoded, tuple(changes_of(edits, tags)))
 
 
 def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRecord:
@@ -148,8 +148,8 @@ def _replaced(
     if not rung:
         yield place.begin, place.end, ""
     elif not keeps:
-        whole = "".join(lines[place.first : place.last])
-        yield place.first, place.last, _with_rung(whole, rung[0])
+        rung_lines = "".join(lines[place.first : place.last])
+        yield place.first, place.last, _with_rung(rung_lines, rung[0])
 
 
 def _with_rung(lines: str, rung: str) -> str:
@@ -174,18 +174,18 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
     """
     lines = list(lines_of(text))
     ends = {line.number: after.number for line, after in pairwise(lines)}
-    known = {line.number: line for line in lines}
+    known_lines = {line.number: line for line in lines}
     last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
-        """Return the first line from one on that is not empty."""
-        while (line := known.get(number)) is not None and not (line.words or line.comments):
+        """Return the first line that is not empty, starting at `number`."""
+        while (line := known_lines.get(number)) is not None and not (line.words or line.comments):
             number = ends.get(number, last)
         return number
 
     def after_comments(number: int, *, described: bool) -> int:
-        """Return the line after the comments from a line on: those that describe the rung above, or not."""
-        while (line := known.get(skip_blank(number))) is not None and not line.words:
+        """Skip the comments that begin at `number`: those that describe the rung above, or the others."""
+        while (line := known_lines.get(skip_blank(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break
             number = ends.get(line.number, last)

@@ -261,9 +261,9 @@ def _expression_text(operand: Operand) -> str:
     """Return an expression, fully parenthesized, with `|` for division."""
     if not isinstance(operand, Operation):
         return text_of(operand)
-    inner = [_expression_text(part) for part in operand.operands]
-    if len(inner) == 1:
+    operand_texts = [_expression_text(part) for part in operand.operands]
+    if len(operand_texts) == 1:
         sign = {"NEG": "-", "NOT": "NOT "}.get(operand.name)
-        return f"{sign}({inner[0]})" if sign else f"{operand.name}({inner[0]})"
+        return f"{sign}({operand_texts[0]})" if sign else f"{operand.name}({operand_texts[0]})"
     name = "|" if operand.name == "/" else operand.name
-    return f"({inner[0]} {name} {inner[1]})"
+    return f"({operand_texts[0]} {name} {operand_texts[1]})"

@@ -54,9 +54,9 @@ class AxisTable(Table):
     def values(self) -> dict[str, Any]:
         """Return the values by name, decimals as floats."""
         numbers = ("counts_per_unit", "max_speed", "max_acceleration", "home_speed", "home_acceleration")
-        plain = {name: float(getattr(self, name)) for name in (*numbers, "unwind")}
+        plain_numbers = {name: float(getattr(self, name)) for name in (*numbers, "unwind")}
         return {
-            **plain,
+            **plain_numbers,
             "slot": self.slot or 0,
             "home_direction": self.home_direction,
             "configuration": self.configuration,

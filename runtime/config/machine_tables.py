@@ -195,11 +195,11 @@ class MachineTable(Table):
         """Return the machine; ValueError if the parts are incompatible."""
         return MachineSpec(
             switches=self.switches,
-            timeline=tuple(part for table in self.timeline for part in table.parts()),
+            timeline=tuple(entry for table in self.timeline for entry in table.parts()),
             encoder=self.encoder,
             slips=self.slips,
             jams=self.jams,
-            stations=tuple(part for table in self.stations for part in table.parts()),
-            turns=tuple(part for table in self.turns for part in table.parts()),
+            stations=tuple(station for table in self.stations for station in table.parts()),
+            turns=tuple(turn for table in self.turns for turn in table.parts()),
             master_speed=self.master_speed,
         )

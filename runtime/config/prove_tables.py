@@ -31,8 +31,8 @@ CLAIMS = ("never", "always", "reachable")
 def _range(value: object) -> tuple[float, float]:
     if isinstance(value, list | tuple) and len(value) == 2:
         shortest, longest = value
-        numbers = all(type(limit) in (int, float) for limit in value)
-        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, value)):
+        are_numbers = all(type(limit) in (int, float) for limit in value)
+        if are_numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, value)):
             return shortest, longest
     limit = str(LONGEST_SCAN_MS)
     raise PydanticCustomError(

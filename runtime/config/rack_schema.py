@@ -58,13 +58,19 @@ def described_keys(cls: type) -> dict[str, str]:
     """
     meanings: dict[str, str] = {}
     for base in reversed(cls.__mro__):
-        _, _, part = (inspect.cleandoc(base.__dict__.get("__doc__") or "")).partition("\nAttributes:\n")
-        meanings.update({name: re.sub(r"\s+", " ", meaning) for name, meaning in _ATTRIBUTE.findall(part)})
+        _, _, attribute_text = (inspect.cleandoc(base.__dict__.get("__doc__") or "")).partition(
+            "\nAttributes:\n"
+        )
+        meanings.update(
+            {name: re.sub(r"\s+", " ", meaning) for name, meaning in _ATTRIBUTE.findall(attribute_text)}
+        )
     for key in getattr(cls, "model_fields", ()):
         name, _, unit = key.rpartition("_")
-        other = f"{name}_{_OTHER_UNIT.get(unit)}"
-        if key not in meanings and other in meanings:  # the same time in the other unit
-            meanings[key] = meanings[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
+        other_key = f"{name}_{_OTHER_UNIT.get(unit)}"
+        if key not in meanings and other_key in meanings:  # the same time in the other unit
+            meanings[key] = (
+                meanings[other_key].replace(f"`{key}`", f"`{other_key}`").replace(", ms", f", {unit}")
+            )
     return meanings
 
 
@@ -158,7 +164,7 @@ def _add_options(schema: dict[str, Any]) -> None:
 def _without_null(node: Any) -> Any:
     """Remove null, which TOML doesn't have: a key without a value is omitted."""
     if isinstance(node, list):
-        return [_without_null(entry) for entry in node]
+        return [_without_null(element) for element in node]
     if not isinstance(node, dict):
         return node
     branches = [branch for branch in node.get("anyOf", ()) if branch != {"type": "null"}]
@@ -188,7 +194,7 @@ _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
     """Return a schema in Draft 4: references without siblings, flags for exclusive limits, no `if`."""
     if isinstance(node, list):
-        return [_as_draft4(entry) for entry in node]
+        return [_as_draft4(element) for element in node]
     if not isinstance(node, Mapping):
         return node
     draft4: dict[str, Any] = {}

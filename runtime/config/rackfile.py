@@ -223,7 +223,7 @@ class _Mistake:
     @property
     def key(self) -> str:
         """The key with the keys of the tables around it."""
-        return ".".join(part for part in self.path if isinstance(part, str))
+        return ".".join(key for key in self.path if isinstance(key, str))
 
     @property
     def reason(self) -> str:
@@ -247,16 +247,16 @@ def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails])
 def _mistake(details: ErrorDetails) -> _Mistake:
     path: KeyPath = details["loc"]
     kind, value = details["type"], details["input"]
-    cause = details.get("ctx", {}).get("error")
+    error = details.get("ctx", {}).get("error")
     if kind in ("extra_forbidden", "unexpected_keyword_argument"):
         return _Mistake(path, "", f"unknown key; {allowed(path[-1], _keys_at(path[:-1]))}")
     if kind == "missing":
         return _Mistake(path, "", "this key is missing")
-    if isinstance(cause, MisplacedError):
-        return _Mistake(cause.path, _value(cause.value), str(cause))
-    if cause is not None:
-        below = _key_of(cause, value)
-        return _Mistake((*path, *below), _value(_look_up(value, below)) if below else "", str(cause))
+    if isinstance(error, MisplacedError):
+        return _Mistake(error.path, _value(error.value), str(error))
+    if error is not None:
+        below = _key_of(error, value)
+        return _Mistake((*path, *below), _value(_look_up(value, below)) if below else "", str(error))
     return _Mistake(path, _value(value), _problem(kind, details["msg"], details.get("ctx", {})))
 
 
@@ -309,7 +309,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
-    names = tuple(part for part in path if isinstance(part, str))
+    names = tuple(key for key in path if isinstance(key, str))
     described = _MODELS[(names[0], ANY, *names[2:]) if names[:1] in (("axes",), ("stubs",)) else names]
     if issubclass(described, BaseModel):
         return described.model_fields

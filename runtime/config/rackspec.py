@@ -234,8 +234,8 @@ class SlotSpec(Table):
         own_modules = _of_file(info)
         self._record = own_modules[self.module] if self.module in own_modules else MODULES[self.module]
         self.make(seed=0)
-        needed = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
-        if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
+        needs_firmware = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
+        if needs_firmware and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
             text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
             raise SettingError("firmware", f"firmware {self.firmware}: {text}")
         if self.is_live:
@@ -479,24 +479,24 @@ class RackSpec(Table):
         """Refuse a card that does not fit the controller, if the rack or its program names it."""
         own_family = slot.record.family
         by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
-        stated = self.controller if "controller" in self.model_fields_set else by_program
-        expected_family = _FAMILIES.get(stated, own_family)
+        controller = self.controller if "controller" in self.model_fields_set else by_program
+        expected_family = _FAMILIES.get(controller, own_family)
         if own_family and own_family != expected_family:
             cards = ", ".join(name for name, record in OWN.items() if record.family == expected_family)
-            reason = f"this card does not fit a {_CONTROLLERS[stated]}; choose from {cards}, discrete16"
+            reason = f"this card does not fit a {_CONTROLLERS[controller]}; choose from {cards}, discrete16"
             raise MisplacedError(("slot", index, "module"), slot.module, reason)
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
-        bolted = [
+        stepper_slots = [
             slot.number
             for slot in self.slot
             if (slot.has(Trait.MACHINE) or slot.record.unread) and not slot.is_live
         ]
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
-                if number not in bolted:
-                    slot_list = ", ".join(map(str, bolted)) or "none"
+                if number not in stepper_slots:
+                    slot_list = ", ".join(map(str, stepper_slots)) or "none"
                     reason = f"cam: slot {number} has no simulated stepper; there is one in {slot_list}"
                     raise MisplacedError(("slot", index, "options", "cam"), number, reason)
             for number, switch in slot.record.switches(slot.options):
@@ -522,20 +522,22 @@ class RackSpec(Table):
             return  # a bit may be named in a file that is not executed
         for index, force in enumerate(self.force):
             path: KeyPath = ("force", index)
-            place = _at((*path, "address"), force.address, parse_address, force.address, words)
-            _at((*path, "value"), force.value, check_value, force.address, place, force.value)
+            word_place = _at((*path, "address"), force.address, parse_address, force.address, words)
+            _at((*path, "value"), force.value, check_value, force.address, word_place, force.value)
 
     def _check_incidents(self) -> None:
-        numbers = [slot.number for slot in self.slot]
+        slot_numbers = [slot.number for slot in self.slot]
         for index, incident in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
             if incident.what is FaultKind.PROGRAM_MODE:
                 if incident.slot is not None:
                     raise MisplacedError(path, incident.slot, "the key is the CPU's: leave the slot out")
-            elif incident.slot is None and len(numbers) > 1:
-                raise MisplacedError(path, "", f"is needed: modules sit in {', '.join(map(str, numbers))}")
-            elif incident.slot is not None and incident.slot not in numbers:
-                reason = f"this slot is empty: modules sit in {', '.join(map(str, numbers))}"
+            elif incident.slot is None and len(slot_numbers) > 1:
+                raise MisplacedError(
+                    path, "", f"is needed: modules sit in {', '.join(map(str, slot_numbers))}"
+                )
+            elif incident.slot is not None and incident.slot not in slot_numbers:
+                reason = f"this slot is empty: modules sit in {', '.join(map(str, slot_numbers))}"
                 raise MisplacedError(path, incident.slot, reason)
             elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
                 reason = "the line of a real port can't be disturbed"

@@ -124,13 +124,13 @@ class KeyLines:
     # values: skipped, except the insides of arrays and inline tables
 
     def _read_value(self, path: KeyPath) -> None:
-        first = self._text[self._at]
-        if first == "[":
+        first_character = self._text[self._at]
+        if first_character == "[":
             self._read_array(path)
-        elif first == "{":
+        elif first_character == "{":
             self._read_inline_table(path)
         else:
-            self._take(_STRING if first in "\"'" else _SCALAR)
+            self._take(_STRING if first_character in "\"'" else _SCALAR)
 
     def _read_array(self, path: KeyPath) -> None:
         index = 0

@@ -64,10 +64,10 @@ def check_blend(
         raise ValueError("a blend without segments: must be 1 or more")
     speed_msps = MILLI * start_sps
     for number, (length, speed_sps, rate_spmss, shape) in enumerate(segments, start=1):
-        needed = ramp_distance(speed_msps, MILLI * speed_sps, rate_spmss, shape)
+        ramp_pico = ramp_distance(speed_msps, MILLI * speed_sps, rate_spmss, shape)
         speed_msps = MILLI * speed_sps
         if number == len(segments) and speed_sps > start_sps:
-            needed += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
-        if length < 1 or length * PICO < needed:
-            steps_least = max(1, -(-needed // PICO))
+            ramp_pico += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
+        if length < 1 or length * PICO < ramp_pico:
+            steps_least = max(1, -(-ramp_pico // PICO))
             raise ValueError(f"blend segment {number} is {length} steps long: its ramps need {steps_least}")

@@ -146,11 +146,11 @@ class Course:
         sum_nsps = from_nsps + to_nsps
         ticks, phases = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         self._cruise(steps * _STEP * self.scale - self.travel - sum_nsps * ticks // 2, from_nsps)
-        left = steps * _STEP * self.scale - self.travel
-        even = 2 * sum_nsps if isinstance(shape, Shape) else sum_nsps * phases[-1][1]
-        self._refine(even // gcd(even, left))
-        left = steps * _STEP * self.scale - self.travel
-        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, phases)
+        travel_left = steps * _STEP * self.scale - self.travel
+        ramp_divisor = 2 * sum_nsps if isinstance(shape, Shape) else sum_nsps * phases[-1][1]
+        self._refine(ramp_divisor // gcd(ramp_divisor, travel_left))
+        travel_left = steps * _STEP * self.scale - self.travel
+        self._ramp(from_nsps, to_nsps, 2 * travel_left // sum_nsps, phases)
 
     def ended(self, direction: int, origin: int) -> Motion:
         """Return the course as a motion that ends with it."""
@@ -185,8 +185,8 @@ class Course:
             return int(time_ns * self.scale), phases_of(rising)
         dividend = shape.numerator * abs(to_nsps - from_nsps) * rate_spmss.denominator
         divisor = shape.denominator * rate_spmss.numerator * MILLI
-        needed = 4 * divisor // gcd(4 * divisor, dividend)
-        self._refine(needed // gcd(needed, self.scale))
+        ticks_needed = 4 * divisor // gcd(4 * divisor, dividend)
+        self._refine(ticks_needed // gcd(ticks_needed, self.scale))
         return dividend * self.scale // divisor, PHASES[shape]
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
@@ -202,7 +202,7 @@ class Course:
         if ticks:
             change = to_nsps - from_nsps
             for phase in phases:
-                begin, end = (self.now + ticks * part // phases[-1][1] for part in phase[:2])
+                begin, end = (self.now + ticks * bound // phases[-1][1] for bound in phase[:2])
                 polynomial = _polynomial(phase, phases[-1][1], self.travel, from_nsps, change, ticks)
                 self._lay(begin, end, 1 if change > 0 else -1, polynomial)
             self.now += ticks
@@ -213,8 +213,8 @@ class Course:
         scale = self.scale
         start_ns, until_ns = -(-begin // scale), -(-end // scale)
         if start_ns < until_ns:
-            late = start_ns * scale - begin
-            self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, late)))
+            late_ticks = start_ns * scale - begin
+            self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, late_ticks)))
 
 
 def _polynomial(phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:

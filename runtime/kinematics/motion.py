@@ -109,8 +109,8 @@ class Motion:
 
     def on_last_ramp(self, t_ns: int) -> bool:
         """Return whether only deceleration is left; False for an endless or ended motion."""
-        left = [segment.ramp for segment in self.segments if segment.until_ns > t_ns]
-        return self.end_ns is not None and bool(left) and all(ramp < 0 for ramp in left)
+        ramps_left = [segment.ramp for segment in self.segments if segment.until_ns > t_ns]
+        return self.end_ns is not None and bool(ramps_left) and all(ramp < 0 for ramp in ramps_left)
 
     def instant_of(self, steps: int) -> int | None:
         """Return the first instant at which a number of whole steps is made.

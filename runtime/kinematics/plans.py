@@ -188,9 +188,9 @@ def register(
     course, speed_nsps = takeover(motion, now_ns)
     if speed_nsps == 0:
         raise ValueError(f"nothing to register at {now_ns} ns: the motion ended at {motion.end_ns} ns")
-    needed = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
-    if steps < 1 or steps * PICO < needed:
-        steps_least = max(1, -(-needed // PICO))
+    stop_pico = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
+    if steps < 1 or steps * PICO < stop_pico:
+        steps_least = max(1, -(-stop_pico // PICO))
         raise ValueError(f"{steps} registration steps are too few to stop in: must be {steps_least} or more")
     base_nsps = min(speed_nsps, NANO * start_sps)
     course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
@@ -242,11 +242,12 @@ def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
     shape = profile.shape
     if isinstance(shape, Jerk):
         return _peak_with_jerk(speed_nsps, Fraction(steps), profile)
-    up, down = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
-    travel_made = 2 * steps * up * down * NANO**2 * shape.denominator
-    squares = (down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2) * shape.numerator
+    up_rate, down_rate = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
+    travel_made = 2 * steps * up_rate * down_rate * NANO**2 * shape.denominator
+    speed_squares = (down_rate * speed_nsps**2 + up_rate * (NANO * profile.base_sps) ** 2) * shape.numerator
     return min(
-        NANO * profile.speed_sps, isqrt(int((travel_made + squares) // ((up + down) * shape.numerator)))
+        NANO * profile.speed_sps,
+        isqrt(int((travel_made + speed_squares) // ((up_rate + down_rate) * shape.numerator))),
     )
 
 
@@ -259,18 +260,19 @@ def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:
     rates = profile.acceleration_spmss, profile.deceleration_spmss
 
     def fits(peak_nsps: int) -> bool:
-        ends = zip((from_nsps, base_nsps), rates, strict=True)
+        end_speeds = zip((from_nsps, base_nsps), rates, strict=True)
         return room >= sum(
-            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2 for end, rate in ends
+            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2
+            for end, rate in end_speeds
         )
 
-    low, high = max(from_nsps, base_nsps), NANO * profile.speed_sps
-    if low >= high or fits(high):
-        return high
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if fits(middle) else (low, middle)
-    return low
+    low_nsps, high_nsps = max(from_nsps, base_nsps), NANO * profile.speed_sps
+    if low_nsps >= high_nsps or fits(high_nsps):
+        return high_nsps
+    while high_nsps - low_nsps > 1:
+        middle_nsps = (low_nsps + high_nsps) // 2
+        low_nsps, high_nsps = (middle_nsps, high_nsps) if fits(middle_nsps) else (low_nsps, middle_nsps)
+    return low_nsps
 
 
 def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:

@@ -130,12 +130,12 @@ class Segment:
             steps: not made yet at `start_ns`, and made at `until_ns`.
         """
         c3, c2, c1 = self._c3, self._c2, self._c1
-        goal = steps * self._step - self._c0
+        target_travel = steps * self._step - self._c0
         low, high = 0, self.until_ns - self.start_ns
-        elapsed = self._guess(goal)
+        elapsed = self._guess(target_travel)
         while high - low > 1:
             elapsed = min(max(elapsed, low + 1), high - 1)
-            excess = ((c3 * elapsed + c2) * elapsed + c1) * elapsed - goal
+            excess = ((c3 * elapsed + c2) * elapsed + c1) * elapsed - target_travel
             if excess >= 0:
                 high = elapsed
             else:
@@ -172,11 +172,11 @@ class Quadratic(Segment):
         integer division less than one too early, so it is the instant or the ns before.
         """
         c2, c1 = self._c2, self._c1
-        goal = steps * self._step - self._c0
+        target_travel = steps * self._step - self._c0
         high = self.until_ns - self.start_ns
-        root = isqrt(max(0, c1 * c1 + 4 * c2 * goal))
-        elapsed = min(2 * goal // (c1 + root), high)
-        if elapsed < high and (c2 * elapsed + c1) * elapsed < goal:
+        root = isqrt(max(0, c1 * c1 + 4 * c2 * target_travel))
+        elapsed = min(2 * target_travel // (c1 + root), high)
+        if elapsed < high and (c2 * elapsed + c1) * elapsed < target_travel:
             elapsed += 1
         return self.start_ns + elapsed
 

@@ -28,10 +28,10 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     index = _indices(count)
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
         whole_steps, remainder = divmod(terms[0], step)
-        per_instant, extra = divmod(terms[1], step)
+        per_instant, excess = divmod(terms[1], step)
         steps_made = whole_steps + per_instant * index
         # a division is the slowest operation
-        return steps_made + (remainder + extra * index) // step if extra else steps_made
+        return steps_made + (remainder + excess * index) // step if excess else steps_made
     return _estimated(segment, first_ns, every_ns, index)
 
 
@@ -49,9 +49,9 @@ def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np
     steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
     highest_index = float(len(index))
     error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * highest_index**n for n, power in enumerate(powers)))
-    below = np.floor(steps)
-    exact = below.astype(np.int64) + whole_steps
-    doubtful = (steps - below < error) | (below + 1 - steps < error)
+    floors = np.floor(steps)
+    steps_exact = floors.astype(np.int64) + whole_steps
+    doubtful = (steps - floors < error) | (floors + 1 - steps < error)
     for place in np.flatnonzero(doubtful).tolist():
-        exact[place] = segment.steps_at(first_ns + place * every_ns)
-    return exact
+        steps_exact[place] = segment.steps_at(first_ns + place * every_ns)
+    return steps_exact

@@ -118,8 +118,8 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShap
     """
     if isinstance(shape, Jerk):
         return ramp_time(FINE * abs(to_msps - from_msps), rate_spmss, shape) * (from_msps + to_msps) / 2
-    squares = abs(to_msps * to_msps - from_msps * from_msps)
-    return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
+    speed_squares = abs(to_msps * to_msps - from_msps * from_msps)
+    return Fraction(500 * shape.numerator * speed_squares, shape.denominator * rate_spmss)
 
 
 def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> int:

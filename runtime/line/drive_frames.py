@@ -38,8 +38,8 @@ def _read(data: bytes, request: ModbusPDU) -> Reply | Verdict:
             answer = ANSWERS.decode(frame[HEADER.size :])
             answer.transaction_id, answer.dev_id = transaction, unit
             return Reply(frame, words=tuple(check(request, answer).registers))
-        except ModbusExceptionError as refused:
-            return Reply(frame, refused.code)
+        except ModbusExceptionError as error:
+            return Reply(frame, error.code)
         except LinkError:
             return Verdict.FOREIGN
     return Verdict.UNFINISHED
@@ -62,9 +62,12 @@ def exchange(unit: int, transaction: int, axis: int, words: Sequence[int]) -> Li
         axis: number of the axis in the stack, from 1.
         words: unsigned.
     """
-    first = WORDS * (axis - 1)
+    first_word = WORDS * (axis - 1)
     pdu = registers.ReadWriteMultipleRegistersRequest(
-        read_address=first, read_count=WORDS, write_address=OUTPUTS + first, write_registers=list(words)
+        read_address=first_word,
+        read_count=WORDS,
+        write_address=OUTPUTS + first_word,
+        write_registers=list(words),
     )
     return _request(unit, transaction, pdu)
 

@@ -54,11 +54,11 @@ def hits_of(value: str) -> Hits:
         ValueError: it is neither, or the first number is greater than the second.
     """
     match = _HITS.fullmatch(value)
-    count, of = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
-    is_whole = match is not None and (match[2] is None or 1 <= count <= of)
-    if not is_whole or max(count, of) > MOST_REPLIES:
+    count, total = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
+    is_whole = match is not None and (match[2] is None or 1 <= count <= total)
+    if not is_whole or max(count, total) > MOST_REPLIES:
         raise ValueError(f"{value!r} is no number of replies: must be N, or N/M for N of every M")
-    return Hits(count, of)
+    return Hits(count, total)
 
 
 class FaultInjector(Device):

@@ -89,16 +89,16 @@ class Gateway(Generic[Asker]):
 
     def advance(self, now_ns: int) -> Answered[Asker]:
         """Advance line and requests to `now_ns`; return the replies, each with its sender."""
-        answered: Answered[Asker] = []
+        replies: Answered[Asker] = []
         while True:
             self._begin(now_ns)
             due_ns = self.next_wake_ns
             if due_ns is None or due_ns > now_ns:
                 break
-            answered += self._step(due_ns)
-        answered += self._step(now_ns)
+            replies += self._step(due_ns)
+        replies += self._step(now_ns)
         self._begin(now_ns)
-        return answered
+        return replies
 
     def _begin(self, now_ns: int) -> None:
         if self._sent is not None or not self._waiting:
@@ -125,11 +125,11 @@ class Gateway(Generic[Asker]):
             self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
         if self._quiet_ns is not None and now_ns >= self._quiet_ns:
             self._quiet_ns = None
-            heard, request = bytes(self._heard), self._sent
+            reply, request = bytes(self._heard), self._sent
             self._heard.clear()
-            if self._is_reply(heard, request):
+            if self._is_reply(reply, request):
                 self._sent = None
-                return [(request.asker, heard[1:-2])]
+                return [(request.asker, reply[1:-2])]
         return self._given_up(now_ns)
 
     def _is_reply(self, heard: bytes, sent: GatewayRequest[Asker]) -> bool:

@@ -92,7 +92,7 @@ class LiveLine(Line):
         self._lost: SimpleQueue[str] = SimpleQueue()
         self._reason = ""
         self._failure: Exception | None = None
-        self._threads = [Thread(target=work, daemon=True) for work in (self._receive, self._send)]
+        self._threads = [Thread(target=loop, daemon=True) for loop in (self._receive, self._send)]
         for thread in self._threads:
             thread.start()
 
@@ -107,8 +107,8 @@ class LiveLine(Line):
 
     @override
     def take(self) -> bytes:
-        parts: list[bytes] = list(_emptied(self._heard))
-        return b"".join(parts)
+        chunks: list[bytes] = list(_emptied(self._heard))
+        return b"".join(chunks)
 
     def take_losses(self) -> list[str]:
         """Return the reason of each loss of the port since the last call."""

@@ -29,8 +29,8 @@ def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
     if frame is None or (frame.second, frame.third) != (REPLY, unit):
         return Verdict.FOREIGN
     errors = (STATE_ERROR, UNKNOWN_ERROR)
-    refused = frame.data if frame.data in errors and frame.data != value else None
-    return Reply(data, refused)
+    error_code = frame.data if frame.data in errors and frame.data != value else None
+    return Reply(data, error_code)
 
 
 def instruction(unit: int, name: str, value: int = 0) -> LineRequest:

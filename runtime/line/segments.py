@@ -44,7 +44,7 @@ class SegmentBus:
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next arrival or wake-up, or None."""
-        ways = [way[0][0] for way in (self._there, self._back) if way]
+        ways = [direction[0][0] for direction in (self._there, self._back) if direction]
         wake_ns = self.device.next_wake_ns
         if wake_ns is not None:
             ways.append(wake_ns)

@@ -312,13 +312,13 @@ def parsed(text: str | bytes) -> Any:
 
 def _refuse_oddities(value: object) -> None:
     """Refuse JSON that can't be shown: deep nesting, unpaired surrogates."""
-    level = [value]
+    values = [value]
     for _ in range(DEEPEST + 1):
-        for text in level:
+        for text in values:
             if isinstance(text, str) and not _is_unicode(text):
                 raise ValueError(f"{_shown(text)} has half of a surrogate pair")
-        level = [member for container in level for member in _inside(container)]
-        if not level:
+        values = [member for container in values for member in _inside(container)]
+        if not values:
             return
     raise ValueError(_TOO_DEEP)
 

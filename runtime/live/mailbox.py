@@ -68,10 +68,10 @@ class Mailbox:
 
     def answer(self, reply: bytes) -> None:
         """Post the reply; a reply that does not fit is replaced by an empty one."""
-        fits = reply if len(reply) <= AREA_BYTES else b""
+        stored_reply = reply if len(reply) <= AREA_BYTES else b""
         begin = _HEAD_BYTES + AREA_BYTES
-        self._memory[begin : begin + len(fits)] = fits
-        self._head[_REPLY] = len(fits)
+        self._memory[begin : begin + len(stored_reply)] = stored_reply
+        self._head[_REPLY] = len(stored_reply)
         self._head[_ANSWERED] = self._head[_ASKED]
 
     def close(self) -> None:

@@ -96,8 +96,8 @@ class Attributes:
         try:
             self.check_named(item)
             self.check_encoding(item)
-        except BadStatusError as refused:
-            return self._stamped(self._bad(refused.code), item, timestamps, now)
+        except BadStatusError as error:
+            return self._stamped(self._bad(error.code), item, timestamps, now)
         value = self._space.read_attribute_value(item.NodeId, item.AttributeId)
         return self.shaped(value, item, timestamps, now)
 
@@ -119,9 +119,9 @@ class Attributes:
     def _part_of(self, value: Any, text: str) -> Any:
         variant = value.Value
         rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
-        part = part_of(variant.Value, parse_ranges(text), rank)
-        dims = shape_of(part)[:rank] if rank > 1 else None
-        part_variant = ua.Variant(part, variant.VariantType, dims, bool(rank))
+        selected = part_of(variant.Value, parse_ranges(text), rank)
+        dims = shape_of(selected)[:rank] if rank > 1 else None
+        part_variant = ua.Variant(selected, variant.VariantType, dims, bool(rank))
         return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
     def _bad(self, code: str, of: Any = None) -> Any:

@@ -185,5 +185,5 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
 
     for name in OWNED:
         setattr(session, name, of_own(getattr(session, name)))
-    close = session.close_session
-    session.close_session = lambda _delete_subscriptions=True: close(True)
+    close_session = session.close_session
+    session.close_session = lambda _delete_subscriptions=True: close_session(True)

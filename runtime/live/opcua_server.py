@@ -194,25 +194,25 @@ class OpcUaServer:
     async def _write(self, params: Any, session: Any, client: str) -> list[Any]:
         """Write values as one packet; return the status of each."""
         codes = ua.StatusCodes
-        requested, version = params.NodesToWrite, self._process.version
+        write_values, version = params.NodesToWrite, self._process.version
         await self._refresh(
-            (self._attributes.tag_of(write_value) for write_value in requested if write_value.IndexRange),
+            (self._attributes.tag_of(write_value) for write_value in write_values if write_value.IndexRange),
             client,
         )
-        status, operations, places = [codes.Good] * len(requested), list[Operation](), list[int]()
-        for place, value in enumerate(requested):
+        status, operations, places = [codes.Good] * len(write_values), list[Operation](), list[int]()
+        for index, node_value in enumerate(write_values):
             try:
-                changes = self._attributes.changes(value)
-            except BadStatusError as refused:
-                status[place] = getattr(codes, refused.code)
+                changes = self._attributes.changes(node_value)
+            except BadStatusError as error:
+                status[index] = getattr(codes, error.code)
             else:
                 operations += changes
-                places += [place] * len(changes)
+                places += [index] * len(changes)
         if operations:
-            results = await self._carry_out(operations, _by_user(session.user, client), version)
-            for number, place in enumerate(places):
-                if results is None or results[number] is None:
-                    status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
+            written = await self._carry_out(operations, _by_user(session.user, client), version)
+            for number, index in enumerate(places):
+                if written is None or written[number] is None:
+                    status[index] = codes.BadInvalidState if written is None else codes.BadOutOfRange
         return [ua.StatusCode(code) for code in status]
 
     # --- subscriptions
@@ -252,8 +252,8 @@ class OpcUaServer:
 
     def _monitoring(self, create: Service, client: str) -> Service:
         async def monitoring(params: Any) -> Any:
-            every = self._inner.subscription_service.subscriptions.values()
-            item_count = sum(len(service.monitored_item_srv._monitored_items) for service in every)
+            services = self._inner.subscription_service.subscriptions.values()
+            item_count = sum(len(service.monitored_item_srv._monitored_items) for service in services)
             if item_count + len(params.ItemsToCreate) > ITEMS_MOST:
                 raise service_error("BadTooManyMonitoredItems")
             await self._refresh(
@@ -273,13 +273,17 @@ class OpcUaServer:
             while count < len(nodes) and (not count or size + nodes[count].variable.size <= BATCH_BYTES):
                 size += nodes[count].variable.size
                 count += 1
-            turn, nodes = nodes[:count], nodes[count:]
-            results = await self._carry_out([request.variable.reads for request in turn], client, version)
-            if results is not None:
-                answered = (
-                    (request, data) for request, data in zip(turn, results, strict=True) if data is not None
+            nodes_now, nodes = nodes[:count], nodes[count:]
+            tag_data = await self._carry_out(
+                [request.variable.reads for request in nodes_now], client, version
+            )
+            if tag_data is not None:
+                tag_values = (
+                    (request, data)
+                    for request, data in zip(nodes_now, tag_data, strict=True)
+                    if data is not None
                 )
-                await self._space.take(answered)
+                await self._space.take(tag_values)
 
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
@@ -289,10 +293,10 @@ class OpcUaServer:
         A client that is cut off meanwhile cancels only its own wait, not the exchange: two simultaneous
         exchanges would wait for one answer forever.
         """
-        work = asyncio.create_task(self._exchange(operations, client, version))
-        self._exchanges.add(work)  # the event loop itself keeps no reference to a task
-        work.add_done_callback(self._exchanges.discard)
-        return await asyncio.shield(work)
+        exchange_task = asyncio.create_task(self._exchange(operations, client, version))
+        self._exchanges.add(exchange_task)  # the event loop itself keeps no reference to a task
+        exchange_task.add_done_callback(self._exchanges.discard)
+        return await asyncio.shield(exchange_task)
 
     async def _exchange(
         self, operations: Sequence[Operation], client: str, version: int
@@ -300,9 +304,11 @@ class OpcUaServer:
         async with self._turn:
             if version != self._process.version:
                 return None
-            work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
+            exchange_future = asyncio.get_running_loop().run_in_executor(
+                None, self._process, [(client, operations)]
+            )
             try:
-                answers = await work
+                answers = await exchange_future
             except ValueError as error:  # too much for one exchange
                 raise service_error("BadRequestTooLarge") from error
         return None if answers is None else answers[2][0]
@@ -350,7 +356,7 @@ def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
     """Wrap the callback of a new connection: its transport then cuts off a client that doesn't read."""
 
     def connected(transport: Any) -> None:
-        write, close = transport.write, transport.close
+        write, close_transport = transport.write, transport.close
 
         def writing(data: bytes) -> None:
             write(data)
@@ -358,7 +364,7 @@ def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
                 transport.abort()
 
         def closing() -> None:
-            close()
+            close_transport()
             if transport.get_write_buffer_size():
                 asyncio.get_running_loop().call_later(CLOSING_S, transport.abort)
 
@@ -371,7 +377,7 @@ def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
 async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socket) -> None:
     """Serve until the scan process ends."""
     loop = asyncio.get_running_loop()
-    ended: asyncio.Future[None] = loop.create_future()
+    connection_ended: asyncio.Future[None] = loop.create_future()
     setup: TagSetup = pickle.loads(pipe.recv_bytes())  # trusted: it comes from our own scan process
     server = OpcUaServer(listening, process)
     await server.start(setup)
@@ -382,16 +388,16 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
             setup: TagSetup = pickle.loads(pipe.recv_bytes())
         except (EOFError, OSError):
             loop.remove_reader(pipe.fileno())
-            if not ended.done():
-                ended.set_result(None)
+            if not connection_ended.done():
+                connection_ended.set_result(None)
             return
         changes.add(task := asyncio.create_task(server.show(setup)))
         task.add_done_callback(changes.discard)
 
     loop.add_reader(pipe.fileno(), renew)
-    while not ended.done():
+    while not connection_ended.done():
         process.beat()
-        await asyncio.wait([ended], timeout=STEP_S)
+        await asyncio.wait([connection_ended], timeout=STEP_S)
 
 
 def main(

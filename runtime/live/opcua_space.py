@@ -91,12 +91,12 @@ class TagSpace:
         root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
         self._add_all(root, TagTree(database).roots())
         self._add_elements()
-        for node_id, old in nodes_before.items():
-            new = self.nodes.get(node_id)
-            if new is None or new.shape != old.shape:
-                await self._end(old)
+        for node_id, old_node in nodes_before.items():
+            new_node = self.nodes.get(node_id)
+            if new_node is None or new_node.shape != old_node.shape:
+                await self._end(old_node)
             else:
-                new.attribute.datachange_callbacks.update(old.attribute.datachange_callbacks)
+                new_node.attribute.datachange_callbacks.update(old_node.attribute.datachange_callbacks)
 
     def _clear(self) -> None:
         objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]

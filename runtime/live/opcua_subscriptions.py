@@ -58,7 +58,7 @@ class Subscriptions:
     def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
         """Acknowledge messages; return the number of subscriptions, and a status for each message."""
         session = self._session.session_id
-        own_count = sum(active.session_id == session for active in self._service.subscriptions.values())
+        own_count = sum(internal.session_id == session for internal in self._service.subscriptions.values())
         if not own_count:
             raise service_error("BadNoSubscription")
         results = []
@@ -94,8 +94,8 @@ class Subscriptions:
         for result in made_items:
             if result.StatusCode.is_good():
                 service._monitored_items[result.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused = iter(made_items), ua.MonitoredItemCreateResult
-        return [refused(status(refusal)) if refusal else next(results) for refusal in refusals]
+        results, refused_result = iter(made_items), ua.MonitoredItemCreateResult
+        return [refused_result(status(refusal)) if refusal else next(results) for refusal in refusals]
 
     async def modify_items(self, params: Any) -> list[Any]:
         """Change items."""
@@ -111,10 +111,10 @@ class Subscriptions:
         for item in known_items:
             if item is not None:
                 item.timestamps = params.TimestampsToReturn
-        unknown = status("BadMonitoredItemIdInvalid")
+        unknown_status = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if known is not None else ua.MonitoredItemModifyResult(unknown)
-            for known in known_items
+            next(changed) if known_item is not None else ua.MonitoredItemModifyResult(unknown_status)
+            for known_item in known_items
         ]
 
     def _refusal(self, item: Any) -> str:
@@ -125,8 +125,8 @@ class Subscriptions:
             self._attributes.check_encoding(target)
             if target.IndexRange:
                 parse_ranges(target.IndexRange)
-        except BadStatusError as refused:
-            return refused.code
+        except BadStatusError as error:
+            return error.code
         except ValueError:
             return "BadIndexRangeInvalid"
         return self._filter_refusal(target, item.RequestedParameters.Filter)

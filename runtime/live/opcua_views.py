@@ -128,25 +128,25 @@ class Browsing:
         if not params.View.ViewId.is_null():
             raise service_error("BadViewIdUnknown")
         references_most, paused_before = params.RequestedMaxReferencesPerNode, list(self._paused)
-        results = []
+        browse_results = []
         for description in params.NodesToBrowse:
             if refusal := self._views.refusal(description):
-                results.append(ua.BrowseResult(status(refusal)))
+                browse_results.append(ua.BrowseResult(status(refusal)))
             else:
-                results.append(
+                browse_results.append(
                     self._results(self._views.references(description), references_most, paused_before)
                 )
-        return results
+        return browse_results
 
     async def translate(self, paths: list[Any]) -> list[Any]:
         """Answer TranslateBrowsePathsToNodeIds; asyncua resolves valid paths."""
-        results = []
+        path_results = []
         for path in paths:
             if refusal := self._views.path_refusal(path):
-                results.append(ua.BrowsePathResult(status(refusal)))
+                path_results.append(ua.BrowsePathResult(status(refusal)))
             else:
-                results += await self._translate([path])
-        return results
+                path_results += await self._translate([path])
+        return path_results
 
     async def browse_next(self, params: Any) -> list[Any]:
         """Answer BrowseNext; no results if points are released."""
@@ -172,13 +172,13 @@ class Browsing:
         """
         references = [] if first is None else [first]
         references += islice(rest, most - len(references)) if most else rest
-        following = next(rest, None) if most else None
-        if following is None:
+        next_reference = next(rest, None) if most else None
+        if next_reference is None:
             return ua.BrowseResult(References=references)
         while len(self._paused) >= CONTINUATIONS_MOST:
             if not before:
                 return ua.BrowseResult(status("BadNoContinuationPoints"))
             self._paused.pop(before.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
-        self._paused[point] = _Continuation(self._views.edition, rest, following, most)
+        self._paused[point] = _Continuation(self._views.edition, rest, next_reference, most)
         return ua.BrowseResult(ContinuationPoint=point, References=references)

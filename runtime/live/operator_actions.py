@@ -102,8 +102,8 @@ class OperatorActions:
         Raises:
             ValueError: it can't be carried out, and nothing has changed.
         """
-        act = _ACTS.get(type(order))
-        effect = act(self, order, at_ns) if act is not None else None
+        action = _ACTS.get(type(order))
+        effect = action(self, order, at_ns) if action is not None else None
         self.given.append(AppliedAction(scan, order))
         name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
         text = sentence(order) if effect is None else f"{sentence(order)} {effect}"
@@ -150,10 +150,10 @@ class OperatorActions:
         slot = output_slot(order.tag)
         if slot is not None and slot in self._rack.slots:
             raw = self._rack.slots[slot].outputs.raw
-            place = slice(order.offset, order.offset + len(data))
-            if len(raw[place]) != len(data):
-                raise ValueError(f"{order.tag}: bytes {place.start} to {place.stop} of {len(raw)}")
-            raw[place] = patched(bytes(raw[place]), data, keep)
+            part = slice(order.offset, order.offset + len(data))
+            if len(raw[part]) != len(data):
+                raise ValueError(f"{order.tag}: bytes {part.start} to {part.stop} of {len(raw)}")
+            raw[part] = patched(bytes(raw[part]), data, keep)
             return
         desk = self._program(order.tag)
         if not isinstance(desk, ByteStore):

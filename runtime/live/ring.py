@@ -129,17 +129,17 @@ class Ring:
             scan: number of the last one; its times are the next two.
             images: the rack's memory after each, at most `at_once`.
         """
-        scans_back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
+        scans_back, rows_written = np.arange(1 - len(images), 1), self.head[_ROWS]
         rows = np.zeros(len(images), self.dtype)
         rows["scan"] = rows["again"] = (scan + scans_back) & SCAN_MASK
         rows["flags"], rows["figures"] = flags, figures
         rows["now_ns"], rows["wall_ns"] = now_ns + scans_back * period_ns, wall_ns + scans_back * wall_step_ns
         rows["words"] = np.frombuffer(b"".join(images), "<i2").reshape(rows["words"].shape)
-        data, offset = rows.tobytes(), (written & self._mask) * self._stride
-        left = len(self._rows) - offset
-        self._rows[offset : offset + len(data)] = data[:left]
-        self._rows[: max(0, len(data) - left)] = data[left:]
-        self.head[_ROWS] = written + len(images)
+        data, offset = rows.tobytes(), (rows_written & self._mask) * self._stride
+        rows_left = len(self._rows) - offset
+        self._rows[offset : offset + len(data)] = data[:rows_left]
+        self._rows[: max(0, len(data) - rows_left)] = data[rows_left:]
+        self.head[_ROWS] = rows_written + len(images)
 
     # --- the monitor
 
@@ -151,13 +151,13 @@ class Ring:
     def take(self, since: int) -> RingRows:
         """Return the remaining rows, starting at a place."""
         end = self.written
-        first = max(since, end - self.shape.rows + self.at_once, 0)
-        places = np.arange(first, end) & self._mask
+        first_row = max(since, end - self.shape.rows + self.at_once, 0)
+        places = np.arange(first_row, end) & self._mask
         rows = np.frombuffer(self._rows, self.dtype)[places]
-        overwritten = self.written - self.shape.rows + self.at_once - first
+        overwritten = self.written - self.shape.rows + self.at_once - first_row
         if overwritten > 0:
-            rows, first = rows[overwritten:], min(first + overwritten, end)
-        return RingRows(rows[rows["scan"] == rows["again"]], end, first - since)
+            rows, first_row = rows[overwritten:], min(first_row + overwritten, end)
+        return RingRows(rows[rows["scan"] == rows["again"]], end, first_row - since)
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""
@@ -175,10 +175,10 @@ def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
     def put(
         scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytes | bytearray
     ) -> None:
-        written = head[0]
+        rows_written = head[0]
         number = scan & SCAN_MASK
-        pack(rows, (written & mask) * stride, number, flags, now_ns, wall_ns, *figures, memory, number)
-        head[0] = written + 1
+        pack(rows, (rows_written & mask) * stride, number, flags, now_ns, wall_ns, *figures, memory, number)
+        head[0] = rows_written + 1
 
     return put
 
@@ -247,11 +247,13 @@ class Records:
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
-        begin, to = since % self._size, end % self._size
+        begin, stop = since % self._size, end % self._size
         if end == since:
             return b""
         return (
-            bytes(self._room[begin:to]) if begin < to else bytes(self._room[begin:]) + bytes(self._room[:to])
+            bytes(self._room[begin:stop])
+            if begin < stop
+            else bytes(self._room[begin:]) + bytes(self._room[:stop])
         )
 
     def release(self) -> None:

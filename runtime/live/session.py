@@ -207,8 +207,8 @@ class Session:
 
     def _run(self, end: int | None) -> None:
         """Run scans until they are done, or the CPU is stopped."""
-        ends = [instant for instant in (self._until, end) if instant is not None]
-        self._cpu.run(min(ends) - self._cpu.scan if ends else None)
+        end_scans = [instant for instant in (self._until, end) if instant is not None]
+        self._cpu.run(min(end_scans) - self._cpu.scan if end_scans else None)
         if self._until is not None and self._cpu.scan >= self._until and not self.state.paused:
             self._pause()
 
@@ -301,9 +301,9 @@ class Session:
         if not isinstance(order, actions.Branch):
             self._refuse_after_fault()
         self._next = scan
-        act = _ACTS.get(type(order))
-        if act is not None:
-            act(self, order)
+        action = _ACTS.get(type(order))
+        if action is not None:
+            action(self, order)
         self._hands.act(order, at_ns, scan)
         self._show()
 
@@ -353,23 +353,25 @@ class Session:
     def _break(self, order: actions.Breakpoint) -> None:
         self._refuse_if_live("breakpoint")
         if order.at not in self.state.breakpoints:
-            place, rung, when = _place_of(order.at)
+            rung_place, rung, when = _place_of(order.at)
             if rung is None:
-                self._with_breakpoints().break_on(place)
+                self._with_breakpoints().break_on(rung_place)
             else:
-                self._with_breakpoints().break_at(place, rung, when)
+                self._with_breakpoints().break_at(rung_place, rung, when)
             self.state.breakpoints.append(order.at)
 
     def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
-        left = [location for location in self.state.breakpoints if location != order.at and order.at != ALL]
-        if len(left) == len(self.state.breakpoints) and order.at != ALL:
-            breakpoint_list = ", ".join(left) or "none"
+        breakpoints_left = [
+            location for location in self.state.breakpoints if location != order.at and order.at != ALL
+        ]
+        if len(breakpoints_left) == len(self.state.breakpoints) and order.at != ALL:
+            breakpoint_list = ", ".join(breakpoints_left) or "none"
             raise ValueError(f"no breakpoint at {order.at}; there are {breakpoint_list}")
         if order.at == ALL:
             self._with_breakpoints().clear_breakpoints()
-        elif not any(_is_same(order.at, other) for other in left):
+        elif not any(_is_same(order.at, location_left) for location_left in breakpoints_left):
             self._with_breakpoints().remove_breakpoint(*_place_of(order.at))
-        self.state.breakpoints = left
+        self.state.breakpoints = breakpoints_left
 
     def _with_breakpoints(self) -> Stops:
         if self.stops is None:

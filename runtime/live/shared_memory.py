@@ -47,9 +47,9 @@ def _new_place(size: int) -> int | str:
         return f"scanrack-{secrets.token_hex(16)}"
     else:  # noqa: RET505 - a type checker reads one branch
         if hasattr(os, "memfd_create"):
-            place: int = os.memfd_create("scanrack")
+            descriptor: int = os.memfd_create("scanrack")
         else:
             with tempfile.TemporaryFile() as memory_file:
-                place = os.dup(memory_file.fileno())
-        os.ftruncate(place, size)
-        return place
+                descriptor = os.dup(memory_file.fileno())
+        os.ftruncate(descriptor, size)
+        return descriptor

@@ -124,9 +124,9 @@ class TagDesk(QuietListener):
                 return self._read(operation)
             if not self._writes:
                 return None
-            tag, data, keep = self.listing.tags[operation.tag], operation.data, operation.keep
-            part = part_at(tag, operation.offset, len(data), keep, files=self.listing.files)
-            order = Store(tag.full_name, operation.offset, data.hex(), keep.hex(), client, part)
+            tag, data, keep_mask = self.listing.tags[operation.tag], operation.data, operation.keep
+            part_name = part_at(tag, operation.offset, len(data), keep_mask, files=self.listing.files)
+            order = Store(tag.full_name, operation.offset, data.hex(), keep_mask.hex(), client, part_name)
             self._hands.act(order, *self._next)
         except Exception:  # one packet's mistake never faults the CPU
             return None

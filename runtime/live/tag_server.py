@@ -135,8 +135,8 @@ class TagServer:
 
     def _has_place(self) -> bool:
         """Return whether there is a place for another client; if necessary, drop a silent one."""
-        heard = {connection: client.heard_ns for connection, client in self.clients.items()}
-        evicted, has_place = make_place(heard, wall_ns())
+        heard_times = {connection: client.heard_ns for connection, client in self.clients.items()}
+        evicted, has_place = make_place(heard_times, wall_ns())
         if evicted is not None:
             self._drop(self.clients[evicted], "all places are taken, and it is silent")
         return has_place
@@ -177,29 +177,29 @@ class TagServer:
 
     def _turn(self) -> list[tuple[Client, Plan]]:
         """Return the packets to answer now: one of each client that waits, up to BATCH_BYTES."""
-        turn: list[tuple[Client, Plan]] = []
-        left = BATCH_BYTES
+        plans: list[tuple[Client, Plan]] = []
+        bytes_left = BATCH_BYTES
         for client in [tag_client for tag_client in self.clients.values() if tag_client.waiting]:
             plan = self._planned(client)
             if plan is None:
                 continue
-            left -= sum(map(_bytes_of, plan.operations))
-            if left < 0 and turn:
+            bytes_left -= sum(map(_bytes_of, plan.operations))
+            if bytes_left < 0 and plans:
                 break
-            turn.append((client, plan))
-        return turn
+            plans.append((client, plan))
+        return plans
 
     def _serve(self) -> bool:
         """Answer a packet of each client that waits; return False if the program has been edited."""
-        turn = self._turn()
-        packets: list[Packet] = [(client.address, plan.operations) for client, plan in turn]
+        plans = self._turn()
+        packets: list[Packet] = [(client.address, plan.operations) for client, plan in plans]
         answers: Answers | None = 0, self.setup.version, [[] for _ in packets]
-        if any(plan.operations or plan.is_timed for _, plan in turn):
+        if any(plan.operations or plan.is_timed for _, plan in plans):
             answers = self._exchange(packets)
         if answers is None:
             return False
         now_ns, version, results = answers
-        for (client, _), result in zip(turn, results, strict=True):
+        for (client, _), result in zip(plans, results, strict=True):
             self.clients[client.socket] = self.clients.pop(client.socket)  # the others come first next time
             self._reply(client, Instant(result, now_ns, version))
         return True
@@ -268,11 +268,11 @@ def main(
     """
     pipe = Connection(setups.detach())
     process = ScanProcess(Mailbox(mailbox), waker)
-    with ExitStack() as ended, suppress(EOFError, OSError, KeyboardInterrupt):
+    with ExitStack() as stack, suppress(EOFError, OSError, KeyboardInterrupt):
         setup: TagSetup = pickle.loads(pipe.recv_bytes())  # trusted: it comes from our own scan process
         process.version = setup.version
         server = TagServer(setup, listening, udp, process)
-        ended.callback(server.close)
+        stack.callback(server.close)
         server.watch(pipe)
         while True:
             process.beat()

@@ -67,8 +67,10 @@ class Block(NamedTuple):
     def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
         """Yield rows and updates, starting with a given scan."""
         rows = self.rows
-        left = repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
-        return zip(left, self.updates(start), strict=False)
+        rows_left = (
+            repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
+        )
+        return zip(rows_left, self.updates(start), strict=False)
 
 
 class RackPrediction:
@@ -84,8 +86,8 @@ class RackPrediction:
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
         self._memory = rack.memory
         places = rack.layout.places.values()
-        self._inputs = [place.inputs for place in places]
-        self._outputs = [place.outputs for place in places]
+        self._inputs = [slot_places.inputs for slot_places in places]
+        self._outputs = [slot_places.outputs for slot_places in places]
         modules = [slot.module for slot in rack.slots.values()]
         self._modules = [foreseen for module in modules if (foreseen := foreseeing(module)) is not None]
         self._sent = sent
@@ -141,7 +143,7 @@ class RackPrediction:
 
     def outputs_of(self, memory: bytes | bytearray) -> list[bytes]:
         """Return the output images in a block with the layout of the rack's memory."""
-        return [bytes(memory[place]) for place in self._outputs]
+        return [bytes(memory[image_place]) for image_place in self._outputs]
 
 
 def numpy_is_worth_it(scans: int) -> bool:

@@ -316,10 +316,10 @@ class Cpu:
         for step in (self._phases.drop_outputs, last_words, self.close):
             try:
                 step()
-            except BaseException as further:
-                if ends_the_run(further):
+            except BaseException as further_error:
+                if ends_the_run(further_error):
                     raise
-                failure.add_note(f"while stopping: {words_of(further)}")
+                failure.add_note(f"while stopping: {words_of(further_error)}")
         raise failure from error
 
     def _record_fault(self) -> None:

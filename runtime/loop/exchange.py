@@ -228,8 +228,8 @@ class EveryRpi(Exchange):
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
         outputs_of = self._outlook.outputs_of
-        steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
-        if self._starting or not steady:
+        is_steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
+        if self._starting or not is_steady:
             return 0
         calm_exchanges = max(0, -(-(self._outlook.calm_until_ns() - self._next_ns) // self.rpi_ns))
         unknown_ns = self._next_ns + calm_exchanges * self.rpi_ns
@@ -278,7 +278,7 @@ def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
     ]
     follow = [bool(getattr(slot.module, "follows", ())) for slot in rack.slots.values()]
     order = sorted(range(len(lines)), key=lambda place: follow[place])
-    return tuple(lines[place] for place in order)
+    return tuple(lines[index] for index in order)
 
 
 def _images(rack: Rack, sent: bytearray) -> list[Image]:

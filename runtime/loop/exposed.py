@@ -136,9 +136,9 @@ class ExposedModule(Module):
     def update(self, now_ns: int, outputs: Image) -> Image:
         self._tear(outputs)
         while self._acts and self._acts[0][0] <= now_ns:
-            at_ns, incident, begins = self._acts.pop(0)
+            at_ns, incident, is_begin = self._acts.pop(0)
             self._advance(at_ns, outputs)
-            self._act(at_ns, incident, begins=begins)
+            self._act(at_ns, incident, begins=is_begin)
         return self._advance(now_ns, outputs)
 
     @property
@@ -187,8 +187,8 @@ class ExposedModule(Module):
                 self._torn[index] = self._before[index]
             self._late_ns = self._now_ns + (tear.for_ns or RPI_NS)
             fields: dict[str, JsonValue] = {"late_words": list(tear.late_words)}
-            late = ", ".join(map(str, tear.late_words))
-            text = f"Output words {late} come one update late."
+            late_words = ", ".join(map(str, tear.late_words))
+            text = f"Output words {late_words} come one update late."
             self.events.append(Event(self._now_ns, "stimulus", tear.what.value, text, fields))
         self._before.load(outputs)
 

@@ -120,8 +120,8 @@ def is_the_users(file_name: str) -> bool:
 _ROOMS = (
     f"{sys.modules[__name__.partition('.')[0]].__path__[0]}{os.sep}",  # contains the others if installed
     *(
-        f"{Path(__file__).parents[2] / room}{os.sep}"
-        for room in ("io_images", "ladder", "rockwell", "runtime", "traces")
+        f"{Path(__file__).parents[2] / package}{os.sep}"
+        for package in ("io_images", "ladder", "rockwell", "runtime", "traces")
     ),
 )
 _GENERATED = "<"

@@ -62,10 +62,10 @@ class Forces:
         Raises:
             ValueError: the address does not exist, or the value does not fit it.
         """
-        place = parse_address(address, self._words)
-        check_value(address, place, value)
-        self._values.pop(place, None)
-        self._values[place] = int(value)
+        word_place = parse_address(address, self._words)
+        check_value(address, word_place, value)
+        self._values.pop(word_place, None)
+        self._values[word_place] = int(value)
         self._changed()
 
     def remove(self, address: str) -> None:
@@ -74,10 +74,10 @@ class Forces:
         Raises:
             ValueError: the address does not exist, or is not forced.
         """
-        place = parse_address(address, self._words)
-        if place not in self._values:
+        word_place = parse_address(address, self._words)
+        if word_place not in self._values:
             raise ValueError(f"{address!r} is not forced: forced are {', '.join(self.active) or 'none'}")
-        del self._values[place]
+        del self._values[word_place]
         self._changed()
 
     def clear(self) -> None:
@@ -128,13 +128,13 @@ class Forces:
 
     def _masks(self, image: str) -> tuple[_MaskedWord, ...]:
         masks: dict[tuple[int, int], _MaskedWord] = {}
-        for place, value in self._values.items():
-            if place.image == image:
-                key = place.slot, place.word
-                slot = self._rack.slots[place.slot]
+        for word_place, value in self._values.items():
+            if word_place.image == image:
+                key = word_place.slot, word_place.word
+                slot = self._rack.slots[word_place.slot]
                 words = (slot.inputs if image == "I" else slot.outputs).raw.cast("H")
-                masked = masks.setdefault(key, _MaskedWord(words, place.word))
-                _add(masked, place.bit, value)
+                masked = masks.setdefault(key, _MaskedWord(words, word_place.word))
+                _add(masked, word_place.bit, value)
         return tuple(masks.values())
 
 
@@ -150,6 +150,6 @@ def check_value(address: str, place: Address, value: object) -> None:
 
 def _add(masked: _MaskedWord, bit: int | None, value: int) -> None:
     mask = WORD_MASK if bit is None else 1 << bit
-    raised = value & WORD_MASK if bit is None else value << bit
+    forced_bits = value & WORD_MASK if bit is None else value << bit
     masked.keep &= ~mask
-    masked.put = masked.put & ~mask | raised
+    masked.put = masked.put & ~mask | forced_bits

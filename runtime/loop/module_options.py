@@ -44,17 +44,21 @@ class Options(BaseModel):
 
     @classmethod
     def _mistake(cls, details: ErrorDetails) -> str:
-        cause = details.get("ctx", {}).get("error")
+        error = details.get("ctx", {}).get("error")
         if not details["loc"]:
-            return f"options: {cause}"
+            return f"options: {error}"
         name = ".".join(map(str, details["loc"]))
         if len(details["loc"]) > 1:
-            return f"option {name}: {cause or details['msg']}"
+            return f"option {name}: {error or details['msg']}"
         if details["type"] == "extra_forbidden":
-            near = difflib.get_close_matches(name, cls.model_fields, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(cls.model_fields)}"
+            close_names = difflib.get_close_matches(name, cls.model_fields, n=1)
+            hint = (
+                f"did you mean {close_names[0]}?"
+                if close_names
+                else f"choose from {', '.join(cls.model_fields)}"
+            )
             return f"option {name}: the {cls.owner} has no such option; {hint}"
-        return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
+        return f"option {name}: {error or _problem(cls.model_fields[name], details)}"
 
 
 def _problem(field: FieldInfo, details: ErrorDetails) -> str:

@@ -312,11 +312,11 @@ class Watchdog:
         Raises:
             WatchdogTimeout: it took longer than the limit.
         """
-        since = _clocks()
+        clocks_before = _clocks()
         with _noticing_breakpoints() as breakpoints:
             logic()
         if not (breakpoints or _traced_by_debugger()):
-            self._expire_if_over(since)
+            self._expire_if_over(clocks_before)
 
     def _look(self, scan: int) -> None:
         if scan < 0 or scan != self._seen:
@@ -398,14 +398,16 @@ def _interval_timer(interval: float, handler: Handler) -> Iterator[None]:
     system: Any = signal  # type checkers know its timers on POSIX only
     start = time.monotonic()
     previous = signal.signal(system.SIGALRM, handler)
-    left, every = system.setitimer(system.ITIMER_REAL, interval, interval)
+    old_left_s, old_interval_s = system.setitimer(system.ITIMER_REAL, interval, interval)
     try:
         yield
     finally:
         system.setitimer(system.ITIMER_REAL, 0)
         signal.signal(system.SIGALRM, previous)
-        if left:
-            system.setitimer(system.ITIMER_REAL, max(left - (time.monotonic() - start), 1e-6), every)
+        if old_left_s:
+            system.setitimer(
+                system.ITIMER_REAL, max(old_left_s - (time.monotonic() - start), 1e-6), old_interval_s
+            )
 
 
 class _Ticker:
@@ -495,10 +497,12 @@ def ending_as_interrupt() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+    signal_numbers = [
+        getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)
+    ]
     previous = {
         number: signal.signal(number, _interrupt)
-        for number in numbers
+        for number in signal_numbers
         if signal.getsignal(number) is not signal.SIG_IGN
     }
     try:

@@ -138,8 +138,8 @@ class ScanPhases:
     # phases of special scans
 
     def _pace(self) -> None:
-        late = self._pacer.wait()
-        self.flags = self._prepared_flags | ScanFlag.OVERRUN if late else self._prepared_flags
+        is_late = self._pacer.wait()
+        self.flags = self._prepared_flags | ScanFlag.OVERRUN if is_late else self._prepared_flags
 
     def _timed_logic(self) -> None:
         """Call the program where no timer can end it."""
@@ -197,7 +197,7 @@ class ScanPhases:
     def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
         """List the active phases of the next scan, and the cause of an error in each."""
         logic_runs = "logic" not in IDLE_PHASES[mode]
-        first = logic_runs and self.view.first
+        is_first = logic_runs and self.view.first
         news = bool(self._news or self._announced)
         forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
         starting = mode is CpuMode.RUN and not self._modules_run
@@ -209,9 +209,11 @@ class ScanPhases:
             self.blame = {phase: cause for is_active, phase, cause in plan if is_active}
             self.order = tuple(self.blame)
         self.flags = self._prepared_flags = _flags(
-            mode, first, forced_in, forced_out, tags_set or tags_forced
+            mode, is_first, forced_in, forced_out, tags_set or tags_forced
         )
-        self.attention = any((self.attention, first, starting, news, tags_set, mode is CpuMode.SINGLE_SCAN))
+        self.attention = any(
+            (self.attention, is_first, starting, news, tags_set, mode is CpuMode.SINGLE_SCAN)
+        )
         special = any((self.attention, forced_in, forced_out))
         self.plain = mode is CpuMode.RUN and self._pacer.free and not special
 

@@ -130,12 +130,12 @@ class ScansAhead:
                 patience.not_calm(calm)
             return 0
         block = self._exchange.foresee(view.now_ns, self._period_ns, min(calm, most), patience.most_rows)
-        first = view.number
+        first_scan = view.number
         if self._finder is not None and isinstance(block.rows, bytes) and block.updated is None:
             self._scan_repeats(self._finder, block)
         else:
             self._scan_block(block)
-        scans_used = view.number - first
+        scans_used = view.number - first_scan
         patience.ended(scans_used, block.length)
         return scans_used
 
@@ -183,12 +183,12 @@ class ScansAhead:
                     count = block.length - done
                     self._scan_one_by_one(block.scans(done))
                 done += count
-            ended = self._by_rows
-            if ended:
+            has_ended = self._by_rows
+            if has_ended:
                 self.present = self._phases.input_latch
                 self._by_rows = False
                 self._exchange.catch_up(view.now_ns - self._period_ns)
-            return ended
+            return has_ended
         except BaseException:
             self.catch_up()
             raise

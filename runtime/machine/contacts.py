@@ -45,8 +45,8 @@ OPEN = Contact(low=FAR)
 def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> int | None:
     """Return the next position, in a direction, at which any of some contacts changes, or None."""
     edges = (contact.edge_after(position, direction) for contact in contacts)
-    ahead = [edge for edge in edges if edge is not None]
-    return min(ahead, key=lambda edge: abs(edge - position), default=None)
+    edges_ahead = [edge for edge in edges if edge is not None]
+    return min(edges_ahead, key=lambda edge: abs(edge - position), default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +66,8 @@ class Parallel(Contact):
 
 def contacts_of(switch: Switch) -> tuple[Contact, ...]:
     """Return the contacts that are closed where a switch energizes its input."""
-    first = -FAR if switch.first is None else switch.first
-    last = FAR if switch.last is None else switch.last
+    first_step = -FAR if switch.first is None else switch.first
+    last_step = FAR if switch.last is None else switch.last
     if switch.normally_closed:
-        return Contact(-FAR, first - 1), Contact(last + 1, FAR)
-    return (Contact(first, last),)
+        return Contact(-FAR, first_step - 1), Contact(last_step + 1, FAR)
+    return (Contact(first_step, last_step),)

@@ -74,8 +74,8 @@ class ShaftEncoder:
         if self._marker_every is None:
             return None
         sense = direction * self.direction
-        beyond = sense * (self.counts(shaft) - self._marker_at) // self._marker_every + 1
-        return self._marker_at + sense * beyond * self._marker_every
+        markers_passed = sense * (self.counts(shaft) - self._marker_at) // self._marker_every + 1
+        return self._marker_at + sense * markers_passed * self._marker_every
 
 
 @dataclass(frozen=True, slots=True)

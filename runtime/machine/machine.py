@@ -63,8 +63,8 @@ class Machine:
         self._stimuli = Stimuli(spec)
         self._encoder = ShaftEncoder(spec.encoder)
         self._hand = HandTurning()
-        for turn in spec.turns:
-            self._hand.turn(turn.counts, turn.at_ns, turn.end_ns)
+        for hand_turn in spec.turns:
+            self._hand.turn(hand_turn.counts, hand_turn.at_ns, hand_turn.end_ns)
         self._refused = spec.fed_inputs
         for entry in spec.timeline:
             self._refused |= entry.input.value
@@ -158,8 +158,8 @@ class Machine:
 
         The timeline may hold that input, which then does not show the change.
         """
-        first, last, _ = self._switches.row(self._shaft.position)
-        target = last + 1 if direction > 0 else first - 1
+        first_step, last_step, _ = self._switches.row(self._shaft.position)
+        target = last_step + 1 if direction > 0 else first_step - 1
         return self._shaft.steps_to(direction, target) if -FAR <= target <= FAR else None
 
     @property

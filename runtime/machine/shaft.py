@@ -47,10 +47,10 @@ class _SlipState:
         return self._steps if self._will and self._left else 0
 
     def begin(self) -> int:
-        lost = self.due()
-        self._left -= lost > 0
+        steps_lost = self.due()
+        self._left -= steps_lost > 0
         self._will = self._drawn()
-        return lost
+        return steps_lost
 
 
 class Shaft:
@@ -81,10 +81,10 @@ class Shaft:
 
     def _survey(self) -> None:
         """Find the obstacles next to the position; at an obstacle, the clear range is empty."""
-        above = bisect_left(self._obstacles, self.position)
-        below = bisect_right(self._obstacles, self.position)
-        self._high = self._obstacles[above] if above < len(self._obstacles) else FAR
-        self._low = self._obstacles[below - 1] if below else -FAR
+        index_above = bisect_left(self._obstacles, self.position)
+        index_below = bisect_right(self._obstacles, self.position)
+        self._high = self._obstacles[index_above] if index_above < len(self._obstacles) else FAR
+        self._low = self._obstacles[index_below - 1] if index_below else -FAR
 
     def follow(self, direction: int, steps: int) -> None:
         """Follow `steps` >= 0 motor steps in `direction` (+1 or -1)."""
@@ -117,9 +117,9 @@ class Shaft:
         if self._departing != direction:
             self._departing = direction
             self._left = sum(slip.begin() for slip in self._slips.get((self.position, direction), ()))
-        lost = min(self._left, steps)
-        self._left -= lost
-        return lost
+        steps_lost = min(self._left, steps)
+        self._left -= steps_lost
+        return steps_lost
 
     def _clear(self, direction: int) -> int:
         if direction > 0:
@@ -140,12 +140,12 @@ class Shaft:
         distance = (target - self.position) * direction
         if distance <= 0:
             return 0 if distance == 0 else None
-        lost = 0
+        steps_lost = 0
         for position in self._obstacles_before(direction, target):
             if (position, direction) in self._jams:
                 return None
-            lost += self._due(position, direction)
-        return distance + lost
+            steps_lost += self._due(position, direction)
+        return distance + steps_lost
 
     def _obstacles_before(self, direction: int, target: int) -> list[int]:
         if direction > 0:

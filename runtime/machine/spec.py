@@ -363,10 +363,10 @@ class MachineSpec:
             raise refusal(self, "encoder", self.encoder, "an EncoderSpec or None")
         if self.master_speed is not None:
             _check_whole(self, "master_speed", 1)
-        for first, second in pairwise(self.turns):
-            if second.at_ns < first.end_ns:
-                allowed_ns = f"at_ns of {first.end_ns} or more, the end of the turn before"
-                raise refusal(self, "turns", second, allowed_ns)
+        for turn, next_turn in pairwise(self.turns):
+            if next_turn.at_ns < turn.end_ns:
+                allowed_ns = f"at_ns of {turn.end_ns} or more, the end of the turn before"
+                raise refusal(self, "turns", next_turn, allowed_ns)
         self._check_wiring()
 
     def _check_parts(self, field: str, kind: type) -> None:

@@ -55,8 +55,8 @@ class Stimuli:
 
     def _soonest_ns(self) -> int:
         soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR
-        for work in self._works:
-            soonest = min(soonest, work.due_ns, work.until_ns)
+        for station_work in self._works:
+            soonest = min(soonest, station_work.due_ns, station_work.until_ns)
         return soonest
 
     def advance(self, now_ns: int) -> None:
@@ -69,15 +69,15 @@ class Stimuli:
         while self._index < len(self._entries) and self._entries[self._index].at_ns == at_ns:
             self._act(self._entries[self._index])
             self._index += 1
-        for work in self._works:
-            if work.due_ns == at_ns:
-                self._begin_pulse(work)
-            elif work.until_ns == at_ns:
-                self._end_pulse(work)
+        for station_work in self._works:
+            if station_work.due_ns == at_ns:
+                self._begin_pulse(station_work)
+            elif station_work.until_ns == at_ns:
+                self._end_pulse(station_work)
         self.pulses = 0
-        for work in self._works:
-            if work.until_ns != FAR:
-                self.pulses |= work.station.input.value
+        for station_work in self._works:
+            if station_work.until_ns != FAR:
+                self.pulses |= station_work.station.input.value
 
     def _act(self, entry: TimelineEntry) -> None:
         self.hold(entry.input, entry.energized)
@@ -122,14 +122,14 @@ class Stimuli:
     def rest(self, now_ns: int, shaft: int) -> None:
         """Begin the work of the stations at this shaft position: the motion has ended."""
         self.advance(now_ns)
-        for work in self._works:
-            if work.station.position == shaft:
-                work.due_ns = now_ns + work.station.work_ns
+        for station_work in self._works:
+            if station_work.station.position == shaft:
+                station_work.due_ns = now_ns + station_work.station.work_ns
         self.next_ns = self._soonest_ns()
 
     def depart(self, now_ns: int) -> None:
         """Stop the work of all stations: a motion begins."""
         self.advance(now_ns)
-        for work in self._works:
-            work.due_ns = FAR
+        for station_work in self._works:
+            station_work.due_ns = FAR
         self.next_ns = self._soonest_ns()

@@ -38,9 +38,9 @@ class SwitchTable:
     def row(self, shaft: int) -> tuple[int, int, int]:
         """Return (first, last, mask): the range around `shaft` without a change; open ends are ±FAR."""
         index = bisect_right(self._bounds, shaft)
-        first = self._bounds[index - 1] if index else -FAR
-        last = self._bounds[index] - 1 if index < len(self._bounds) else FAR
-        return first, last, self._masks[index]
+        first_step = self._bounds[index - 1] if index else -FAR
+        last_step = self._bounds[index] - 1 if index < len(self._bounds) else FAR
+        return first_step, last_step, self._masks[index]
 
 
 def _edges(switches: Iterable[Switch]) -> Iterable[int]:
@@ -61,10 +61,10 @@ def energized(switches: Iterable[Switch], shaft: int) -> int:
     >>> energized(limits, -95), energized(limits, 0), energized(limits, 95)
     (0, 16, 0)
     """
-    on = off = 0
+    on_bits = off_bits = 0
     for switch in switches:
         if switch.closed(shaft):
-            on |= switch.input.value
+            on_bits |= switch.input.value
         elif switch.normally_closed:
-            off |= switch.input.value
-    return on & ~off
+            off_bits |= switch.input.value
+    return on_bits & ~off_bits

@@ -101,24 +101,24 @@ class DataFile:
     def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
         """Return bytes of the file."""
         runs = self.runs(start, size)
-        first = min(offset for _, offset, _ in runs)
-        last = max(offset + length for _, offset, length in runs)
-        raw = snapshot.read(ReadBytes(self._symbol.index, first, last - first))
-        return b"".join(raw[offset - first : offset - first + length] for _, offset, length in runs)
+        first_byte = min(offset for _, offset, _ in runs)
+        end_byte = max(offset + length for _, offset, length in runs)
+        raw = snapshot.read(ReadBytes(self._symbol.index, first_byte, end_byte - first_byte))
+        return b"".join(raw[offset - first_byte : offset - first_byte + length] for _, offset, length in runs)
 
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
         """Write bytes to the file, as one write, and only the bits of a mask."""
         runs = self.runs(start, len(data))
-        first = min(position for _, position, _ in runs)
-        last = max(position + length for _, position, length in runs)
-        put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
-        for here, offset, length in runs:
+        first_byte = min(position for _, position, _ in runs)
+        end_byte = max(position + length for _, position, length in runs)
+        put, keep_mask = bytearray(end_byte - first_byte), bytearray(b"\xff" * (end_byte - first_byte))
+        for data_offset, offset, length in runs:
             for number in range(length):
-                place = offset - first + number
-                allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
-                put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
-        kept_bits = bytes(keep) if any(keep) else b""
-        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept_bits))
+                index = offset - first_byte + number
+                allowed = mask >> 8 * ((start + data_offset + number) % 2) & 0xFF
+                put[index], keep_mask[index] = data[data_offset + number] & allowed, ~allowed & 0xFF
+        kept_bits = bytes(keep_mask) if any(keep_mask) else b""
+        snapshot.write(WriteBytes(self._symbol.index, first_byte, bytes(put), kept_bits))
 
     def target(self) -> Target:
         """Return the target of the whole file, for the check of access."""
@@ -228,8 +228,8 @@ class DataFiles:
         known_files = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
         for (number, _), file in self._images.items():
             known_files[number] = TYPES[file.letters][-1], known_files.get(number, (0, 0))[1] + file.size
-        last = max(known_files, default=-1)
-        rows = [known_files.get(number, (_GAP, 0)) for number in range(last + 1)]
+        last_number = max(known_files, default=-1)
+        rows = [known_files.get(number, (_GAP, 0)) for number in range(last_number + 1)]
         table = b"".join(struct.pack("<BH", *row).ljust(_ROW_BYTES, b"\0") for row in rows)
         head = bytearray(_ROWS_AT)
         head[_LADDERS_AT], head[_FILES_AT] = 3, len(rows) & 0xFF

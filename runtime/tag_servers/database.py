@@ -83,15 +83,19 @@ class Writable:
         """Whether the bytes under a name without subscripts may be written."""
         if self.matches(name):
             return True
-        parts = [] if isinstance(kind, PlainKind) else [part for part in kind.parts if not part.hidden]
-        return bool(parts) and all(self(f"{name}.{part.name}", part.kind) for part in parts)
+        members = (
+            [] if isinstance(kind, PlainKind) else [member for member in kind.parts if not member.hidden]
+        )
+        return bool(members) and all(self(f"{name}.{member.name}", member.kind) for member in members)
 
     def any_of(self, name: str, kind: Kind) -> bool:
         """Whether anything under a name may be written."""
         if self(name, kind):
             return True
-        parts = () if isinstance(kind, PlainKind) else kind.parts
-        return any(self.any_of(f"{name}.{part.name}", part.kind) for part in parts if not part.hidden)
+        members = () if isinstance(kind, PlainKind) else kind.parts
+        return any(
+            self.any_of(f"{name}.{member.name}", member.kind) for member in members if not member.hidden
+        )
 
 
 def _pattern(text: str) -> str:
@@ -183,9 +187,9 @@ class Database:
     def _found(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
         """Return the tag at the start of a path, and the steps from there; aliases are resolved."""
         scope, steps_left = "", list(steps)
-        first = steps_left[0] if steps_left else ""
-        if isinstance(first, str) and first.lower().startswith(PROGRAM.lower()):
-            scope = first[len(PROGRAM) :].upper()
+        first_step = steps_left[0] if steps_left else ""
+        if isinstance(first_step, str) and first_step.lower().startswith(PROGRAM.lower()):
+            scope = first_step[len(PROGRAM) :].upper()
             del steps_left[0]
         if not steps_left or isinstance(steps_left[0], int):
             raise CipRefusedError(BAD_SEGMENT)
@@ -230,10 +234,10 @@ class _Walk:
 
     def target(self) -> Target:
         while True:
-            count, single = self._subscripts()
+            count, is_single = self._subscripts()
             if not self._steps:
                 return Target(self._symbol, self._kind, self._offset, count, self._bit, self._name)
-            if not single:
+            if not is_single:
                 raise CipRefusedError(BAD_SEGMENT)
             step = self._steps.pop(0)
             if not isinstance(step, str):
@@ -247,25 +251,25 @@ class _Walk:
             indices.append(self._steps.pop(0))  # type: ignore[arg-type]
         if self._kind == BOOL and self._dims:
             self._kind, self._dims = DWORD, (-(-prod(self._dims) // 32),)
-        total = prod(self._dims)
+        element_count = prod(self._dims)
         if not indices:
-            return total, not self._dims
+            return element_count, not self._dims
         if not self._dims or len(indices) not in (1, len(self._dims)):
             raise CipRefusedError(UNKNOWN_OBJECT)
-        flat = _flat_index(indices, self._dims if len(indices) > 1 else (total,))
+        flat = _flat_index(indices, self._dims if len(indices) > 1 else (element_count,))
         self._offset += flat * self._kind.size
         self._dims = ()
-        return total - flat, True
+        return element_count - flat, True
 
     def _enter(self, name: str) -> None:
         """Go to a member, or to a bit of an integer."""
         if isinstance(self._kind, StructuredKind):
-            part = self._kind.by_name.get(name.upper())
-            if part is None:
+            member = self._kind.by_name.get(name.upper())
+            if member is None:
                 raise CipRefusedError(BAD_SEGMENT)
-            self._kind, self._dims, self._bit = part.kind, part.dims, part.bit
-            self._offset += part.offset
-            self._name += f".{part.name}"
+            self._kind, self._dims, self._bit = member.kind, member.dims, member.bit
+            self._offset += member.offset
+            self._name += f".{member.name}"
         elif name.isascii() and name.isdigit() and self._bit is None and int(name[:4]) < self._kind.bits:
             self._kind, self._bit = BOOL, int(name[:4]) % 8
             self._offset += int(name[:4]) // 8

@@ -247,9 +247,9 @@ class DriveAdapter:
 
     def _configure(self, data: bytes) -> None:
         """Apply the configuration of an open request; an invalid one sets the drive's error bit for it."""
-        first, second, start, *further = _SETTINGS.unpack(data)
+        word_0, word_1, start, *settings = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
-        words = (first | 0x8000, second, upper & 0xFFFF, lower, further[0], 0, *further[1:], 0)
+        words = (word_0 | 0x8000, word_1, upper & 0xFFFF, lower, settings[0], 0, *settings[1:], 0)
         self.drive.obey(words)
         self.drive.obey((0,) * WORDS)
 

@@ -25,28 +25,28 @@ Packet = tuple[str, Sequence[Operation]]
 
 def request_of(version: int, packets: Sequence[Packet]) -> bytes:
     """Return packets as bytes."""
-    parts = [HEAD.pack(version, len(packets))]
+    chunks = [HEAD.pack(version, len(packets))]
     for client, operations in packets:
         name = client.encode()[:255]
-        parts += [PACKET.pack(len(name), len(operations)), name]
+        chunks += [PACKET.pack(len(name), len(operations)), name]
         for operation in operations:
             if isinstance(operation, ReadBytes):
-                parts.append(OPERATION.pack(_READ, operation.tag, operation.offset, operation.size))
+                chunks.append(OPERATION.pack(_READ, operation.tag, operation.offset, operation.size))
             else:
                 kind = _KEEP if operation.keep else _WRITE
-                parts += [
+                chunks += [
                     OPERATION.pack(kind, operation.tag, operation.offset, len(operation.data)),
                     operation.data,
                     operation.keep,
                 ]
-    return b"".join(parts)
+    return b"".join(chunks)
 
 
 def packets_in(data: bytes) -> Iterator[Packet]:
     """Yield the packets of a request; struct.error if it is damaged."""
-    _, count = HEAD.unpack_from(data)
+    _, packet_count = HEAD.unpack_from(data)
     start = HEAD.size
-    for _ in range(count):
+    for _ in range(packet_count):
         length, operation_count = PACKET.unpack_from(data, start)
         start += PACKET.size + length
         client = data[start - length : start].decode("utf-8", "replace")
@@ -58,9 +58,9 @@ def packets_in(data: bytes) -> Iterator[Packet]:
                 unpacked.append(ReadBytes(tag, offset, size))
                 continue
             end = start + size
-            keep = data[end : end + size] if kind == _KEEP else b""
-            unpacked.append(WriteBytes(tag, offset, data[start:end], keep))
-            start = end + len(keep)
+            keep_mask = data[end : end + size] if kind == _KEEP else b""
+            unpacked.append(WriteBytes(tag, offset, data[start:end], keep_mask))
+            start = end + len(keep_mask)
         yield client, unpacked
 
 
@@ -74,26 +74,26 @@ def answered(
     data: bytes, version: int, now_ns: int, carry_out: Callable[[str, Operation], bytes | None]
 ) -> bytes:
     """Carry out a request, and return the reply."""
-    parts = [ANSWER.pack(version, now_ns)]
+    chunks = [ANSWER.pack(version, now_ns)]
     for client, operations in packets_in(data) if version_of(data) == version else ():
         for operation in operations:
             result = carry_out(client, operation)
-            parts += [SIZE.pack(REFUSED)] if result is None else [SIZE.pack(len(result)), result]
-    return b"".join(parts)
+            chunks += [SIZE.pack(REFUSED)] if result is None else [SIZE.pack(len(result)), result]
+    return b"".join(chunks)
 
 
 def results_in(data: bytes, packets: Sequence[Packet]) -> list[list[bytes | None]]:
     """Return the results of each packet's operations."""
     offset, answers = ANSWER.size, []
     for _, operations in packets:
-        results: list[bytes | None] = []
+        packet_results: list[bytes | None] = []
         for _ in operations:
             (size,) = SIZE.unpack_from(data, offset)
             offset += SIZE.size
             if size == REFUSED:
-                results.append(None)
+                packet_results.append(None)
                 continue
-            results.append(data[offset : offset + size])
+            packet_results.append(data[offset : offset + size])
             offset += size
-        answers.append(results)
+        answers.append(packet_results)
     return answers

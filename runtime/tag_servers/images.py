@@ -126,15 +126,15 @@ def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) 
         address: an address in a program; for a card with few terminals it has no subscript.
         slots: the words of the modules.
     """
-    part = _WORD.fullmatch(address)
-    if part is None or not (part["word"] or part["bit"]):
+    match = _WORD.fullmatch(address)
+    if match is None or not (match["word"] or match["bit"]):
         return address
-    word, bit = divmod(int(part["bit"] or 0), WORD_BITS)
-    word += int(part["word"] or 0)
-    words = slots.get(int(part["slot"]), PLAIN_WORDS)
-    numbered = part["way"].upper() == "I" and _has_profile(words, profile)
+    word, bit = divmod(int(match["bit"] or 0), WORD_BITS)
+    word += int(match["word"] or 0)
+    words = slots.get(int(match["slot"]), PLAIN_WORDS)
+    numbered = match["way"].upper() == "I" and _has_profile(words, profile)
     data = f"Data{word}" if numbered else f"Data[{word}]"
-    return f"Local:{part['slot']}:{part['way']}.{data}" + (f".{bit}" if part["bit"] else "")
+    return f"Local:{match['slot']}:{match['way']}.{data}" + (f".{bit}" if match["bit"] else "")
 
 
 def output_slot(tag: str) -> int | None:

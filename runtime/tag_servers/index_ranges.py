@@ -110,11 +110,11 @@ def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
         raise NoDataError(f"the array has {' x '.join(map(str, dims))} elements")
     if not dims:
         return [range(1)]
-    *outer, last = ranges
+    *outer_ranges, last_range = ranges
     element_runs = []
-    for indices in product(*outer):
+    for indices in product(*outer_ranges):
         row = 0
         for index, size in zip(indices, dims, strict=False):
             row = row * size + index
-        element_runs.append(range(row * dims[-1] + last.start, row * dims[-1] + last.stop))
+        element_runs.append(range(row * dims[-1] + last_range.start, row * dims[-1] + last_range.stop))
     return element_runs

@@ -117,8 +117,8 @@ class MappedTag:
     def read_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
         offset, shift = divmod(self.first_bit + place, 8)
-        part = ReadBytes(self.target.symbol.index, offset, -(-(shift + count) // 8))
-        data = int.from_bytes(snapshot.read(part), "little") >> shift
+        byte_range = ReadBytes(self.target.symbol.index, offset, -(-(shift + count) // 8))
+        data = int.from_bytes(snapshot.read(byte_range), "little") >> shift
         return [bool(data >> index & 1) for index in range(count)]
 
     def write_of_bits(self, place: int, bits: Sequence[bool]) -> WriteBytes:

@@ -17,7 +17,7 @@ NAMES_MOST, NEAREST_MOST = 20_000, 3
 def nearest(database: Database, name: str) -> str:
     """Return `: did you mean Run, Runs?`, or "" if no name is like it."""
     names = {tag_name.upper(): tag_name for tag_name in islice(_names(database), NAMES_MOST)}
-    close_names = [names[close] for close in get_close_matches(name.upper(), names, NEAREST_MOST)]
+    close_names = [names[upper_name] for upper_name in get_close_matches(name.upper(), names, NEAREST_MOST)]
     return f": did you mean {', '.join(close_names)}?" if close_names else ""
 
 
@@ -48,5 +48,5 @@ def _names(database: Database) -> Iterator[str]:
 def _below(name: str, kind: Kind) -> Iterator[str]:
     yield name
     if not isinstance(kind, PlainKind):
-        for part in kind.by_name.values():
-            yield from _below(f"{name}.{part.name}", part.kind)
+        for member in kind.by_name.values():
+            yield from _below(f"{name}.{member.name}", member.kind)

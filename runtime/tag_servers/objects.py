@@ -126,10 +126,10 @@ def answer_interface(address: bytes, service: int, path: Path) -> Answer:
 
 def attributes_in(data: bytes) -> tuple[int, ...]:
     """Return the attributes that a request names."""
-    (count,) = struct.unpack_from("<H", data)
-    if count > ATTRIBUTES_MOST:
+    (attribute_count,) = struct.unpack_from("<H", data)
+    if attribute_count > ATTRIBUTES_MOST:
         raise CipRefusedError(BAD_VALUE)
-    return struct.unpack_from(f"<{count}H", data, 2)
+    return struct.unpack_from(f"<{attribute_count}H", data, 2)
 
 
 def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], most: int) -> Answer:
@@ -167,14 +167,14 @@ class Lister:
         numbers, rows = attributes_in(data), self._database.rows(scope)
         if not all(number in _ATTRIBUTES for number in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
-        first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
-        left, lines = most - HEAD_BYTES, []
-        for row in islice(rows, first, None):
+        first_row = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
+        bytes_left, lines = most - HEAD_BYTES, []
+        for row in islice(rows, first_row, None):
             lines.append(_line(row, numbers))
-            left -= len(lines[-1])
-            if left < 0:
+            bytes_left -= len(lines[-1])
+            if bytes_left < 0:
                 break
-        if left >= 0:
+        if bytes_left >= 0:
             return DONE, b"".join(lines)
         if len(lines) == 1:
             raise CipRefusedError(TOO_LARGE)
@@ -229,12 +229,12 @@ def answer_template(database: Database, service: int, path: Path, data: bytes, m
     offset, size = struct.unpack_from("<IH", data)
     if offset > len(template.padded):
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
-    part = template.padded[offset : offset + size]
-    if len(part) <= most - HEAD_BYTES:
-        return DONE, part
+    definition_part = template.padded[offset : offset + size]
+    if len(definition_part) <= most - HEAD_BYTES:
+        return DONE, definition_part
     if most - HEAD_BYTES < 1:
         raise CipRefusedError(TOO_LARGE)
-    return PARTIAL, part[: most - HEAD_BYTES]
+    return PARTIAL, definition_part[: most - HEAD_BYTES]
 
 
 def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:

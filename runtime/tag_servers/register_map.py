@@ -88,11 +88,13 @@ class RegisterMap:
             raise ValueError(
                 f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
             )
-        cell_row = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
+        cell_row = next(
+            (existing.row for place in range(size) if (existing := cells.get(address + place))), None
+        )
         if isinstance(cell_row, MappedTag):
             raise ValueError(f"an address from {address} on is that of {cell_row.target.name}")
-        for place in range(size):
-            cells[address + place] = _Cell(row, place, size - place)
+        for index in range(size):
+            cells[address + index] = _Cell(row, index, size - index)
 
     def answer(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Carry out a request; return the reply or exception.
@@ -111,13 +113,15 @@ class RegisterMap:
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
         runs = self._runs(table, request.address, request.count)
-        return [bit for row, place, item_count in runs for bit in row.read_bits(place, item_count, snapshot)]
+        return [
+            bit for row, offset, item_count in runs for bit in row.read_bits(offset, item_count, snapshot)
+        ]
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
         runs = self._runs(table, first, count)
         return [
-            word for row, place, item_count in runs for word in row.read_words(place, item_count, snapshot)
+            word for row, offset, item_count in runs for word in row.read_words(offset, item_count, snapshot)
         ]
 
     def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
@@ -132,13 +136,13 @@ class RegisterMap:
 
     def mask_word(self, request: words.MaskWriteRegisterRequest, snapshot: TagSnapshot) -> ModbusPDU:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
-        ((row, place, _),) = self._writable(HOLDING_REGISTERS, request.address, 1)
+        ((row, offset, _),) = self._writable(HOLDING_REGISTERS, request.address, 1)
         kind = row.target.kind
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        keep, on = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
-        masks = (mask.to_bytes(2, "little") for mask in (on, keep))
-        snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
+        and_mask, on_mask = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
+        masks = (mask.to_bytes(2, "little") for mask in (on_mask, and_mask))
+        snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(offset), *masks))
         return request
 
     def write_and_read(
@@ -154,10 +158,12 @@ class RegisterMap:
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
         """Write coils or registers; refused before the first write if one of them can't be written."""
         changes, index = [], 0
-        for row, place, item_count in self._writable(table, first, len(values)):
-            part, index = values[index : index + item_count], index + item_count
+        for row, offset, item_count in self._writable(table, first, len(values)):
+            row_values, index = values[index : index + item_count], index + item_count
             changes.append(
-                row.write_of_bits(place, part) if table in BITS else row.write_of_words(place, part)
+                row.write_of_bits(offset, row_values)
+                if table in BITS
+                else row.write_of_words(offset, row_values)
             )
         for change in changes:
             snapshot.write(change)
@@ -165,20 +171,20 @@ class RegisterMap:
     def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
         """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
         runs = []
-        for row, place, item_count in self._runs(table, first, count):
+        for row, offset, item_count in self._runs(table, first, count):
             if isinstance(row, Gap) or not row.writable:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            runs.append((row, place, item_count))
+            runs.append((row, offset, item_count))
         return runs
 
     def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
         """Return the rows at addresses, each with its first place and the number of places."""
-        cells, end, runs, last = self._cells[table], self._filled[table], [], first + count
-        while first < last:
+        cells, end, runs, end_address = self._cells[table], self._filled[table], [], first + count
+        while first < end_address:
             cell = cells.get(first) or (_GAP if first < end else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            item_count = min(cell.rest, last - first)
+            item_count = min(cell.rest, end_address - first)
             runs.append((cell.row, cell.place, item_count))
             first += item_count
         return runs

@@ -103,11 +103,11 @@ class Router:
         """Return the reply of at most `most` bytes: service, status, data."""
         service = request[0] if request else 0
         try:
-            place, data = split(request)
-            path = self._path(place)
+            path_bytes, data = split(request)
+            path = self._path(path_bytes)
             if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
                 return self._routed(data, snapshot, most, depth)
-            return replied(service, self._serve(service, place, path, data, snapshot, most, depth), most)
+            return replied(service, self._serve(service, path_bytes, path, data, snapshot, most, depth), most)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
         except struct.error:
@@ -152,23 +152,25 @@ class Router:
     def _batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
-        (count,) = struct.unpack_from("<H", data)
-        if not 1 <= count <= BATCH_MOST:
+        (request_count,) = struct.unpack_from("<H", data)
+        if not 1 <= request_count <= BATCH_MOST:
             raise CipRefusedError(BAD_VALUE)
-        heads = 2 + 2 * count
-        left = most - HEAD_BYTES - heads
-        if left < 6 * count:  # a refusal has up to six bytes
+        heads_size = 2 + 2 * request_count
+        bytes_left = most - HEAD_BYTES - heads_size
+        if bytes_left < 6 * request_count:  # a refusal has up to six bytes
             raise CipRefusedError(TOO_LARGE)
-        places = [*struct.unpack_from(f"<{count}H", data, 2), len(data)]
-        if places[0] < heads or any(end <= begin for begin, end in pairwise(places)):
+        places = [*struct.unpack_from(f"<{request_count}H", data, 2), len(data)]
+        if places[0] < heads_size or any(end <= begin for begin, end in pairwise(places)):
             raise CipRefusedError(BAD_VALUE)
         replies: list[bytes] = []
         for number, (begin, end) in enumerate(pairwise(places), 1):
-            reply = self.answer(data[begin:end], snapshot, left - 6 * (count - number), depth + 1)
-            left -= len(reply)
+            reply = self.answer(
+                data[begin:end], snapshot, bytes_left - 6 * (request_count - number), depth + 1
+            )
+            bytes_left -= len(reply)
             replies.append(reply)
-        starts = list(accumulate(map(len, replies), initial=heads))[:-1]
-        return struct.pack(f"<H{count}H", count, *starts) + b"".join(replies)
+        starts = list(accumulate(map(len, replies), initial=heads_size))[:-1]
+        return struct.pack(f"<H{request_count}H", request_count, *starts) + b"".join(replies)
 
 
 def check_route(data: bytes) -> None:

@@ -167,21 +167,25 @@ class ClientSession:
         items = items_in(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""
-        (first, address), (second, data) = items[:2]
+        (address_type, address), (data_type, data) = items[:2]
         if packet.command == SEND:
-            if (first, address, second) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
+            if (address_type, address, data_type) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
                 return BAD_DATA, b""
             return 0, body_of(
-                (NO_ADDRESS, b""), (second, self._unconnected(data, snapshot, planning=planning))
+                (NO_ADDRESS, b""), (data_type, self._unconnected(data, snapshot, planning=planning))
             )
-        if (first, second) != (CONNECTED_ADDRESS, CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
+        if (
+            (address_type, data_type) != (CONNECTED_ADDRESS, CONNECTED_DATA)
+            or len(address) != 4
+            or len(data) < 4
+        ):
             return BAD_DATA, b""
         connection = self._connections.get(int.from_bytes(address, "little"))
         if connection is None:
             return -1, b""  # as a controller: no answer
         message = self.router.answer(data[2:], snapshot, connection.most - 2)
         client_id = struct.pack("<I", connection.theirs)
-        return 0, body_of((first, client_id), (second, data[:2] + message))
+        return 0, body_of((address_type, client_id), (data_type, data[:2] + message))
 
     def _unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
         if not Connections.is_meant(request):

@@ -80,8 +80,8 @@ class TagRow:
     def elements(self) -> Iterator[TagRow]:
         """Yield a row for each element of an array, without Modbus addresses, which only the array has."""
         for indices in product(*map(range, self.dims)):
-            place = f"[{','.join(map(str, indices))}]"
-            name, node = self.name + place, self.node and self.node + place
+            subscript = f"[{','.join(map(str, indices))}]"
+            name, node = self.name + subscript, self.node and self.node + subscript
             enip = file_address(name) if self.in_files else name
             yield replace(self, name=name, dims=(), node=node, enip=enip, modbus=())
 
@@ -187,12 +187,12 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
             address.
     """
     tables: dict[str, list[str]] = {name: [] for name in TABLES}
-    free, left_out = dict.fromkeys(TABLES, 0), []
+    free_addresses, left_out = dict.fromkeys(TABLES, 0), []
     for row in rows:
         # `I:1` would be word 1 of file I
-        parts = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
-        placed = [_place(part, tables, free) for part in parts]
-        if not all(placed):
+        elements = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
+        placements = [_place(element, tables, free_addresses) for element in elements]
+        if not all(placements):
             left_out.append(row.name)
     return _toml_of(tables, patterns), left_out
 

@@ -64,44 +64,45 @@ def _read_from(
         return DONE, struct.pack("<HB", TYPE_CODES["BOOL"], byte >> target.bit & 1)
     if not 1 <= count <= target.count:
         raise CipRefusedError(GENERAL, BEYOND)
-    total, head = count * target.kind.size, type_of(database, target)
-    if skip >= total:
+    total_bytes, head = count * target.kind.size, type_of(database, target)
+    if skip >= total_bytes:
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
-    size = min(total - skip, most - HEAD_BYTES - len(head))
-    if size < total - skip:
+    size = min(total_bytes - skip, most - HEAD_BYTES - len(head))
+    if size < total_bytes - skip:
         size = size // 4 * 4
     if size < 1:
         raise CipRefusedError(TOO_LARGE)
-    part = snapshot.read(ReadBytes(target.symbol.index, target.offset + skip, size))
-    return (DONE if skip + size == total else PARTIAL), head + part
+    value_bytes = snapshot.read(ReadBytes(target.symbol.index, target.offset + skip, size))
+    return (DONE if skip + size == total_bytes else PARTIAL), head + value_bytes
 
 
 def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
     count, offset = _head(database, target, data)
-    total = _total(target, count)
-    body = data[offset : offset + total]  # pycomm3 1.2.16 sends the message of a single write twice
-    if len(body) < total:
+    total_bytes = _total(target, count)
+    # pycomm3 1.2.16 sends the message of a single write twice
+    value_bytes = data[offset : offset + total_bytes]
+    if len(value_bytes) < total_bytes:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
-        snapshot.write(bits_to_write(target.symbol.index, 8 * target.offset + target.bit, body[:1]))
+        snapshot.write(bits_to_write(target.symbol.index, 8 * target.offset + target.bit, value_bytes[:1]))
     else:
-        snapshot.write(WriteBytes(target.symbol.index, target.offset, body))
+        snapshot.write(WriteBytes(target.symbol.index, target.offset, value_bytes))
     return DONE, b""
 
 
 def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
     count, offset = _head(database, target, data)
-    total, (skip,) = _total(target, count), struct.unpack_from("<I", data, offset)
-    body = data[offset + 4 :]
-    if skip >= total:
+    total_bytes, (skip,) = _total(target, count), struct.unpack_from("<I", data, offset)
+    value_bytes = data[offset + 4 :]
+    if skip >= total_bytes:
         raise CipRefusedError(GENERAL, OFFSET_BEYOND)
-    if skip + len(body) > total:
+    if skip + len(value_bytes) > total_bytes:
         raise CipRefusedError(TOO_MUCH)
-    if not body:
+    if not value_bytes:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
-        return _write(database, target, data[:offset] + body, snapshot, most)
-    snapshot.write(WriteBytes(target.symbol.index, target.offset + skip, body))
+        return _write(database, target, data[:offset] + value_bytes, snapshot, most)
+    snapshot.write(WriteBytes(target.symbol.index, target.offset + skip, value_bytes))
     return DONE, b""
 
 
@@ -111,10 +112,10 @@ def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
     type_bytes = type_of(database, target)
     if data[: len(type_bytes)] != type_bytes:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
-    (count,) = struct.unpack_from("<H", data, len(type_bytes))
-    if not 1 <= count <= target.count:
+    (element_count,) = struct.unpack_from("<H", data, len(type_bytes))
+    if not 1 <= element_count <= target.count:
         raise CipRefusedError(GENERAL, BEYOND)
-    return count, len(type_bytes) + 2
+    return element_count, len(type_bytes) + 2
 
 
 def _total(target: Target, count: int) -> int:
@@ -132,9 +133,9 @@ def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapsh
     if not target.kind.bits or size > target.kind.size:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
     ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
-    keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
-    on = bytes(on & leave for on, leave in zip(ors, ands, strict=True))
-    snapshot.write(WriteBytes(target.symbol.index, target.offset, on, keep))
+    keep_mask = bytes(leave & ~on_byte & 0xFF for on_byte, leave in zip(ors, ands, strict=True))
+    on_bytes = bytes(or_byte & leave for or_byte, leave in zip(ors, ands, strict=True))
+    snapshot.write(WriteBytes(target.symbol.index, target.offset, on_bytes, keep_mask))
     return DONE, b""
 
 

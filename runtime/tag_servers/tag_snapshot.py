@@ -43,9 +43,9 @@ def bits_to_write(tag: int, first: int, bits: Sequence[object]) -> WriteBytes:
     """
     offset, shift = divmod(first, 8)
     size = -(-(shift + len(bits)) // 8)
-    on = sum(bool(bit) << place for place, bit in enumerate(bits, shift))
-    keep = (1 << 8 * size) - 1 - (((1 << len(bits)) - 1) << shift)
-    return WriteBytes(tag, offset, on.to_bytes(size, "little"), keep.to_bytes(size, "little"))
+    on_bits = sum(bool(bit) << bit_place for bit_place, bit in enumerate(bits, shift))
+    keep_mask = (1 << 8 * size) - 1 - (((1 << len(bits)) - 1) << shift)
+    return WriteBytes(tag, offset, on_bits.to_bytes(size, "little"), keep_mask.to_bytes(size, "little"))
 
 
 class TagSnapshot(Protocol):

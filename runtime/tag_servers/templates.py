@@ -33,11 +33,14 @@ class Template:
     @cached_property
     def definition(self) -> bytes:
         """Its members, eight bytes each; its name with two letters per member; the members' names."""
-        parts = self.kind.parts
-        scope = "".join("E@" if part.hidden else "EC" for part in parts)
-        names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(part.name for part in parts)]
+        members = self.kind.parts
+        scope = "".join("E@" if member.hidden else "EC" for member in members)
+        names = [
+            f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}",
+            *(member.name for member in members),
+        ]
         text = b"".join(name.encode("ascii", "replace") + b"\0" for name in names)
-        return b"".join(map(self._member, parts)) + text
+        return b"".join(map(self._member, members)) + text
 
     def _member(self, part: Part) -> bytes:
         if part.kind == BOOL and not part.dims:
@@ -78,8 +81,8 @@ class Templates:
             if not number or number in self.by_number:
                 number = FIRST + len(self.by_number)
             template = self._by_kind[kind] = self.by_number[number] = Template(kind, number, self)
-            for part in kind.parts:
-                self.code_of(part.kind)
+            for member in kind.parts:
+                self.code_of(member.kind)
         return template
 
     def code_of(self, kind: Kind) -> int:

@@ -92,8 +92,8 @@ class Variable:
             step = self.kind.size
             return [_text_in(self.kind, data[offset : offset + step]) for offset in range(0, len(data), step)]
         if self.kind == BOOL:
-            first = self.bit or 0
-            bits = int.from_bytes(data, "little") >> first
+            first_bit = self.bit or 0
+            bits = int.from_bytes(data, "little") >> first_bit
             return [bool(bits >> index & 1) for index in range(self.count)]
         return list(struct.unpack(f"<{self.count}{_FORMS[self.kind.name]}", data))
 
@@ -233,8 +233,10 @@ class TagTree:
             yield self._item(name, at.element(name, number * kind.size), kind, ())
 
     def _members(self, at: _Place, kind: StructuredKind) -> Iterator[Leaf | TagGroup]:
-        for part in kind.by_name.values():
-            yield self._item(part.name, at.member(part.name, part.offset, part.bit), part.kind, part.dims)
+        for member in kind.by_name.values():
+            yield self._item(
+                member.name, at.member(member.name, member.offset, member.bit), member.kind, member.dims
+            )
 
 
 def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
@@ -269,16 +271,18 @@ def _is_text(kind: StructuredKind) -> bool:
 
 def _text_in(kind: StructuredKind, data: bytes) -> str:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    count = int.from_bytes(data[length.offset : length.offset + length.kind.size], "little", signed=True)
-    room = prod(text.dims)
-    return data[text.offset : text.offset + min(max(count, 0), room)].decode("latin-1")
+    length_stated = int.from_bytes(
+        data[length.offset : length.offset + length.kind.size], "little", signed=True
+    )
+    capacity = prod(text.dims)
+    return data[text.offset : text.offset + min(max(length_stated, 0), capacity)].decode("latin-1")
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    raw, room = _raw(value), prod(text.dims)
-    if len(raw) > room:
-        raise ValueError(f"a text of {len(raw)} characters: {room} fit")
+    raw, capacity = _raw(value), prod(text.dims)
+    if len(raw) > capacity:
+        raise ValueError(f"a text of {len(raw)} characters: {capacity} fit")
     text_value = bytearray(kind.size)
     text_value[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(
         length.kind.size, "little"

@@ -101,7 +101,7 @@ class Adapter:
         Args:
             seconds: longest wait for the first one; None = without limit.
         """
-        served, was = False, self.waits
+        served, waited = False, self.waits
         while not self.over:
             try:
                 message = self.wire.next(seconds)
@@ -114,7 +114,7 @@ class Adapter:
                 break
             self.answer(message)
             served, seconds = True, 0
-            if self.start is not None or (was and not self.waits):
+            if self.start is not None or (waited and not self.waits):
                 break
         return served
 
@@ -146,8 +146,8 @@ class Adapter:
         try:
             act()
         except Exception as error:  # also a defect of this code: the client waits for a stop
-            own = isinstance(error, ValueError | OSError)
-            self.output(f"{error}\n" if own else traceback.format_exc(), "stderr")
+            is_expected = isinstance(error, ValueError | OSError)
+            self.output(f"{error}\n" if is_expected else traceback.format_exc(), "stderr")
             if before is not None:
                 self.leave()
                 self.cursor = before
@@ -188,18 +188,18 @@ class Adapter:
         self.event("output", category=category, output=text, **more)
 
     def after_response(self, act: Callable[[], object]) -> None:
-        """Do something once the response of the present request has been sent."""
+        """Call `act` once the response to the current request has been sent."""
         self._later.append(act)
 
     # --- the client's position
 
     def begin(self, subject: Subject, driver: Driver) -> None:
         """Begin to debug a subject; the client then sets its breakpoints."""
-        again = self.subject is not None
+        is_restart = self.subject is not None
         self.subject, self.driver = subject, driver
         self.cursor, self.running = None, False
         self._views.clear()
-        if not again:
+        if not is_restart:
             self.configured = False
             self.event("initialized")
 
@@ -283,11 +283,11 @@ class Adapter:
 
     def hits_in(self, scan: int) -> list[Hit]:
         """Return the breakpoints that a scan meets; log points do not stop."""
-        requested = [point for point in self.all_breakpoints() if not point.log]
-        if not requested:
+        stop_points = [point for point in self.all_breakpoints() if not point.log]
+        if not stop_points:
             return []
         self.leave()
-        return self.the_subject().hits(requested, scan)
+        return self.the_subject().hits(stop_points, scan)
 
     def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
         """Move to the place where a scan meets its first breakpoint, or its last one."""

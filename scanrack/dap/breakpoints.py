@@ -54,7 +54,7 @@ _FIELD = re.compile(r"\{([^{}]+)\}")
 
 
 def tag_that_changes(text: str) -> str:
-    """Return the tag of an expression such as `Level changes`; "" of any other."""
+    """Return the tag of an expression such as `Level changes`; "" for any other."""
     head, _, tail = text.rpartition(" ")
     return head.strip() if tail.lower() == CHANGES else ""
 
@@ -81,7 +81,7 @@ class Breakpoint:
 
     @property
     def changing_tag(self) -> str:
-        """The tag that it waits for to change; "" of a breakpoint on something else."""
+        """The tag whose change it waits for; "" for any other breakpoint."""
         return self.name if self.kind == "data" else tag_that_changes(self.name)
 
     def counts(self) -> bool:
@@ -166,15 +166,15 @@ class LinePoints(NamedValues, Observer):
 
     def at_line(self, requested: Breakpoint) -> Callable[[int], str | None]:
         """See `ScanValues`."""
-        allowed, log = None, list[str | CodeType]()
+        condition, log = None, list[str | CodeType]()
         if self.in_frames:
-            allowed = _code(requested.condition) if requested.condition.strip() else None
+            condition = _code(requested.condition) if requested.condition.strip() else None
             parts = enumerate(_FIELD.split(requested.log))
             log = [_code(part) if number % 2 else part for number, part in parts]
         number, text = requested.number, f"line {requested.line} runs"
 
         def look(frame: FrameType | None) -> None:
-            if number not in self._met and (allowed is None or _value(allowed, frame, False)):
+            if number not in self._met and (condition is None or _value(condition, frame, False)):
                 texts = (part if isinstance(part, str) else str(_value(part, frame, "?")) for part in log)
                 self._met[number] = "".join(texts) or text
 
@@ -240,7 +240,7 @@ class Looker:
         self.lines = tuple(dict.fromkeys(key for request in requested for key in request.keys))
 
     def prime(self, scan: int) -> None:
-        """Use the present values as those of the previous scan; the power of rungs is not known yet."""
+        """Take the current values as those of the previous scan; the power of rungs is not known yet."""
         for check in self._checks:
             if not check.breakpoint.keys:
                 check.met(scan)
@@ -279,7 +279,7 @@ class Looker:
         met = self._values.at_line(requested) if requested.keys else None
         if met is not None and self._values.in_frames:
             return _Check(requested, met, None)
-        allowed = None if not requested.condition or on_power else self._compiled(requested.condition)
+        condition = None if not requested.condition or on_power else self._compiled(requested.condition)
         if met is not None:
             pass
         elif on_power:
@@ -288,7 +288,7 @@ class Looker:
             met = self._ran(requested.keys)
         else:
             met = _MAKERS.get(requested.kind, Looker._expression)(self, requested.name)
-        return _Check(requested, met, allowed, self._log(requested.log))
+        return _Check(requested, met, condition, self._log(requested.log))
 
     def _compiled(self, text: str) -> Read:
         return compiled(text, self._values, self._around)
@@ -305,13 +305,13 @@ class Looker:
 
     def _power(self, keys: Sequence[LineKey], *, changes: bool) -> Callable[[int], str | None]:
         true, before = self._values.true, dict.fromkeys(keys, None)
-        known: dict[LineKey, bool | None] = {**before}
+        last_power: dict[LineKey, bool | None] = {**before}
 
         def met(_scan: int) -> str | None:
             text = None
             for key in keys:
-                was, now = known[key], true(key)
-                known[key] = now
+                was, now = last_power[key], true(key)
+                last_power[key] = now
                 if was is not None and now != was and (now or changes):
                     text = f"the rung becomes {'true' if now else 'false'}"
             return text
@@ -327,26 +327,26 @@ class Looker:
         except ExpressionError:  # an array or a structure
             read = lambda: tags[name]  # noqa: E731
         before_first: Any = object()
-        known = before_first
+        last_value = before_first
 
         def met(_scan: int) -> str | None:
-            nonlocal known
-            before, known = known, read()
-            if before is before_first or _same(before, known):
+            nonlocal last_value
+            before, last_value = last_value, read()
+            if before is before_first or _same(before, last_value):
                 return None
-            return f"{name} was {shown(before)} and is {shown(known)}"
+            return f"{name} was {shown(before)} and is {shown(last_value)}"
 
         return met
 
     def _expression(self, text: str) -> Callable[[int], str | None]:
         if tag := tag_that_changes(text):
             return self._tag(tag)
-        read, known = self._compiled(text), True  # what holds from the beginning does not begin to hold
+        read, last_result = self._compiled(text), True  # what holds from the beginning does not begin to hold
 
         def met(_scan: int) -> str | None:
-            nonlocal known
-            before, known = known, bool(read())
-            return f"{text} holds" if known and not before else None
+            nonlocal last_result
+            before, last_result = last_result, bool(read())
+            return f"{text} holds" if last_result and not before else None
 
         return met
 
@@ -360,8 +360,8 @@ class Looker:
         def met(scan: int) -> str | None:
             texts = [
                 str(fields.get("text", ""))
-                for where, fields in self._events(scan)
-                if where == topic and fields.get("kind") == kind
+                for event_topic, fields in self._events(scan)
+                if event_topic == topic and fields.get("kind") == kind
             ]
             return "; ".join(texts) if texts else None
 
@@ -371,13 +371,13 @@ class Looker:
         words: dict[tuple[int, int], list[ErrorBit]] = {}
         for _row, bit in error_bits(self._around.words):
             words.setdefault((bit.slot, bit.place.word), []).append(bit)
-        known = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
+        last_words = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
 
         def met(_scan: int) -> str | None:
             names = []
             for (slot, number), bits in words.items():
                 word = self._status(slot, number)
-                news, known[slot, number] = word & ~known[slot, number], word
+                news, last_words[slot, number] = word & ~last_words[slot, number], word
                 names += [
                     f"slot {slot}: {named_bit.name}" for named_bit in bits if news >> named_bit.place.bit & 1
                 ]

@@ -59,7 +59,7 @@ class TextState(NamedTuple):
 
 
 class ProgramValues(Mapping[str, Any]):
-    """The present values of a program by name; empty for a list of steps."""
+    """The current values of a program by name; empty for a list of steps."""
 
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
         self._logic = logic
@@ -140,13 +140,17 @@ class Capture(Observer):
         self.runs.append((run, len(above), self.state()))
 
     def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
-        own = {name: copied(value) for name, value in frame.f_locals.items() if value is not self._logic}
+        local_values = {
+            name: copied(value) for name, value in frame.f_locals.items() if value is not self._logic
+        }
         caller = TextCaller(self._run(above[0], above[1:])) if above else None
         path, line = frame.f_code.co_filename, frame.f_lineno
-        return TextRun(Path(path).name, TextLine(line, Origin(path, line)), frame.f_code.co_name, own, caller)
+        return TextRun(
+            Path(path).name, TextLine(line, Origin(path, line)), frame.f_code.co_name, local_values, caller
+        )
 
     def state(self) -> TextState:
-        """Return the present values."""
+        """Return the current values."""
         return TextState(self._values.copies(self._names), waits_of(self._logic))
 
 

@@ -29,7 +29,7 @@ def why(adapter: Adapter, tag: str) -> str:
 
 
 def last_change(adapter: Adapter, tag: str) -> int | None:
-    """Return the last scan up to the present one that changed a tag; None without one."""
+    """Return the last scan, up to the current one, that changed a tag; None if there is none."""
     scan = adapter.place().scan
     return _away(adapter, lambda: adapter.the_subject().last_change(tag, scan))
 

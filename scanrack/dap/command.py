@@ -58,10 +58,10 @@ def _debug_command(
         raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
-    stdin_fd, taken = os.dup(0), os.dup(1)
+    stdin_fd, stdout_fd = os.dup(0), os.dup(1)
     with (
         os.fdopen(stdin_fd, "rb") as requests,
-        os.fdopen(taken, "wb") as answers,
+        os.fdopen(stdout_fd, "wb") as answers,
         redirect_stdout(sys.stderr),
     ):
         Adapter(Wire(requests, answers), REQUESTS).run()

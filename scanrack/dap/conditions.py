@@ -45,7 +45,7 @@ class ScanContext(NamedTuple):
 
 
 class Values(Protocol):
-    """The present values of a program."""
+    """The current values of a program."""
 
     tags: Any
     """Tags by name; supports only `in` and `[]`."""
@@ -54,7 +54,7 @@ class Values(Protocol):
         """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
 
     def unit(self, name: str) -> str:
-        """Return the unit that a tag has by its type, "" without one."""
+        """Return the unit of a tag's type; "" if it has none."""
 
     @property
     def cells(self) -> Mapping[str, CellType]:
@@ -74,9 +74,9 @@ class EngineValues:
 
     def source(self, name: str) -> str:
         """See `Values`."""
-        where = self.tags.where(name)
-        if isinstance(where, Place) and not where.can_fault:
-            return source_of(self.engine.lowered.layout, where)
+        place = self.tags.where(name)
+        if isinstance(place, Place) and not place.can_fault:
+            return source_of(self.engine.lowered.layout, place)
         if isinstance(self.tags[name], str):
             return f"__tags[{name!r}]"
         raise ExpressionError(f"{name} is not a single value: compare one of its members or elements")
@@ -227,10 +227,11 @@ class _Writer(Transformer[Token, str]):
         raise ExpressionError("'for' needs several scans: ask scanrack query")
 
     def edge(self, name: Token, part: str) -> str:
-        own = f"edge{len(self.own)}"
-        self.own[f"__{own}"] = _Edge(name)
-        self.first.append(f"{own} = __{own}({part})")  # in every scan, even if it can't affect the result
-        return own
+        edge_name = f"edge{len(self.own)}"
+        self.own[f"__{edge_name}"] = _Edge(name)
+        # in every scan, even if it can't affect the result
+        self.first.append(f"{edge_name} = __{edge_name}({part})")
+        return edge_name
 
     def compare(self, left: str, sign: Token, right: str) -> str:
         for side in (left, right):
@@ -296,5 +297,5 @@ def _in_unit(part: str, other: str) -> str:
         return part
     if part.unit == "ns" and unit in ("", *UNITS_NS):
         return f"({part} / {UNITS_NS[unit]})" if unit else part
-    allowed = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
-    raise ExpressionError(f"{part.written}: {allowed}")
+    rule = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
+    raise ExpressionError(f"{part.written}: {rule}")

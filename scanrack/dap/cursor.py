@@ -114,7 +114,7 @@ class Cursor:
 
 
 def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the first of some places after the present one."""
+    """Return the first of the given spots after the current one; None if there is none."""
     position = cursor.position(cursor.spot)
     return min(
         (spot for spot in spots if cursor.position(spot) > position), key=cursor.position, default=None

@@ -70,9 +70,9 @@ class ExecutedScan(View):
             if run.line.number < 0:  # of a chart as a whole
                 continue
             depth = len(list(callers(run)))
-            own = [step for step in run.steps.values() if step.parent is None]
+            own_steps = [step for step in run.steps.values() if step.parent is None]
             yield Stop(run.order, run, None, depth)
-            yield from (Stop(step.order - 1, run, step, depth) for step in own[1:])
+            yield from (Stop(step.order - 1, run, step, depth) for step in own_steps[1:])
 
     def show(self, order: int | None) -> None:
         """Set the memory of the engine to the values after an instruction; None = at the end of the scan."""
@@ -141,8 +141,8 @@ class ExecutedScan(View):
         """See `View`."""
         program = self.program(run)
         scoped = [f"\\{program}.{name}"] if program else []
-        own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
-        return next((candidate for candidate in (*own, *scoped, name) if candidate in self.tags), None)
+        own_names = [f"{run.instance}.{name}"] if run is not None and run.instance else []
+        return next((candidate for candidate in (*own_names, *scoped, name) if candidate in self.tags), None)
 
     def names(self, run: LineRun | None) -> Sequence[tuple[str, str]]:
         """See `View`."""
@@ -155,15 +155,15 @@ class ExecutedScan(View):
         if run is not None:
             yield "Rung", partial(tags_in, tree, self._named_in(run))
             if run.instance and run.instance in engine.tags:
-                where = engine.tags.where(run.instance)
-                assert isinstance(where, Group)
-                yield "Locals", partial(parts_of, tree, run.instance, where, files=self._files)
-        counted = tags_of(engine, program, counted=True)
-        counted += tags_of(engine, "", counted=True) if program else []
-        if counted:
-            yield "Timers", partial(tags_in, tree, counted)
-        if program and (own := tags_of(engine, program)):
-            yield f"Tags of {program}", partial(tags_in, tree, own)
+                group = engine.tags.where(run.instance)
+                assert isinstance(group, Group)
+                yield "Locals", partial(parts_of, tree, run.instance, group, files=self._files)
+        counter_tags = tags_of(engine, program, counted=True)
+        counter_tags += tags_of(engine, "", counted=True) if program else []
+        if counter_tags:
+            yield "Timers", partial(tags_in, tree, counter_tags)
+        if program and (program_tags := tags_of(engine, program)):
+            yield f"Tags of {program}", partial(tags_in, tree, program_tags)
         yield "Tags", lambda: tags_in(tree, tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
@@ -173,19 +173,19 @@ class ExecutedScan(View):
         for step in run.line.all_steps:
             for name in (name for operand in step.operands for name in _texts(operand)):
                 scoped = f"\\{program}.{name}" if program else name
-                full = scoped if scoped in self.tags else name
-                if full in self.tags and HIDDEN not in name:
-                    names[name] = full
+                qualified = scoped if scoped in self.tags else name
+                if qualified in self.tags and HIDDEN not in name:
+                    names[name] = qualified
         return list(names.items())
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
         """See `View`."""
-        where = self.tags.where(address)
-        common: Json = {"name": name, "evaluateName": address, "type": type_text(where)}
-        if isinstance(where, Place) or isinstance(self.tags[address], str):
-            return {**common, "value": tree.text(address, self.tags[address])}
-        node = partial(parts_of, tree, address, where, files=self._files)
-        return {**common, "value": type_text(where), "node": node, **size_of(where)}
+        place = self.tags.where(address)
+        fields: Json = {"name": name, "evaluateName": address, "type": type_text(place)}
+        if isinstance(place, Place) or isinstance(self.tags[address], str):
+            return {**fields, "value": tree.text(address, self.tags[address])}
+        node = partial(parts_of, tree, address, place, files=self._files)
+        return {**fields, "value": type_text(place), "node": node, **size_of(place)}
 
     @property
     def _files(self) -> bool:
@@ -203,7 +203,11 @@ class ExecutedScan(View):
         """See `View`."""
         memory = self.engine.memory
         leaf = next(
-            (words for words in memory.layout.images if (words.slot, words.output) == (slot, image == "O")),
+            (
+                known_image
+                for known_image in memory.layout.images
+                if (known_image.slot, known_image.output) == (slot, image == "O")
+            ),
             None,
         )
         return int(memory.read(leaf, number)) if leaf is not None and memory.has(leaf) else None

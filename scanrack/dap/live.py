@@ -116,10 +116,10 @@ class LiveSubject(Subject):
 
     def is_edited(self) -> bool:
         """Return whether the program was edited since the last call, before the next scan."""
-        edited = self.edits != self.run.program.edits
-        if edited:
+        is_edited = self.edits != self.run.program.edits
+        if is_edited:
             self.edits, self.first = self.run.program.edits, self.last + 1
-        return edited
+        return is_edited
 
     def spelled(self, routine: str) -> str:
         """Return the name of a routine on pages, "" if they have no name for it."""
@@ -281,8 +281,8 @@ class ScanDriver(QuietListener, Driver):
         return [] if self._looker is None else self._looker.stops(scan, self._say)
 
     def _say(self, one: Breakpoint, text: str) -> None:
-        where = {"source": {"path": one.path}, "line": one.line} if one.line else {}
-        self._adapter.output(f"{text}\n", more=where)
+        source = {"source": {"path": one.path}, "line": one.line} if one.line else {}
+        self._adapter.output(f"{text}\n", more=source)
 
     def follow_edit(self) -> None:
         """Continue with an edited program, if there is one."""
@@ -393,10 +393,12 @@ class Live(ScanDriver):
         spelled, places = self.subject.spelled, self.subject.places(0)
         others, names = foreign(shared, self._requested, spelled)
         for name in names.keys() - set(shared):
-            gone = names[name]
+            removed = names[name]
             for kind in adapter.breakpoints.values():
-                kind[:] = [point for point in kind if point is not gone]
-            adapter.event("breakpoint", reason="removed", breakpoint={"id": gone.number, "verified": False})
+                kind[:] = [point for point in kind if point is not removed]
+            adapter.event(
+                "breakpoint", reason="removed", breakpoint={"id": removed.number, "verified": False}
+            )
         for name in others:
             adapter.numbers += 1
             made = of_page(name, adapter.numbers, places)
@@ -492,9 +494,9 @@ class Live(ScanDriver):
         self._session.ask_editor(actions.Online(step, by="the debugger"), self._tell_edit)
 
     def _tell_edit(self, result: Mapping[str, object]) -> None:
-        refused = result.get("refused")
-        says = EDITS[str(result["stage"])] if refused is None else refused
-        self._adapter.output(f"{says}\n", "console" if refused is None else "stderr")
+        refusal = result.get("refused")
+        text = EDITS[str(result["stage"])] if refusal is None else refusal
+        self._adapter.output(f"{text}\n", "console" if refusal is None else "stderr")
 
     @override
     def branch(self, scan: int) -> None:

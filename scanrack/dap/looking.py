@@ -55,11 +55,11 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
     if task:
         yield {"id": SCAN_FRAME - 1, "name": f"task {task}", **NOWHERE, "presentationHint": "label"}
     moment = "scan" if cursor.stop is not None else "end of scan"
-    where = f"{moment} {scan:,}, {seconds(subject.now_ns(scan))} s"
-    past = " (past)" if adapter.in_past() else ""
+    location = f"{moment} {scan:,}, {seconds(subject.now_ns(scan))} s"
+    suffix = " (past)" if adapter.in_past() else ""
     last = None if runs else view.last_origin()
     source = {} if last is None else places.source(last)
-    yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **source}
+    yield {"id": SCAN_FRAME, "name": location + suffix, **NOWHERE, **source}
 
 
 def _runs(adapter: Adapter) -> list[Any]:
@@ -104,8 +104,8 @@ def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
     after_scan = subject.words_in(lambda: subject.memory(cursor.scan))
 
     def read(slot: int, image: str, number: int) -> int:
-        own = cursor.view.own_word(slot, image, number)
-        return after_scan(slot, image, number) if own is None else own
+        word = cursor.view.own_word(slot, image, number)
+        return after_scan(slot, image, number) if word is None else word
 
     return read
 
@@ -192,8 +192,8 @@ def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
     """Return the text of a hover over a tag: its value, address and last change."""
-    changed = last_change(adapter, tag)
-    since = "not changed yet" if changed is None else f"since scan {changed:,}"
+    change_scan = last_change(adapter, tag)
+    since = "not changed yet" if change_scan is None else f"since scan {change_scan:,}"
     return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
 
 
@@ -214,9 +214,9 @@ def _set_command(adapter: Adapter, rest: str) -> str:
 
 def _force_command(adapter: Adapter, rest: str) -> str:
     _refuse_past(adapter)
-    tag, written = _assigned(rest)
+    tag, value_text = _assigned(rest)
     tags = adapter.place().view.tags
-    value = value_in(written, _present(tags, tag))
+    value = value_in(value_text, _present(tags, tag))
     adapter.the_driver().give(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
         adapter.place().view.set(tag, value)
@@ -285,8 +285,12 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
 
 def exception_info(adapter: Adapter, _arguments: Json) -> Json:
     """Return the reason of the stop."""
-    says = adapter.reason.get("text") or "no exception"
-    return {"exceptionId": adapter.reason.get("reason", ""), "description": says, "breakMode": "always"}
+    description = adapter.reason.get("text") or "no exception"
+    return {
+        "exceptionId": adapter.reason.get("reason", ""),
+        "description": description,
+        "breakMode": "always",
+    }
 
 
 def sources(adapter: Adapter, _arguments: Json) -> Json:

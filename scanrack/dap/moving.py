@@ -39,7 +39,7 @@ def _ask(adapter: Adapter) -> None:
 
 
 def pause(adapter: Adapter, _arguments: Json) -> None:
-    """Stop after the present scan, or cancel a search of the past."""
+    """Stop after the current scan, or cancel a search of the past."""
     if adapter.searching:
         adapter.breaks_off = True
     elif adapter.running:
@@ -102,11 +102,11 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
         if adapter.stop_in_scan(backwards=True):
             return
         scan, subject = adapter.place().scan, adapter.the_subject()
-        requested = [point for point in adapter.all_breakpoints() if not point.log]
+        stop_points = [point for point in adapter.all_breakpoints() if not point.log]
         adapter.leave()
         adapter.searching = True
         try:
-            stop_scan = subject.last_before(requested, scan, adapter.poll) if requested else None
+            stop_scan = subject.last_before(stop_points, scan, adapter.poll) if stop_points else None
         except BrokenOffError as broken:
             adapter.look_at(max(subject.extent[0], broken.scan), "end")
             adapter.stopped("pause")
@@ -124,7 +124,7 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
 
 
 def _by_instruction(arguments: Json) -> bool:
-    requested = arguments.get("granularity", "line")
-    if requested not in GRANULARITIES:
-        raise DebugError(f"granularity {requested!r}: must be {', '.join(GRANULARITIES)}")
-    return bool(requested == "instruction")
+    granularity = arguments.get("granularity", "line")
+    if granularity not in GRANULARITIES:
+        raise DebugError(f"granularity {granularity!r}: must be {', '.join(GRANULARITIES)}")
+    return bool(granularity == "instruction")

@@ -64,10 +64,10 @@ class Places:
         return self._paths[name]
 
     def _found(self, name: str) -> Path | None:
-        own = Path(name)
-        shipped = Path(str(files("scanrack.ladder"))) / "blocks" / own.name  # of `USE axis3601`
-        for file in (*(folder / own.name for folder in self._folders), own, shipped):
-            if file.is_file() and _is_copy(file, own):
+        file_path = Path(name)
+        shipped = Path(str(files("scanrack.ladder"))) / "blocks" / file_path.name  # of `USE axis3601`
+        for file in (*(folder / file_path.name for folder in self._folders), file_path, shipped):
+            if file.is_file() and _is_copy(file, file_path):
                 return file.resolve()
         return None
 
@@ -78,22 +78,27 @@ class Places:
             DebugError: the file is not part of the program, or there is no such line.
         """
         resolved = Path(path).resolve()
-        known = self.lines.get(resolved) or self._adopted(resolved)
-        if known is None:
+        known_lines = self.lines.get(resolved) or self._adopted(resolved)
+        if known_lines is None:
             names = ", ".join(sorted(known_file.name for known_file in self.lines))
             if resolved.name in {known_file.name for known_file in self.lines}:
                 raise DebugError(f"{resolved.name} differs from the program that runs")
             raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
-        numbers = sorted(known)
+        numbers = sorted(known_lines)
         place = bisect_left(numbers, line)
         if place == len(numbers):
             raise DebugError(f"{Path(path).name}, line {line}: no instruction from there to the end")
-        return numbers[place], known[numbers[place]]
+        return numbers[place], known_lines[numbers[place]]
 
     def _adopted(self, path: Path) -> Mapping[int, list[LineKey]] | None:
         """Use a client's file instead of a copy with the same bytes, such as a recording's."""
-        for name, own in self._paths.items():
-            if own is not None and own.name == path.name and path.is_file() and _is_copy(path, own):
+        for name, program_file in self._paths.items():
+            if (
+                program_file is not None
+                and program_file.name == path.name
+                and path.is_file()
+                and _is_copy(path, program_file)
+            ):
                 self._paths[name] = path
                 self.__dict__.pop("lines", None)
                 return self.lines.get(path)
@@ -129,9 +134,9 @@ class RungPlaces(Places):
 
     @override
     def named(self, text: str) -> list[LineKey] | None:
-        head, dot, number = text.rpartition(".")
+        routine_name, dot, number = text.rpartition(".")
         is_numbered = bool(dot) and number.isdigit()
-        name = (head if is_numbered else text).upper()
+        name = (routine_name if is_numbered else text).upper()
         matches = [
             routine for routine in self._lowered.routines if name in (routine, routine.rpartition(".")[2])
         ]
@@ -164,14 +169,14 @@ class TextPlaces(Places):
 
     @override
     def path(self, origin: Origin) -> Path | None:
-        own = next((file for file in self._files if file.name == Path(origin.file).name), None)
-        return None if own is None else super().path(Origin(str(own), origin.line))
+        program_file = next((file for file in self._files if file.name == Path(origin.file).name), None)
+        return None if program_file is None else super().path(Origin(str(program_file), origin.line))
 
     @override
     def named(self, text: str) -> list[LineKey] | None:
         name, _, line = text.rpartition(".")
-        known = {key for _origin, key in self.keys()}
-        return [(name, int(line))] if line.isdigit() and (name, int(line)) in known else None
+        keys = {key for _origin, key in self.keys()}
+        return [(name, int(line))] if line.isdigit() and (name, int(line)) in keys else None
 
 
 def _is_copy(path: Path, original: Path) -> bool:

@@ -45,11 +45,11 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         ValueError: the recording can't be used, or has no such scan.
     """
     with ExitStack() as stack:
-        begun: list[Play] = []
+        branches: list[Play] = []
 
         def prepare(*words: Any, **more: Any) -> None:
-            begun[:] = [_branch_of(adapter, monitor, path, stack)]
-            begun[0].prepare_branch(*words, **more)
+            branches[:] = [_branch_of(adapter, monitor, path, stack)]
+            branches[0].prepare_branch(*words, **more)
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.processes.close)
@@ -60,9 +60,9 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
         _serve(adapter, monitor, driver)
-        if begun and driver.branched and not adapter.over:
+        if branches and driver.branched and not adapter.over:
             assert monitor.job is not None
-            begun[0].go_on(monitor.job)
+            branches[0].go_on(monitor.job)
 
 
 def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
@@ -230,13 +230,15 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         if not adapter.running or self._looked < 0:
             return
-        requested = [point for point in adapter.all_breakpoints() if not point.log]
+        stop_points = [point for point in adapter.all_breakpoints() if not point.log]
         last = self._subject.extent[1]
-        hit_scan, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
-        self._looked = looked
+        hit_scan, last_checked = (
+            self._subject.first_after(stop_points, self._looked) if stop_points else (None, last)
+        )
+        self._looked = last_checked
         if hit_scan is not None:
             adapter.stop_at_hit(hit_scan, adapter.hits_in(hit_scan))
-        elif looked >= last:
+        elif last_checked >= last:
             self._end_of_recording()
 
     def _end_of_recording(self) -> None:

@@ -105,12 +105,12 @@ ALSO: Mapping[str, Any] = {
         {
             "filter": name,
             "label": label,
-            "description": says,
+            "description": description,
             "default": name == "fault",
             "supportsCondition": True,
             "conditionDescription": "an expression such as Position > 4000",
         }
-        for name, (label, says) in FILTERS.items()
+        for name, (label, description) in FILTERS.items()
     ],
 }
 """Capabilities of arguments."""

@@ -42,7 +42,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
     names = arguments.get("filters") or []
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
-    requested = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
+    filters = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
 
     def one(each: Json) -> Breakpoint:
         name = text(each, "filterId")
@@ -50,7 +50,7 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
             raise DebugError(f"no filter {name!r}: there are {', '.join(FILTERS)}")
         return _made(adapter, "exception", name, each)
 
-    return _replace(adapter, "exception", requested, one)
+    return _replace(adapter, "exception", filters, one)
 
 
 def locations(adapter: Adapter, arguments: Json) -> Json:
@@ -82,9 +82,14 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
         tag = name
     if tag not in adapter.place().view.tags:
         return {"dataId": None, "description": f"{name} is no tag of the program"}
-    changed = last_change(adapter, tag)
-    says = "has not changed yet" if changed is None else f"changed last in scan {changed:,}"
-    return {"dataId": tag, "description": f"{tag} {says}", "accessTypes": ["write"], "canPersist": True}
+    change_scan = last_change(adapter, tag)
+    last_changed = "has not changed yet" if change_scan is None else f"changed last in scan {change_scan:,}"
+    return {
+        "dataId": tag,
+        "description": f"{tag} {last_changed}",
+        "accessTypes": ["write"],
+        "canPersist": True,
+    }
 
 
 # --- one breakpoint
@@ -93,25 +98,25 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
 def _line(adapter: Adapter, path: str, arguments: Json) -> Breakpoint:
     line = whole(arguments, "line")
     actual_line, keys = adapter.the_subject().places(_scan(adapter)).at(path, line)
-    made = _made(adapter, "line", f"{path}:{actual_line}", arguments)
-    made.keys, made.line, made.path = tuple(keys), actual_line, path
-    made.log = text(arguments, "logMessage", "")
-    return made
+    point = _made(adapter, "line", f"{path}:{actual_line}", arguments)
+    point.keys, point.line, point.path = tuple(keys), actual_line, path
+    point.log = text(arguments, "logMessage", "")
+    return point
 
 
 def _function(adapter: Adapter, arguments: Json) -> Breakpoint:
-    made = _made(adapter, "function", text(arguments, "name").strip(), arguments)
-    keys = adapter.the_subject().places(_scan(adapter)).named(made.name)
-    made.keys = tuple(keys or ())
-    return made
+    point = _made(adapter, "function", text(arguments, "name").strip(), arguments)
+    keys = adapter.the_subject().places(_scan(adapter)).named(point.name)
+    point.keys = tuple(keys or ())
+    return point
 
 
 def _made(adapter: Adapter, kind: str, name: str, arguments: Json) -> Breakpoint:
     adapter.numbers += 1
     condition, hits = text(arguments, "condition", ""), text(arguments, "hitCondition", "")
-    made = Breakpoint(adapter.numbers, kind, name, condition=condition, hits=hits)
-    made.check_hits()
-    return made
+    point = Breakpoint(adapter.numbers, kind, name, condition=condition, hits=hits)
+    point.check_hits()
+    return point
 
 
 def _scan(adapter: Adapter) -> int:
@@ -126,13 +131,13 @@ def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) ->
     points = adapter.all_breakpoints()
     for request in requested:
         try:
-            made = make(request)
-            adapter.the_driver().set_breakpoints([*points, *good, made])
+            point = make(request)
+            adapter.the_driver().set_breakpoints([*points, *good, point])
         except ValueError as error:
             answers.append({"verified": False, "message": str(error)})
         else:
-            good.append(made)
-            answers.append(described(made))
+            good.append(point)
+            answers.append(described(point))
     adapter.the_driver().set_breakpoints([*points, *good])
     adapter.breakpoints[kind] = good
     return {"breakpoints": answers}

@@ -97,16 +97,16 @@ def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:
 
     from .live import REMEMBERED, Live
 
-    live = requested.get("live") is True
-    check_ports(job.spec, realtime=True, live=live)
+    is_live = requested.get("live") is True
+    check_ports(job.spec, realtime=True, live=is_live)
     record = requested.get("record")
     page = requested.get("page") is True
     watched = WatchArguments(
         rack=str(requested["program"]),
         speed=str(requested.get("speed", "1")),
-        paused=not live,
-        live=live,
-        control=live,
+        paused=not is_live,
+        live=is_live,
+        control=is_live,
         record=None if record is None else Path(record),
     )
     watch_job(

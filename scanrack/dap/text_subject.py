@@ -76,11 +76,11 @@ class TextScan(View):
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`: the line after the one that changed the tag, or the end of the scan."""
-        known = [state.values.get(tag) for state in self._states]
-        changed = [index for index, (before, after) in enumerate(pairwise(known), 1) if before != after]
-        if not changed:
+        values = [state.values.get(tag) for state in self._states]
+        changes = [index for index, (before, after) in enumerate(pairwise(values), 1) if before != after]
+        if not changes:
             return None
-        return (changed[-1], changed[-1]) if changed[-1] < len(self._stops) else (END, None)
+        return (changes[-1], changes[-1]) if changes[-1] < len(self._stops) else (END, None)
 
     def frame(self, run: TextRun) -> str:
         """See `View`."""
@@ -94,8 +94,8 @@ class TextScan(View):
         """See `View`: `self.step` is the step of the program."""
         if run is not None and name in run.values:
             return name
-        own = name.removeprefix("self.")
-        fitting = (tag for tag in self.tags if own != name and tag.partition(".")[2] == own)
+        own_name = name.removeprefix("self.")
+        fitting = (tag for tag in self.tags if own_name != name and tag.partition(".")[2] == own_name)
         return name if name in self.tags else next(fitting, None)
 
     def names(self, run: TextRun | None) -> Sequence[tuple[str, str]]:
@@ -152,8 +152,10 @@ class TextSubject(Subject):
     def _looked(self, scan: int) -> TextScan | None:
         """Run the scans up to `scan` again, and keep it with some scans before it."""
         reruns = self._shown, self._before
-        near = (past_rerun for past_rerun in reruns if 0 <= past_rerun.at < scan <= past_rerun.at + WINDOW)
-        rerun = next(near, reruns[self._shown.at >= scan])
+        candidates = (
+            past_rerun for past_rerun in reruns if 0 <= past_rerun.at < scan <= past_rerun.at + WINDOW
+        )
+        rerun = next(candidates, reruns[self._shown.at >= scan])
         window = WINDOW if rerun is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
         first = max(0, scan + 1 - window)
         self._filling = None
@@ -162,10 +164,10 @@ class TextSubject(Subject):
 
     def _keep(self, rerun: ProgramRerun, first: int, last: int) -> None:
         """Keep the scans from `first` to `last`; a DebugError if they can't be repeated."""
-        for number, own in rerun.walk(first, last, Capture):
-            assert isinstance(own, Capture)
+        for number, captured in rerun.walk(first, last, Capture):
+            assert isinstance(captured, Capture)
             if rerun.departs is None:
-                self._kept[number] = TextScan(number, own)
+                self._kept[number] = TextScan(number, captured)
         departs: int | None = rerun.departs
         if departs is not None and departs <= last:
             raise DebugError(
@@ -173,8 +175,8 @@ class TextSubject(Subject):
                 "it depends on more than its inputs and its time"
             )
         if len(self._kept) > 3 * WINDOW_MOST:
-            near = sorted(self._kept, key=lambda each: abs(each - self._at))[: 2 * WINDOW_MOST]
-            self._kept = {scan: self._kept[scan] for scan in near}
+            near_scans = sorted(self._kept, key=lambda each: abs(each - self._at))[: 2 * WINDOW_MOST]
+            self._kept = {scan: self._kept[scan] for scan in near_scans}
 
     @override
     def prepare(self) -> bool:
@@ -182,8 +184,8 @@ class TextSubject(Subject):
             low = self._at
             while low - 1 in self._kept:
                 low -= 1
-            known = low not in self._kept or not low or self._at - low >= WINDOW_MOST
-            if known or self._before.departs is not None:
+            is_done = low not in self._kept or not low or self._at - low >= WINDOW_MOST
+            if is_done or self._before.departs is not None:
                 return False
             self._filling = self._fill(low)
         if next(self._filling, self) is self:
@@ -269,6 +271,6 @@ def files_of(program: Path) -> list[Path]:
 
 
 def lines_of(logic: ScanLogic) -> list[int]:
-    """Return the lines of a list of steps; none of any other program."""
+    """Return the lines of a list of steps; no lines for any other program."""
     inside: object = unwrapped(logic)
     return [step.line for step in inside.steps] if isinstance(inside, Steps) else []

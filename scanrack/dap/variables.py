@@ -75,18 +75,18 @@ class BareText(str):
 
 def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -> Json:
     """Return a Python value as a protocol object; lists and dicts can be opened."""
-    common: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
+    fields: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
     if isinstance(value, list | dict):
-        inner = (
+        children = (
             value
             if isinstance(value, dict)
             else {f"[{index}]": element for index, element in enumerate(value)}
         )
         size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
-        node = partial(values_in, tree, inner)
-        return {**common, "value": f"{common['type']} of {len(value)}", "node": node, **size}
+        node = partial(values_in, tree, children)
+        return {**fields, "value": f"{fields['type']} of {len(value)}", "node": node, **size}
     text = str(value) if value is None or isinstance(value, bool | BareText) else tree.text(name, value)
-    return {**common, "value": text}
+    return {**fields, "value": text}
 
 
 def modules_in(words: Mapping[int, ModuleWords], image: str, read: ReadWord) -> Iterator[Json]:
@@ -150,7 +150,7 @@ def _unquoted(text: str) -> str:
 
 
 def value_in(text: str, current: object) -> Any:
-    """Parse a text as a value of the same kind as a tag's present value.
+    """Parse a text as a value of the same kind as a tag's current value.
 
     >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
     (31, True, True, 'run')
@@ -158,18 +158,18 @@ def value_in(text: str, current: object) -> Any:
     Raises:
         DebugError: the text is not a value of that kind.
     """
-    written = text.strip()
+    trimmed = text.strip()
     if isinstance(current, str):
-        return _unquoted(written)
+        return _unquoted(trimmed)
     words = {"true": True, "false": False, "on": True, "off": False}
-    if written.lower() in words:
-        return words[written.lower()]
-    base, mark, digits = written.rpartition("#")
+    if trimmed.lower() in words:
+        return words[trimmed.lower()]
+    base, mark, digits = trimmed.rpartition("#")
     try:
-        number = int(digits, int(base)) if mark else int(written.replace("_", ""), 0)
+        number = int(digits, int(base)) if mark else int(trimmed.replace("_", ""), 0)
     except ValueError:
         try:
-            return float(written)
+            return float(trimmed)
         except ValueError:
             raise DebugError(f"{text!r} is not a value: give a number, true, false, or 16#1F") from None
     if isinstance(current, bool) and number in (0, 1):

@@ -90,7 +90,7 @@ class View(Protocol):
 
     Attributes:
         scan: its number.
-        tags: the values at the present place, by name.
+        tags: the values at the current place, by name.
         values: the values that expressions read.
     """
 
@@ -123,7 +123,7 @@ class View(Protocol):
         return ""
 
     def last_origin(self) -> Origin | None:
-        """Return the place that is shown at the end of the scan; None without one."""
+        """Return the place that is shown at the end of the scan; None if there is none."""
 
     def full_name(self, name: str, run: Any) -> str | None:
         """Return the full name of a tag as a rung or line names it; None for anything else."""

@@ -50,9 +50,9 @@ def meaning(text: str, line: int, column: int) -> str:
         if match.start(1) <= column <= match.end(1):
             path, _ = _path_to(lines[:line], lines[line][: match.start(1)])
             for node in _at([*path, match[1]]):
-                allowed = ", ".join(_values(node)) or _kind(node)
+                values_text = ", ".join(_values(node)) or _kind(node)
                 default = f"; {node['default']} if left out" if "default" in node else ""
-                return f"**{match[1]}**: {node.get('description', '')}\n\n{allowed}{default}"
+                return f"**{match[1]}**: {node.get('description', '')}\n\n{values_text}{default}"
     return ""
 
 
@@ -61,10 +61,12 @@ def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
     headers = [(number, match[1]) for number, line in enumerate(above) if (match := _HEADER.match(line))]
     start, header = headers[-1] if headers else (-1, "")
     path = header.replace('"', "").split(".") if headers else []
-    inside = "\n".join([*(line.partition("#")[0] for line in above[start + 1 :]), before])
-    open_tables = _open_tables(inside)
+    table_text = "\n".join([*(line.partition("#")[0] for line in above[start + 1 :]), before])
+    open_tables = _open_tables(table_text)
     begin = open_tables[-1][1] if open_tables else 0
-    return [*path, *(key for key, _ in open_tables)], inside[begin:].rpartition(",")[2].rpartition("\n")[2]
+    return [*path, *(key for key, _ in open_tables)], table_text[begin:].rpartition(",")[2].rpartition("\n")[
+        2
+    ]
 
 
 def _open_tables(inside: str) -> list[tuple[str, int]]:

@@ -81,9 +81,9 @@ class TestArtifacts:
 
     def _new_trace(self, stem: str) -> Path:
         stem = file_name(stem) or "rack"
-        taken = {opened.trace for opened in self._opened}
-        names = [stem, *(f"{stem}-{number}" for number in range(2, len(taken) + 2))]
-        return next(path for name in names if (path := self.folder.path / f"{name}.mcap") not in taken)
+        used_paths = {opened.trace for opened in self._opened}
+        names = [stem, *(f"{stem}-{number}" for number in range(2, len(used_paths) + 2))]
+        return next(path for name in names if (path := self.folder.path / f"{name}.mcap") not in used_paths)
 
     def close(self) -> None:
         """Close all benches, the last one first, even if one of them raises."""

@@ -108,11 +108,11 @@ def check_module(
                 raise ContractError(
                     f"{where}: any words must be survived; seed {seed}: {error!r} {note}"
                 ) from error
-        once, again, in_pieces = shown
+        once, repeated, in_pieces = shown
         for inputs, _ in once:
             if len(inputs) != sizes[1]:
                 raise ContractError(f"{where}: it names {sizes[1]} input words and returns {len(inputs)}")
-        _compare(f"{where}: two runs must be equal; seed {seed}", once, again)
+        _compare(f"{where}: two runs must be equal; seed {seed}", once, repeated)
         _compare(f"{where}: calls between must not matter; seed {seed}", once, in_pieces)
 
 

@@ -63,9 +63,9 @@ class RoutineTest(pytest.Item):
             self._picture = _picture_of(bench, fault)
             raise
         engine = bench.program.engine
-        there = list(_asserts(engine.lowered, name))
-        missing = [engine.lowered.sites[site].call for site in there if site not in engine.fault_log.checked]
-        if not there:
+        sites = list(_asserts(engine.lowered, name))
+        missing = [engine.lowered.sites[site].call for site in sites if site not in engine.fault_log.checked]
+        if not sites:
             raise AssertionError("no ASSERT; add one")
         if missing:
             raise AssertionError("\n".join([f"not reached within {self._file.time}:", *missing]))

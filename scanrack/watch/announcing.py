@@ -44,8 +44,8 @@ class Announcer:
         program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
         self._programs += (program,)
         self._supervisor.replace_programs(programs=self._programs)
-        again = program.first <= self._again
-        fields = {"number": edited.number, "program": program, "again": again}
+        is_again = program.first <= self._again
+        fields = {"number": edited.number, "program": program, "again": is_again}
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
 
     def tell_branch(self, ring: Ring, trace: Path, record: str | None) -> None:

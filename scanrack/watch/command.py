@@ -113,12 +113,14 @@ def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
     _check_live(options, factor)
     if options.record is not None:
         check_recording(job, options.record, keep=keep)
-    held = forces_to_hold(job, options.forces)
-    where = addresses(options.server, options.ua_security, options.ua_users)
+    held_forces = forces_to_hold(job, options.forces)
+    server_addresses = addresses(options.server, options.ua_security, options.ua_users)
     endless = options.scans is None and options.duration is None
     count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
-    looking = options.read_only or (options.live and not options.control)
-    return job, WatchOptions(options, factor, looking, count, keep=keep, forces=held, servers=where)
+    is_read_only = options.read_only or (options.live and not options.control)
+    return job, WatchOptions(
+        options, factor, is_read_only, count, keep=keep, forces=held_forces, servers=server_addresses
+    )
 
 
 _HELP = """Open a live rack or a trace in the browser: rungs with power flow, words, machine, timing.

@@ -96,13 +96,13 @@ class EditedPrograms:
             ValueError: another program has written the file.
             OSError: the file can't be written, and is unchanged.
         """
-        data, old = self.running.files[self.name], self.on_disk
-        if old is None:
+        data, old_data = self.running.files[self.name], self.on_disk
+        if old_data is None:
             self.write(data)
             return f"Saved in {self.file.name}, which was missing."
-        if digest(old) != self.seen:
+        if digest(old_data) != self.seen:
             raise ValueError(f"{self.file.name} was changed by another program: reload it first")
-        if data == old:
+        if data == old_data:
             return f"{self.file.name} has these rungs already."
         backup = save(self.file, data)
         self._note(data)

@@ -141,12 +141,12 @@ class Editor:
             self._follow()  # handles outcomes that a page may know from an earlier answer
             self._answer(*self._orders.popleft())
         self._follow()
-        requested, self._requested = self._requested, False
-        if requested or self._programs.is_rewritten():
+        is_requested, self._requested = self._requested, False
+        if is_requested or self._programs.is_rewritten():
             self._programs.look()
-            if self._saved_elsewhere is not None and not requested:
+            if self._saved_elsewhere is not None and not is_requested:
                 self._hand_over(partial(self._saved_elsewhere, self._programs.file.name))
-            elif self._previews and not requested:
+            elif self._previews and not is_requested:
                 self._preview_saved()
             else:
                 self._load()
@@ -238,8 +238,8 @@ class Editor:
         except Exception as error:
             if not isinstance(error, ValueError | OSError):
                 traceback.print_exc()
-            refused = str(_named(error))
-            self._hand_over(lambda: reply({"refused": refused}))
+            reason = str(_named(error))
+            self._hand_over(lambda: reply({"refused": reason}))
             return
 
         def send() -> None:

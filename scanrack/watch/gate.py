@@ -91,15 +91,15 @@ class Gate:
         packed = _takes_gzip(accepts)
         coding = "gzip" if packed else "identity"
         tag = f'"{file.digest}-{coding}"'
-        head = {"ETag": tag, "Vary": "Accept-Encoding", **HEADERS}
+        headers = {"ETag": tag, "Vary": "Accept-Encoding", **HEADERS}
         if file.style:
-            head["Content-Security-Policy"] = POLICY.format(style=f" 'sha256-{file.style}'")
+            headers["Content-Security-Policy"] = POLICY.format(style=f" 'sha256-{file.style}'")
         if tag in known:
-            return Answer(304, head, b"")
+            return Answer(304, headers, b"")
         body = file.packed if packed else file.body
         encoding = {"Content-Encoding": "gzip"} if packed else {}
         return Answer(
-            200, {"Content-Type": file.kind, "Content-Length": str(len(body)), **encoding, **head}, body
+            200, {"Content-Type": file.kind, "Content-Length": str(len(body)), **encoding, **headers}, body
         )
 
     def fits(self, key: object) -> bool:
@@ -126,5 +126,5 @@ def _in_url(host: str) -> str:
 
 def _refusal(status: int, says: str) -> Answer:
     body = f"{says}\n".encode()
-    head = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))}
-    return Answer(status, head | HEADERS, body)
+    headers = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))}
+    return Answer(status, headers | HEADERS, body)

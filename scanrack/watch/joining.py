@@ -66,17 +66,17 @@ def joined(modules: Mapping[str, str]) -> PageScript:
     Raises:
         ValueError: a module imports a name that the other module does not export.
     """
-    read = {name: _read(text) for name, text in modules.items()}
-    order = list(dict.fromkeys(_order(read, MAIN, set())))
+    parsed = {name: _read(text) for name, text in modules.items()}
+    order = list(dict.fromkeys(_order(parsed, MAIN, set())))
     numbers = {name: number for number, name in enumerate(order)}
     parts, facades, exported = [], {}, []
     for name in order:
-        module = read[name]
-        own = {symbol: f"{symbol}${numbers[name]}" for symbol in module.names}
-        code = _renamed(module.code, *_finals(read, numbers, name, own))
+        module = parsed[name]
+        own_names = {symbol: f"{symbol}${numbers[name]}" for symbol in module.names}
+        code = _renamed(module.code, *_finals(parsed, numbers, name, own_names))
         parts.append(_restored(_MARGIN.sub(_join_line, code), module.texts))
-        exports = _exports(read, numbers, name)
-        exported += [own[symbol] for symbol, shown in module.names.items() if shown]
+        exports = _exports(parsed, numbers, name)
+        exported += [own_names[symbol] for symbol, is_exported in module.names.items() if is_exported]
         listed = ", ".join(f"{final} as {symbol}" for symbol, final in exports.items())
         facades[name] = f'export {{ {listed} }} from "./{PAGE}";\n'
     return PageScript(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
@@ -87,11 +87,13 @@ def _finals(
 ) -> tuple[dict[str, str], dict[str, dict[str, str]]]:
     """Return the final names in a module, and the final names of each module that it imports as a whole."""
     imports = read[name].imports.items()
-    taken = {symbol: _final(read, numbers, name, *place) for symbol, place in imports if place[1] != "*"}
+    imported_names = {
+        symbol: _final(read, numbers, name, *place) for symbol, place in imports if place[1] != "*"
+    }
     spaces = {
         symbol: _exports(read, numbers, file) for symbol, (file, imported) in imports if imported == "*"
     }
-    return {**own, **taken}, spaces
+    return {**own, **imported_names}, spaces
 
 
 def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[str]:
@@ -106,8 +108,12 @@ def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[s
 
 def _exports(read: Mapping[str, _Module], numbers: Mapping[str, int], file: str) -> dict[str, str]:
     """Return the names that a module exports, with their names in the joined script."""
-    own = {symbol: f"{symbol}${numbers[file]}" for symbol, shown in read[file].names.items() if shown}
-    return own | {symbol: _final(read, numbers, file, *place) for symbol, place in read[file].again.items()}
+    own_names = {
+        symbol: f"{symbol}${numbers[file]}" for symbol, is_exported in read[file].names.items() if is_exported
+    }
+    return own_names | {
+        symbol: _final(read, numbers, file, *place) for symbol, place in read[file].again.items()
+    }
 
 
 def _final(read: Mapping[str, _Module], numbers: Mapping[str, int], by: str, file: str, name: str) -> str:
@@ -122,21 +128,24 @@ def _final(read: Mapping[str, _Module], numbers: Mapping[str, int], by: str, fil
 
 def _read(text: str) -> _Module:
     imports: dict[str, tuple[str, str]] = {}
-    again: dict[str, tuple[str, str]] = {}
+    reexports: dict[str, tuple[str, str]] = {}
     files = []
     for match in _IMPORT.finditer(text):
         files.append(match["file"])
         names = (match["names"] or "").strip()
         if names.startswith("*"):
             imports[names.split()[-1]] = match["file"], "*"
-        for own, imported_name in _listed(names.strip("{}")) if names.startswith("{") else ():
-            imports[own] = match["file"], imported_name
+        for local_name, imported_name in _listed(names.strip("{}")) if names.startswith("{") else ():
+            imports[local_name] = match["file"], imported_name
     for match in _AGAIN.finditer(text):
         files.append(match["file"])
-        again |= {own: (match["file"], imported_name) for own, imported_name in _listed(match["names"])}
+        reexports |= {
+            local_name: (match["file"], imported_name)
+            for local_name, imported_name in _listed(match["names"])
+        }
     code, texts = _cut_out(_AGAIN.sub("", _IMPORT.sub("", text)))
     names = dict(_declared(code))
-    return _Module(re.sub(r"^export ", "", code, flags=re.MULTILINE), texts, imports, files, names, again)
+    return _Module(re.sub(r"^export ", "", code, flags=re.MULTILINE), texts, imports, files, names, reexports)
 
 
 def _listed(names: str) -> Iterator[tuple[str, str]]:
@@ -190,13 +199,13 @@ def _restored(code: str, texts: list[str]) -> str:
 def _declared(code: str) -> Iterator[tuple[str, bool]]:
     """Yield the names that a module declares at top level, and whether it exports them."""
     for match in _DECLARED.finditer(code):
-        shown = match["export"] is not None
+        is_exported = match["export"] is not None
         symbol = match["function"] or match["class"]
         if symbol is not None:
-            yield symbol, shown
+            yield symbol, is_exported
         else:
             for name in _variables(code, match.end()):
-                yield name, shown
+                yield name, is_exported
 
 
 def _variables(code: str, place: int) -> Iterator[str]:
@@ -233,8 +242,8 @@ def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[s
         elif token in ")]}":
             kinds.pop()
         elif match.start() >= place:
-            new, end = _new_name(code, match, names, spaces, kinds[-1] if kinds else "")
-            parts += [code[place : match.start()], new]
+            new_name, end = _new_name(code, match, names, spaces, kinds[-1] if kinds else "")
+            parts += [code[place : match.start()], new_name]
             place = end
     return "".join([*parts, code[place:]])
 

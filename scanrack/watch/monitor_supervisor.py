@@ -71,8 +71,8 @@ class MonitorSupervisor:
         with self._changing:
             self._setup = replace(self._setup, programs=programs)
             if trace is not None:
-                about = replace(self._setup.about, record=record)
-                self._setup = replace(self._setup, about=about, trace=trace)
+                facts = replace(self._setup.about, record=record)
+                self._setup = replace(self._setup, about=facts, trace=trace)
 
     @property
     def pid(self) -> int:

@@ -90,7 +90,7 @@ class OnlineEdit:
 
     Attributes:
         stage: stage of the edit; "" without an edit.
-        edit: the accepted edit; None without one.
+        edit: the accepted edit; None if there is none.
     """
 
     def __init__(self, programs: EditedPrograms) -> None:
@@ -179,12 +179,12 @@ class OnlineEdit:
         name, specs = self._programs.name, program.specs
         edits = [normalized(read_edit(name, rung, specs), program) for rung in order.rungs]
         data = running.files[name]
-        edited = rewrite(name, data, edits, [NewTag(*tag) for tag in order.tags], specs)
-        if edited.data == data:
+        rewritten = rewrite(name, data, edits, [NewTag(*tag) for tag in order.tags], specs)
+        if rewritten.data == data:
             raise ValueError("the edited rungs are those that run")
-        version, job = self._programs.with_file(edited.data)
+        version, job = self._programs.with_file(rewritten.data)
         self._ready = version, self._programs.usable(job)
-        return AcceptedEdit(order, running, version, _listed(edited.changes))
+        return AcceptedEdit(order, running, version, _listed(rewritten.changes))
 
     def _from_file(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
         """Load the saved file beside the running program."""
@@ -200,9 +200,9 @@ class OnlineEdit:
 
     def _job_of(self, version: ProgramVersion) -> LoadedRack:
         """Return the program of a version, not yet used by an engine."""
-        ready, self._ready = self._ready, None
-        if ready is not None and ready[0] is version:
-            return ready[1]
+        prepared, self._ready = self._ready, None
+        if prepared is not None and prepared[0] is version:
+            return prepared[1]
         return self._programs.usable(self._programs.load(version))
 
 
@@ -210,9 +210,9 @@ def _listed(changes: Sequence[FileChange]) -> str:
     """Return the changed elements of a file as text; "" for a single one."""
     if len(changes) < 2:
         return ""
-    shown = [f"{change.element}: {change.why}" for change in changes[:MOST_CHANGES]]
-    hidden = len(changes) - len(shown)
-    return "; ".join((*shown, f"and {hidden} more") if hidden else shown)
+    shown_changes = [f"{change.element}: {change.why}" for change in changes[:MOST_CHANGES]]
+    hidden = len(changes) - len(shown_changes)
+    return "; ".join((*shown_changes, f"and {hidden} more") if hidden else shown_changes)
 
 
 _SAYS = {

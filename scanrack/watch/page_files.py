@@ -61,10 +61,10 @@ class PageFiles:
     def get(self, path: str) -> ServedFile | None:
         """Return the file at a path; None if there is none."""
         name, suffix = path.removeprefix("/"), path[path.rfind(".") :]
-        known = path.startswith("/") and (name in self._names or name == PAGE) and suffix in TYPES
-        if known and name not in self._made:
+        is_known = path.startswith("/") and (name in self._names or name == PAGE) and suffix in TYPES
+        if is_known and name not in self._made:
             self._made[name] = self._make(name, TYPES[suffix])
-        return self._made[name] if known else None
+        return self._made[name] if is_known else None
 
     def _make(self, name: str, kind: str) -> ServedFile:
         if name == "index.html":

@@ -271,7 +271,7 @@ class Play:
 
     @staticmethod
     def _serve_tags(services: TagServices, run: JobRun, session: Session) -> None:
-        """Serve the tags of a run, also while it pauses."""
+        """Serve the tags of a run, even while it is paused."""
         desks, attend = services.serve(run), session.attend
 
         def attend_all() -> None:
@@ -286,19 +286,19 @@ class Play:
         options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
         record = None if options.arguments.record is None else str(prepared.trace)
-        looking, live = options.read_only, options.arguments.live
-        about = SessionFacts(
+        is_read_only, is_live = options.read_only, options.arguments.live
+        facts = SessionFacts(
             distribution_version("scanrack"),
             job.spec.name,
             options.arguments.rack,
             "rack",
-            looking,
-            live,
+            is_read_only,
+            is_live,
             record,
-            branches=not looking and not live,
+            branches=not is_read_only and not is_live,
         )
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
-        setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
+        setup = Setup(ring.shape, facts, key, HOST, port, machines, str(prepared.trace), programs)
         if not options.page:
             self._supervisor, self._inbox = NoMonitor(), NoInbox()
             return

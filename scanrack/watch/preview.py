@@ -89,8 +89,8 @@ def _refusals(error: EditRefusal, program: Path) -> list[Json]:
 
 
 def _mistake(text: str, site: Site, program: Path) -> Json:
-    own = Path(site.file).name in ("", program.name)
-    return {"text": text, "file": program.name, "line": site.line if own else None}
+    is_own_file = Path(site.file).name in ("", program.name)
+    return {"text": text, "file": program.name, "line": site.line if is_own_file else None}
 
 
 def findings_of(job: LoadedRack) -> list[Json]:
@@ -105,13 +105,13 @@ def findings_of(job: LoadedRack) -> list[Json]:
 def new_findings(found: Iterable[Json], known: Iterable[Json]) -> list[Json]:
     """Return the findings that an earlier version did not have, ignoring line numbers."""
     remaining = [(finding["rule"], finding["text"]) for finding in known]
-    new = []
+    fresh = []
     for finding in found:
         if (finding["rule"], finding["text"]) in remaining:
             remaining.remove((finding["rule"], finding["text"]))
         else:
-            new.append(finding)
-    return new
+            fresh.append(finding)
+    return fresh
 
 
 def preview_of(
@@ -133,9 +133,9 @@ def preview_of(
         findings: findings of `check` that the running program does not have.
         effects: what the edit can change in any run, by kind.
     """
-    refused, noted = list(mistakes), list(findings)
-    marked = {("new", finding["line"]) for finding in (*refused, *noted)} | {
-        ("old", refusal.get("old")) for refusal in refused
+    refusals, noted = list(mistakes), list(findings)
+    marked = {("new", finding["line"]) for finding in (*refusals, *noted)} | {
+        ("old", refusal.get("old")) for refusal in refusals
     }
     rows = rows_of(*texts, marked)
     sections = () if edit is None else (*edit.groups, *effects)
@@ -144,11 +144,11 @@ def preview_of(
         "file": program.name,
         "rows": rows[:MOST_ROWS],
         "more": max(0, len(rows) - MOST_ROWS),
-        "mistakes": refused,
+        "mistakes": refusals,
         "findings": noted,
         "keeps": "" if edit is None else edit.keeps,
         "groups": [{"title": title, "names": names[:MOST_NAMES]} for title, names in groups],
-        "restart": next((refusal["restart"] for refusal in refused if refusal.get("restart")), []),
+        "restart": next((refusal["restart"] for refusal in refusals if refusal.get("restart")), []),
     }
 
 
@@ -163,15 +163,15 @@ def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = 
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
     """
     rows, lines = list(_rows(before.splitlines(), after.splitlines())), set(marked)
-    shown: set[int] = set()
+    shown_places: set[int] = set()
     for place, row in enumerate(rows):
         if row["sign"] != " ":
-            shown.update(range(place - NEAR, place + NEAR + 1))
+            shown_places.update(range(place - NEAR, place + NEAR + 1))
         if lines & {("old", row["old"]), ("new", row["new"])}:
-            shown.update(range(place - 1, place + 2))
+            shown_places.update(range(place - 1, place + 2))
     listed: list[Json] = []
     for place, row in enumerate(rows):
-        if place in shown:
+        if place in shown_places:
             listed.append(row)
         elif listed and listed[-1]["text"] is not None:
             listed.append({"sign": " ", "old": None, "new": None, "text": None})

@@ -64,8 +64,8 @@ class PythonStops(Observer):
             raise ValueError(f"a line of Python has no {when!r}; it executes")
         program: object = unwrapped(self._logic())
         steps = program.steps if isinstance(program, Steps) else ()
-        known = [step.line for step in steps] or marked_lines(self._file.read_bytes())
-        if rung not in known:
+        known_lines = [step.line for step in steps] or marked_lines(self._file.read_bytes())
+        if rung not in known_lines:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
         self._breaks.add(rung)
         self._watch.add(self)

@@ -84,14 +84,14 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
         listening = stack.enter_context(listen(port))
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
-        begun: list[Play] = []
+        branches: list[Play] = []
 
         def prepare(*words: Any, **more: Any) -> None:
             from .play import Play  # imported late, since its imports take longer than the first page
 
-            queried = WatchArguments(rack=str(place.path), port=port, record=place.path)
-            begun[:] = [Play(WatchOptions(queried, editable=False), listening, folder, stack, key)]
-            begun[0].prepare_branch(*words, **more)
+            arguments = WatchArguments(rack=str(place.path), port=port, record=place.path)
+            branches[:] = [Play(WatchOptions(arguments, editable=False), listening, folder, stack, key)]
+            branches[0].prepare_branch(*words, **more)
 
         recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(prepare)
@@ -107,7 +107,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         except KeyboardInterrupt:
             return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
         assert recording.job is not None
-        return begun[0].go_on(recording.job)
+        return branches[0].go_on(recording.job)
 
 
 def _fragment(place: TracePlace) -> str:
@@ -186,7 +186,7 @@ class OpenedRecording:
         """Return the monitor of the recording; without `prepare`, it has no branches."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
-        about = SessionFacts(
+        facts = SessionFacts(
             distribution_version("scanrack"),
             name,
             path,
@@ -197,7 +197,7 @@ class OpenedRecording:
             branches=self.job is not None,
         )
         monitor = TraceMonitor(
-            about,
+            facts,
             trace,
             self._place.path,
             self._spec,

@@ -122,10 +122,10 @@ class Server:
             return
         self._strangers += 1
         try:
-            known = await self._gives_key(connection)
+            has_key = await self._gives_key(connection)
         finally:
             self._strangers -= 1
-        if not known:
+        if not has_key:
             await connection.close(WRONG_KEY, "the link has no key, or another one: open the one printed")
         elif len(self._monitor.pages) >= PAGES_MOST:
             await connection.close(TOO_MANY, f"{PAGES_MOST} pages are open: close one")

@@ -65,22 +65,22 @@ class TypedText:
 
     def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
         program = self._programs.file
-        shown = partial(preview_of, program, (self._programs.running_text, text))
+        show_preview = partial(preview_of, program, (self._programs.running_text, text))
         try:
             job = self._programs.usable(load(), restart)
-            running, known = self._programs.known()
-            findings = new_findings(findings_of(job), known)
+            running, known_findings = self._programs.known()
+            findings = new_findings(findings_of(job), known_findings)
             changes = effects_between(running, job) if effects else ()
         except (ValueError, OSError) as error:
-            refused = mistakes_of(error, program)
-            return lambda: {"preview": shown(mistakes=refused)}
+            refusals = mistakes_of(error, program)
+            return lambda: {"preview": show_preview(mistakes=refusals)}
 
         def answer() -> Json:
             try:
                 edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
             except ValueError as error:
-                return {"preview": shown(mistakes=mistakes_of(error, program))}
-            return {"preview": shown(edit=edit, findings=findings, effects=changes)}
+                return {"preview": show_preview(mistakes=mistakes_of(error, program))}
+            return {"preview": show_preview(edit=edit, findings=findings, effects=changes)}
 
         return answer
 

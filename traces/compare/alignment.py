@@ -33,10 +33,11 @@ class TimeMap:
 
     def __call__(self, times: Times) -> Times:
         """Return times of the second trace as times of the first, ns."""
-        first, second = np.array(self.first), np.array(self.second)
-        shift_ns = np.interp(times, second, first - second)  # the shift; it is constant beyond the ends
-        result: Times = times + np.rint(shift_ns).astype(np.int64)
-        return result
+        first_times, second_times = np.array(self.first), np.array(self.second)
+        # the shift is constant beyond the ends
+        shift_ns = np.interp(times, second_times, first_times - second_times)
+        mapped: Times = times + np.rint(shift_ns).astype(np.int64)
+        return mapped
 
 
 SAME_CLOCK = TimeMap()
@@ -63,8 +64,8 @@ def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
     Raises:
         ValueError: no such bit, or it never rises in one of them.
     """
-    first, second = _times_of(one, signal), _times_of(other, signal)
-    return TimeMap(first[: len(second)], second[: len(first)])
+    first_times, second_times = _times_of(one, signal), _times_of(other, signal)
+    return TimeMap(first_times[: len(second_times)], second_times[: len(first_times)])
 
 
 def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
@@ -77,8 +78,8 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
     was_on, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)
-        risen = np.flatnonzero(levels & ~np.concatenate(([was_on], levels[:-1])))
-        times += block.time_ns[risen].tolist()
+        risen_rows = np.flatnonzero(levels & ~np.concatenate(([was_on], levels[:-1])))
+        times += block.time_ns[risen_rows].tolist()
         was_on = bool(levels[-1])
     if not times:
         raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")

@@ -41,8 +41,8 @@ class Windows(NamedTuple):
 
     def at(self, places: Rows) -> Windows:
         """Return some of the rows."""
-        rows, held_rows, first, end, _ = self
-        return Windows(rows[places], held_rows[places], first[places], end[places])
+        rows, held_rows, first_rows, end, _ = self
+        return Windows(rows[places], held_rows[places], first_rows[places], end[places])
 
 
 class ComparedBlock(NamedTuple):
@@ -60,14 +60,14 @@ NONE = np.zeros(0, np.intp)
 def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[ComparedBlock]:
     """Yield two traces block by block, with scans paired by number; only pairs that differ are yielded."""
     while _read_rows(a, b, block_scans):
-        ends = _cut(a, b, block_scans)
-        rows_a, rows_b = _pairs(a.keys[a.row : ends[0]], b.keys[b.row : ends[1]])
+        end_rows = _cut(a, b, block_scans)
+        rows_a, rows_b = _pairs(a.keys[a.row : end_rows[0]], b.keys[b.row : end_rows[1]])
         rows_a, rows_b = rows_a + a.row, rows_b + b.row
         unequal = _unequal(_at(a.side.columns, rows_a), _at(b.side.columns, rows_b))
         held_rows = rows_b[unequal]
         unequal_rows = Windows(rows_a[unequal], held_rows, held_rows, held_rows + 1, len(rows_a))
         yield ComparedBlock(a.side, b.side, unequal_rows, Windows(NONE, NONE, NONE, NONE, len(rows_b)))
-        for stream, end in ((a, ends[0]), (b, ends[1])):
+        for stream, end in ((a, end_rows[0]), (b, end_rows[1])):
             stream.go_to(end, end - 1 - LOOKED_AT)
 
 
@@ -81,15 +81,15 @@ def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
 def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     """Return the rows at which the next block ends, before the same key in both traces."""
     streams = a, b
-    ends = [
+    end_keys = [
         int(longer.keys[longer.row + block_scans])
         for longer in streams
         if len(longer) > longer.row + block_scans
     ]
-    if not ends:
+    if not end_keys:
         return len(a), len(b)
     first_key = min(int(unread.keys[unread.row]) for unread in streams if unread.row < len(unread))
-    end = max(min(ends), first_key + 1)  # ends past the key, even if a whole block has the same key
+    end = max(min(end_keys), first_key + 1)  # ends past the key, even if a whole block has the same key
     for stream in streams:
         stream.read_beyond(end)
     return a.row_of(end), b.row_of(end)
@@ -109,12 +109,12 @@ def _pairs(a: Keys, b: Keys) -> tuple[Rows, Rows]:
 
 
 def _unequal(a: Columns, b: Columns) -> Rows:
-    unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
+    is_unequal = (a.time_ns != b.time_ns) | (a.flags != b.flags)
     if not np.array_equal(a.words, b.words):
-        unequal |= (a.words != b.words).any(axis=1)
+        is_unequal |= (a.words != b.words).any(axis=1)
     if a.tags is not None and b.tags is not None and a.tags.dtype.names:
-        unequal |= a.tags != b.tags
-    return np.flatnonzero(unequal)
+        is_unequal |= a.tags != b.tags
+    return np.flatnonzero(is_unequal)
 
 
 def _at(columns: Columns, rows: Rows) -> Columns:
@@ -157,13 +157,17 @@ def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
         return Windows(NONE, NONE, NONE, NONE)
     times = own.keys[own.row : end]
     is_met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
-    judged = is_met & (times + tolerance_ns < other.last_key + other.period_ns)
+    is_judged = is_met & (times + tolerance_ns < other.last_key + other.period_ns)
     if other.first_scan:  # scans preceded it
-        judged &= times - tolerance_ns >= other.first_key
-    times = times[judged]
-    held_rows, first = (np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns))
-    last = other.in_force(times + tolerance_ns)
-    return Windows(own.row + np.flatnonzero(judged), held_rows, first, last + 1, int(is_met.sum()))
+        is_judged &= times - tolerance_ns >= other.first_key
+    times = times[is_judged]
+    held_rows, first_rows = (
+        np.maximum(other.in_force(instants), 0) for instants in (times, times - tolerance_ns)
+    )
+    last_rows = other.in_force(times + tolerance_ns)
+    return Windows(
+        own.row + np.flatnonzero(is_judged), held_rows, first_rows, last_rows + 1, int(is_met.sum())
+    )
 
 
 def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
@@ -193,6 +197,6 @@ def _go_on(a: Stream, b: Stream, ends: tuple[int, int], tolerance_ns: int) -> No
     if ends[0] == len(a):
         a.row, b.row = ends
         return
-    early = int(a.keys[ends[0]]) - tolerance_ns
+    early_key = int(a.keys[ends[0]]) - tolerance_ns
     for stream, end in ((a, ends[0]), (b, ends[1])):
-        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early))))
+        stream.go_to(end, min(end - 1 - LOOKED_AT, int(stream.in_force(early_key))))

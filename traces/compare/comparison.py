@@ -94,8 +94,8 @@ def compare(
         tags=tags,
         formats=NumberFormats.of(one),
     )
-    exact = tolerance.exact and clock == SAME_CLOCK
-    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
+    is_exact = tolerance.exact and clock == SAME_CLOCK
+    heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=is_exact))
     first = comparison.first
     if first is not None:
         slots = {detail.slot for detail in first.details}
@@ -132,13 +132,13 @@ def compare_parts(
     Raises:
         ValueError: scans are paired by time, and time goes back from one scan of a trace to the next.
     """
-    numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
-    both_numbers = numbers[0] & numbers[1]
-    common = [slot for slot in one[0] if slot.number in both_numbers]
+    slot_numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
+    both_numbers = slot_numbers[0] & slot_numbers[1]
+    common_slots = [slot for slot in one[0] if slot.number in both_numbers]
     by_number = tolerance.exact and clock == SAME_CLOCK
     fields = [
         field
-        for field in all_fields(common, formats)
+        for field in all_fields(common_slots, formats)
         if (only is None or (field.slot, field.direction) in only) and (by_number or field is not TIME)
     ]
     row = None
@@ -153,20 +153,20 @@ def compare_parts(
         stream_a = Stream(one[0], both_numbers, keyed_by_time(one[1], SAME_CLOCK), row)
         stream_b = Stream(other[0], both_numbers, keyed_by_time(other[1], clock), row)
         blocks, counts = blocks_by_time(stream_a, stream_b, tolerance.time_ns, block_scans), tolerance.counts
-    findings, compared = Findings(common), (0, 0)
+    findings, compared_scans = Findings(common_slots), (0, 0)
     for block in blocks:
         findings.add(block.one, block.other, differing(fields, block, counts))
-        compared = compared[0] + block.there.scans, compared[1] + block.back.scans
+        compared_scans = compared_scans[0] + block.there.scans, compared_scans[1] + block.back.scans
     return Comparison(
         first=findings.first,
         extents=findings.extents,
         scans_a=stream_a.scans,
         scans_b=stream_b.scans,
-        only_a=stream_a.scans - compared[0],
-        only_b=stream_b.scans - compared[1],
+        only_a=stream_a.scans - compared_scans[0],
+        only_b=stream_b.scans - compared_scans[1],
         differing=findings.differing,
-        slots_only_a=tuple(sorted(numbers[0] - numbers[1])),
-        slots_only_b=tuple(sorted(numbers[1] - numbers[0])),
+        slots_only_a=tuple(sorted(slot_numbers[0] - slot_numbers[1])),
+        slots_only_b=tuple(sorted(slot_numbers[1] - slot_numbers[0])),
         heads=(),
         tolerance=tolerance,
         aligned=clock != SAME_CLOCK,
@@ -196,22 +196,22 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     Args:
         exact: whether the scans of waits are compared, too.
     """
-    waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
-    differ: dict[str, tuple[Step, Step]] = {}
+    waiting_steps: dict[str, tuple[deque[Step], deque[Step]]] = {}
+    first_differing: dict[str, tuple[Step, Step]] = {}
     for steps in zip_longest(_steps(one), _steps(other)):
         for side, step in enumerate(steps):
-            if step is None or step.sequence in differ:
+            if step is None or step.sequence in first_differing:
                 continue
-            queues = waiting.setdefault(step.sequence, (deque(), deque()))
+            queues = waiting_steps.setdefault(step.sequence, (deque(), deque()))
             queues[side].append(step)
             if all(queues):
                 step_a, step_b = (queue.popleft() for queue in queues)
                 if step_a.wait != step_b.wait or (exact and step_a.scan != step_b.scan):
-                    differ[step.sequence] = step_a, step_b
-    for name, queues in waiting.items():
-        first, second = differ.get(name) or map(_next_in, queues)
-        if first is not None or second is not None:
-            yield name, _wait(first), _wait(second)
+                    first_differing[step.sequence] = step_a, step_b
+    for name, queues in waiting_steps.items():
+        first_step, second_step = first_differing.get(name) or map(_next_in, queues)
+        if first_step is not None or second_step is not None:
+            yield name, _wait(first_step), _wait(second_step)
 
 
 def _steps(trace: Trace) -> Iterator[Step]:

@@ -27,14 +27,14 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     Args:
         counts: allowed difference between a count and its window; None = every bit counts.
     """
-    side, other = block.one, block.other
+    own_side, other_side = block.one, block.other
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
-        parts = list(group)  # all fields of one image
-        images = side.images(parts[0]), other.images(parts[0])
+        image_fields = list(group)  # all fields of one image
+        images = own_side.images(image_fields[0]), other_side.images(image_fields[0])
         ahead = _otherwise(images[0], images[1], block.there)
         behind = _otherwise(images[1], images[0], block.back)
-        for field in parts if len(ahead.own) or len(behind.own) else ():
+        for field in image_fields if len(ahead.own) or len(behind.own) else ():
             there_difference, back_difference = (
                 _missing(field, ahead, counts),
                 _missing(field, behind, counts),
@@ -56,48 +56,53 @@ class _Question(NamedTuple):
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     """Return the scans whose images differ, so that the other trace may lack their values."""
     values, held_values = own[windows.rows], other[windows.held]
-    unequal = values != held_values
-    unequal_places = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
+    is_unequal = values != held_values
+    unequal_places = np.flatnonzero(is_unequal if is_unequal.ndim == 1 else is_unequal.any(axis=1))
     return _Question(windows.at(unequal_places), values[unequal_places], held_values[unequal_places], other)
 
 
 def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
     """Return the scans whose value the other trace lacks within the tolerance."""
-    searched, held_keys = field.key(question.own), field.key(question.held)
-    rows = np.flatnonzero(searched != held_keys)
-    searched, windows = searched[rows], question.windows.at(rows)
+    searched_keys, held_keys = field.key(question.own), field.key(question.held)
+    rows = np.flatnonzero(searched_keys != held_keys)
+    searched_keys, windows = searched_keys[rows], question.windows.at(rows)
     span = windows.first, windows.end
-    alone = bool((windows.end - windows.first == 1).all())  # only the scan in force is within the tolerance
+    # only the scan in force is within the tolerance
+    is_single = bool((windows.end - windows.first == 1).all())
     bits = None
     if field.kind is FieldKind.BITS:
         bits = (
-            searched ^ held_keys[rows]
-            if alone
-            else _missing_bits(searched, field.key(question.others), *span)
+            searched_keys ^ held_keys[rows]
+            if is_single
+            else _missing_bits(searched_keys, field.key(question.others), *span)
         )
-        missing = bits != 0
-        bits = bits[missing]
+        is_missing = bits != 0
+        bits = bits[is_missing]
     elif field.kind is FieldKind.COUNT and counts is not None and len(rows):
-        missing = _beyond(field.values(question.own[rows]), field.values(question.others), *span, counts)
+        is_missing = _beyond(field.values(question.own[rows]), field.values(question.others), *span, counts)
     else:
-        missing = np.ones(len(rows), bool) if alone else ~occurs(searched, field.key(question.others), *span)
-    return FieldDifference(field, windows.rows[missing], windows.held[missing], bits)
+        is_missing = (
+            np.ones(len(rows), bool)
+            if is_single
+            else ~occurs(searched_keys, field.key(question.others), *span)
+        )
+    return FieldDifference(field, windows.rows[is_missing], windows.held[is_missing], bits)
 
 
 def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     """Return the bits that differ throughout the window."""
     never_set = ~over_windows(values, first, end, np.bitwise_or)
     always_set = over_windows(values, first, end, np.bitwise_and)
-    missing: Array = (searched & never_set) | (~searched & always_set)
-    return missing
+    missing_bits: Array = (searched & never_set) | (~searched & always_set)
+    return missing_bits
 
 
 def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
     """Return a mask of the counts outside the range of their window; missing counts are inside."""
     lowest = over_windows(values, first, end, np.fmin)
     highest = over_windows(values, first, end, np.fmax)
-    beyond: Array = (searched < lowest - counts) | (searched > highest + counts)
-    return beyond
+    is_beyond: Array = (searched < lowest - counts) | (searched > highest + counts)
+    return is_beyond
 
 
 def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
@@ -105,12 +110,12 @@ def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
     if not len(back.a):
         return there
     rows_a, rows_b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
-    rows, place = np.unique(rows_a, return_index=True)
+    rows, first_places = np.unique(rows_a, return_index=True)
     if there.bits is None or back.bits is None:
-        return FieldDifference(there.field, rows, rows_b[place])
+        return FieldDifference(there.field, rows, rows_b[first_places])
     bits = np.zeros(len(rows), np.uint16)
     np.bitwise_or.at(bits, np.searchsorted(rows, rows_a), np.concatenate((there.bits, back.bits)))
-    return FieldDifference(there.field, rows, rows_b[place], bits)
+    return FieldDifference(there.field, rows, rows_b[first_places], bits)
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
@@ -134,8 +139,8 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
     while 2 * step <= width.max(initial=1):
         level = join(level[:-step], level[step:])  # results of windows 2 * step long
         step *= 2
-        fits = np.flatnonzero((width >= step) & (width < 2 * step))
-        result[fits] = join(level[first[fits]], level[end[fits] - step])
+        fitting = np.flatnonzero((width >= step) & (width < 2 * step))
+        result[fitting] = join(level[first[fitting]], level[end[fitting] - step])
     return result
 
 
@@ -145,12 +150,12 @@ def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]
     """
-    order = np.argsort(values, kind="stable")  # by value, then by row
-    ranked = values[order]
+    sorted_order = np.argsort(values, kind="stable")  # by value, then by row
+    ranked = values[sorted_order]
     start, stop = (np.searchsorted(ranked, searched, side) for side in ("left", "right"))
     rows = len(values) + 1
-    group = np.searchsorted(np.unique(values), values[order])
-    keys = group * rows + order  # ascending, as both summands are
+    group = np.searchsorted(np.unique(values), values[sorted_order])
+    keys = group * rows + sorted_order  # ascending, as both summands are
     is_known = stop > start
     question = group[np.minimum(start, len(values) - 1)] * rows
     is_found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)

@@ -170,8 +170,8 @@ def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Ite
             value = partial(_value, mode, word, formats.at(number, pairs[word], LAST))
             yield Field(number, direction, pairs[word].name, kind, word, 2, partial(_pair, mode, word), value)
         elif any(words.bits("I" if direction == "in" else "O", word)):
-            bits, live = _bit_names(slot, direction, word, name), words.live(direction, word)
-            key = partial(_masked, mode, word, live)
+            bits, live_bits = _bit_names(slot, direction, word, name), words.live(direction, word)
+            key = partial(_masked, mode, word, live_bits)
             yield Field(number, direction, name, FieldKind.BITS, word, 1, key, bits=bits)
         elif word not in seconds:
             yield Field(
@@ -183,7 +183,9 @@ def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Ite
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
-    names_by_bit = {bit: of for of, bit in slot.words.bits("I" if direction == "in" else "O", word)}
+    names_by_bit = {
+        bit: bit_name for bit_name, bit in slot.words.bits("I" if direction == "in" else "O", word)
+    }
     return tuple(names_by_bit.get(bit, f"{name}.{bit}") for bit in range(16))
 
 
@@ -202,8 +204,8 @@ def _masked(mode: int, word: int, live: int, images: Array) -> Array:
 
 def _pair(mode: int, word: int, images: Array) -> Array:
     """Return two words as one undecoded number, because two pairs may decode to the same value."""
-    pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
-    return np.where(decode.in_command_mode(images, mode), pair, 0)
+    undecoded = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
+    return np.where(decode.in_command_mode(images, mode), undecoded, 0)
 
 
 def _value(mode: int, word: int, format: NumberFormat, images: Array) -> Array:

@@ -91,21 +91,21 @@ class FieldDifference(NamedTuple):
 
     def extents(self, one: Side, other: Side) -> Iterator[Extent]:
         """Yield the extent of each bit that differs, or of the field."""
-        numbers = one.columns.scan
+        scan_numbers = one.columns.scan
         if self.bits is None:
-            yield _extent(self.field.path, numbers[self.a], self._most(one, other))
+            yield _extent(self.field.path, scan_numbers[self.a], self._most(one, other))
             return
         for number, name in enumerate(self.field.bits):
             rows = self.a[(self.bits >> number & 1).astype(bool)]
             if len(rows):
-                yield _extent(f"{self.field.stem}.{name}", numbers[rows], None)
+                yield _extent(f"{self.field.stem}.{name}", scan_numbers[rows], None)
 
     def _most(self, one: Side, other: Side) -> int | None:
         if self.field.kind is FieldKind.TAG:
             return None
         values = (self.field.values(side.images(self.field, rows)) for side, rows in self._rows(one, other))
-        apart = np.abs(np.subtract(*values))
-        return None if np.isnan(apart).all() else int(np.nanmax(apart))
+        differences = np.abs(np.subtract(*values))
+        return None if np.isnan(differences).all() else int(np.nanmax(differences))
 
     def _rows(self, one: Side, other: Side) -> tuple[tuple[Side, Rows], tuple[Side, Rows]]:
         return (one, self.a), (other, self.b)
@@ -198,8 +198,8 @@ def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row
     """Return the changes in a row, and in the last scans before it that have any."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
-    changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
-    rows = begin + 1 + np.flatnonzero(changed)
+    is_changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
+    rows = begin + 1 + np.flatnonzero(is_changed)
     listed_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
     return tuple(line for shown_row in [*listed_rows, row] for line in _rows(side, slots, shown_row))
 

@@ -29,9 +29,9 @@ def report(comparison: Comparison, names: Names) -> Iterator[str]:
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
     """Yield the lines about the first scan that differs, and the changes that led to it."""
-    cells: list[tuple[str, ...]] = [("", "", "", *names, "")]
-    cells += [row for detail in first.details for row in _detail(detail)]
-    yield from ("", *_aligned(cells, "lllrrl"))
+    table_rows: list[tuple[str, ...]] = [("", "", "", *names, "")]
+    table_rows += [row for detail in first.details for row in _detail(detail)]
+    yield from ("", *_aligned(table_rows, "lllrrl"))
     yield from _rules(first, names)
     alike = _alike(first.before_a, first.before_b)
     if alike:
@@ -44,8 +44,8 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
 
 def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
     """Return the number of equal rows at the beginning."""
-    are_equal = (word_a == other for word_a, other in zip(a, b, strict=False))
-    return next((place for place, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
+    are_equal = (word_a == word_b for word_a, word_b in zip(a, b, strict=False))
+    return next((index for index, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:
@@ -101,8 +101,8 @@ def _words_text(detail: Detail) -> str:
         return ""
     if len(detail.words_a) == 1:
         return f"word {detail.word}"
-    pairs = (f"{msw} {lsw}" for msw, lsw in (detail.words_a, detail.words_b))
-    return f"words {detail.word} and {detail.word + 1}: {' / '.join(pairs)}"
+    word_pairs = (f"{msw} {lsw}" for msw, lsw in (detail.words_a, detail.words_b))
+    return f"words {detail.word} and {detail.word + 1}: {' / '.join(word_pairs)}"
 
 
 def _rules(first: First, names: Names) -> Iterator[str]:
@@ -164,10 +164,10 @@ def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
     widths = [max(len(row[column]) for row in rows) for column in range(len(sides))]
     lines = []
     for row in rows:
-        cells = [
-            cell.ljust(width) if side == "l" else cell.rjust(width)
-            for cell, width, side in zip(row, widths, sides, strict=True)
+        row_cells = [
+            cell.ljust(width) if alignment == "l" else cell.rjust(width)
+            for cell, width, alignment in zip(row, widths, sides, strict=True)
             if width
         ]
-        lines.append("  ".join(cells).rstrip())
+        lines.append("  ".join(row_cells).rstrip())
     return lines

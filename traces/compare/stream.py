@@ -35,13 +35,13 @@ def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
     Raises:
         ValueError: time goes back from one scan to the next.
     """
-    last = np.zeros(0, np.int64)
+    last_time = np.zeros(0, np.int64)
     for columns in parts:
-        backward = np.flatnonzero(np.diff(np.concatenate((last, columns.time_ns))) < 0)
+        backward = np.flatnonzero(np.diff(np.concatenate((last_time, columns.time_ns))) < 0)
         if len(backward):
-            scan = columns.scan[backward[0] + 1 - len(last)]
+            scan = columns.scan[backward[0] + 1 - len(last_time)]
             raise ValueError(f"time goes back in scan {scan}: such a trace can't be compared by time")
-        last = columns.time_ns[-1:] if len(columns.scan) else last
+        last_time = columns.time_ns[-1:] if len(columns.scan) else last_time
         yield columns, clock(columns.time_ns)
 
 
@@ -58,13 +58,13 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
     >>> [keys.tolist() for _, keys in keyed_by_number([part])]
     [[7, 8, 4294967296, 4294967297]]
     """
-    last, run = np.zeros(0, np.int64), 0
+    last_scan, run_before = np.zeros(0, np.int64), 0
     for columns in parts:
-        steps = np.diff(np.concatenate((last, columns.scan)))
-        begins = np.concatenate((np.zeros(1 - len(last), bool), steps < 0))
-        runs = run + np.cumsum(begins)
+        steps = np.diff(np.concatenate((last_scan, columns.scan)))
+        is_begin = np.concatenate((np.zeros(1 - len(last_scan), bool), steps < 0))
+        runs = run_before + np.cumsum(is_begin)
         if len(columns.scan):
-            last, run = columns.scan[-1:], int(runs[-1])
+            last_scan, run_before = columns.scan[-1:], int(runs[-1])
             yield columns, columns.scan + _RUN * runs
 
 

@@ -44,7 +44,7 @@ class CommonTags:
             if _alike(name, *fields_by_name)
         }
         self._codes: dict[str, int] = {}
-        layout = dict(entry for pair in self._pairs.values() for entry in _values(*pair))
+        layout = dict(field_layout for pair in self._pairs.values() for field_layout in _values(*pair))
         self.dtype: np.dtype[np.void] = np.dtype(list(layout.items()))
         names_a, names_b = (sorted(names.keys() - self._pairs.keys()) for names in fields_by_name)
         self.only = (tuple(names_a), tuple(names_b))
@@ -58,25 +58,25 @@ class CommonTags:
         """
         for columns in parts:
             tags = np.zeros(len(columns.scan), self.dtype)
-            for name, pair in self._pairs.items():
-                field = pair[side]
+            for name, field_pair in self._pairs.items():
+                field = field_pair[side]
                 assert columns.tags is not None, "the trace has tags"
                 values = columns.tags[field.name]
                 if field.tag.type in CODES:
                     values = self._shared(values, code_names(field, self._texts[side]))
-                values = wide(values) if _are_mixed(*pair) else values
+                values = wide(values) if _are_mixed(*field_pair) else values
                 if field.tag.length:
-                    for place, address in enumerate(pair[0].tag.addresses):
-                        tags[address] = values[:, place]
+                    for index, address in enumerate(field_pair[0].tag.addresses):
+                        tags[address] = values[:, index]
                 else:
                     tags[name] = values
             yield columns._replace(tags=tags)
 
     def fields(self) -> Iterator[Field]:
         """Yield a compared field for each tag value."""
-        for pair in self._pairs.values():
-            codes = pair[0].tag.type in CODES
-            for value, _ in _values(*pair):
+        for field_pair in self._pairs.values():
+            codes = field_pair[0].tag.type in CODES
+            for value, _ in _values(*field_pair):
                 key, text = partial(_key, value), self._name if codes else _number
                 yield Field(None, "tags", value, FieldKind.TAG, 0, 0, key, text=partial(_text, value, text))
 
@@ -84,8 +84,8 @@ class CommonTags:
         """Convert codes of one trace to codes that both traces share."""
         distinct, places = np.unique(codes, return_inverse=True)
         texts = [names.get(code, str(code)) for code in distinct.tolist()]
-        shared = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
-        return shared[places].reshape(codes.shape)
+        shared_codes = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
+        return shared_codes[places].reshape(codes.shape)
 
     def _name(self, code: int) -> str:
         return next(text for text, text_code in self._codes.items() if text_code == code)
@@ -164,9 +164,9 @@ def _key(name: str, rows: Array) -> Array:
     values: Array = rows[name]
     if values.dtype.kind != "f":
         return values
-    wide = values.astype(np.float64) + 0.0
-    wide[np.isnan(wide)] = np.nan
-    keys: Array = wide.view(np.int64)
+    floats = values.astype(np.float64) + 0.0
+    floats[np.isnan(floats)] = np.nan
+    keys: Array = floats.view(np.int64)
     return keys
 
 

@@ -33,22 +33,22 @@ def write_csv(
     """
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
-    first = next(blocks)
+    first_block = next(blocks)
     with new_file(path, CSV, newline="") as file:
-        file.write(",".join(_quoted(column.name) for column in first) + "\n")
-        for columns in chain([first], blocks):
+        file.write(",".join(_quoted(column.name) for column in first_block) + "\n")
+        for columns in chain([first_block], blocks):
             file.write(_lines(columns))
             rows += len(columns[0].values)
     return rows
 
 
 def _lines(columns: Sequence[Column]) -> str:
-    cells = [
+    column_cells = [
         cell
-        for is_bits, run in groupby(columns, lambda column: column.values.dtype == bool)
-        for cell in _cells(is_bits, list(run))
+        for is_bits, run_columns in groupby(columns, lambda column: column.values.dtype == bool)
+        for cell in _cells(is_bits, list(run_columns))
     ]
-    return "\n".join(map(",".join, zip(*cells, strict=True))) + "\n"
+    return "\n".join(map(",".join, zip(*column_cells, strict=True))) + "\n"
 
 
 def _cells(is_bits: bool, columns: Sequence[Column]) -> Iterator[list[str]]:
@@ -63,8 +63,8 @@ def _bits(columns: Sequence[Column]) -> list[str]:
     """Combine columns of bits into one column of text such as "0,1,1"; this is faster than a text per bit."""
     rows, width = len(columns[0].values), 2 * len(columns) - 1
     text = np.full((rows, width), ord(","), np.uint8)
-    for place, column in enumerate(columns):
-        text[:, 2 * place] = column.values + np.uint8(ord("0"))
+    for index, column in enumerate(columns):
+        text[:, 2 * index] = column.values + np.uint8(ord("0"))
     digits = text.tobytes().decode("ascii")
     return [digits[start : start + width] for start in range(0, len(digits), width)]
 

@@ -78,15 +78,15 @@ class DecodedValues:
         catalog = Catalog(steppers, formats=formats)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
         self.messages = _messages(steppers, signals)
-        placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
+        placed_leaves = list(leaves(self.messages[0][1], dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
-        self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed]
+        self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed_leaves]
         self.dtype: np.dtype[np.void] = np.dtype(
             {
                 "names": [column.name for column in self._columns],
-                "formats": [f"<{leaf.letter}" for leaf in placed],
-                "offsets": [leaf.offset - offset for leaf in placed],
-                "itemsize": placed[-1].end - offset,
+                "formats": [f"<{leaf.letter}" for leaf in placed_leaves],
+                "offsets": [leaf.offset - offset for leaf in placed_leaves],
+                "itemsize": placed_leaves[-1].end - offset,
             }
         )
 
@@ -99,23 +99,22 @@ class DecodedValues:
 
 
 def _path(signal: Signal) -> tuple[str, ...]:
-    return tuple(_IMAGES.get(part, part.lower()) for part in signal.path)
+    return tuple(_IMAGES.get(step, step.lower()) for step in signal.path)
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
     """Return the messages; slots with the same fields share a message."""
-    parts: dict[str, list[Message]] = {}
+    messages_by_stem: dict[str, list[Message]] = {}
     own_lines = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         slot_messages = _slot_messages(stem, slot.number, signals)
-        if (
-            parts.setdefault(stem, slot_messages) != slot_messages
-        ):  # the same module with different names of bits
+        # the same module with different names of bits
+        if messages_by_stem.setdefault(stem, slot_messages) != slot_messages:
             stem = f"{stem}Slot{slot.number}"
-            parts[stem] = _slot_messages(stem, slot.number, signals)
+            messages_by_stem[stem] = _slot_messages(stem, slot.number, signals)
         own_lines.append(f"{stem} slot{slot.number}")
-    messages = [message for part in parts.values() for message in part]
+    messages = [message for part in messages_by_stem.values() for message in part]
     text = "\n".join([*own_lines, *(line for _, lines in messages for line in lines)])
     name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
     return [(name, own_lines), *messages]

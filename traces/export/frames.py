@@ -65,11 +65,11 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 def _whole(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
-    parts: dict[str, list[Column]] = {}
+    columns_by_name: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:
-            parts.setdefault(column.name, []).append(column)
-    return {name: series(_joined(columns)) for name, columns in parts.items()}
+            columns_by_name.setdefault(column.name, []).append(column)
+    return {name: series(_joined(columns)) for name, columns in columns_by_name.items()}
 
 
 def _joined(columns: Sequence[Column]) -> Column:

@@ -35,10 +35,10 @@ def write_jsonl(
     """
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
-    first = next(blocks)
+    first_block = next(blocks)
     line = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
     with new_file(path, JSONL) as file:
-        for columns in chain([first], blocks):
+        for columns in chain([first_block], blocks):
             names = [column.name for column in columns]
             for row in zip(*map(_values, columns), strict=True):
                 file.write(f"{line(dict(zip(names, row, strict=True)))}\n")

@@ -118,10 +118,10 @@ class Rows:
     def take(self, count: int) -> Iterator[NDArray[Any]]:
         """Yield the next `count` rows."""
         while count:
-            part = self.fill()[:count]
-            self._held = self.fill()[len(part) :]
-            count -= len(part)
-            yield part
+            taken = self.fill()[:count]
+            self._held = self.fill()[len(taken) :]
+            count -= len(taken)
+            yield taken
 
 
 class Copy:
@@ -147,17 +147,17 @@ class Copy:
     def scans(self, recorded: ScanRows, decoded: Rows) -> None:
         """Write scans, each followed by the next decoded row."""
         start = 0
-        for part in decoded.take(len(recorded)):
-            rows = np.zeros(len(part), self._layout)
-            source = recorded[start : start + len(part)]
+        for decoded_rows in decoded.take(len(recorded)):
+            rows = np.zeros(len(decoded_rows), self._layout)
+            source = recorded[start : start + len(decoded_rows)]
             for name in self._copied:
                 rows[name] = source[name]
             rows["length"] = self._layout.itemsize - _PREAMBLE_BYTES
             rows["channel"] = self._channels[SCAN_TOPIC]
-            rows["rest"] = part
+            rows["rest"] = decoded_rows
             times = array("Q", rows["log_time"].tobytes())
             self._writer.add_block(self._channels[SCAN_TOPIC], times, bytearray(rows.tobytes()))
-            start += len(part)
+            start += len(decoded_rows)
         self.count += len(recorded)
 
     def event(self, event: TraceEvent, selection: Selection) -> None:

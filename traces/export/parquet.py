@@ -38,15 +38,18 @@ def write_parquet(
     """
     pyarrow, parquet = need("pyarrow", "parquet"), need("pyarrow.parquet", "parquet")
     batches = (_batch(pyarrow, columns) for columns in table(trace, signals, selection, progress=progress))
-    first = next(batches)
+    first_batch = next(batches)
     rows, waiting_rows = 0, []
     with (
         new_file(path, PARQUET, "wb") as file,
         parquet.ParquetWriter(
-            file, first.schema, compression="zstd", write_statistics=_summarized(pyarrow, first.schema)
+            file,
+            first_batch.schema,
+            compression="zstd",
+            write_statistics=_summarized(pyarrow, first_batch.schema),
         ) as writer,
     ):
-        for batch in chain([first], batches):
+        for batch in chain([first_batch], batches):
             waiting_rows.append(batch)
             rows += batch.num_rows
             if sum(waiting.num_rows for waiting in waiting_rows) >= ROWS:

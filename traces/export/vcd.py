@@ -61,15 +61,15 @@ def write_vcd(
     variables = [Variable(signal) for signal in chosen_signals]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
-    first = next(stream)
-    begin_ns = int(first.time_ns[0])
+    first_block = next(stream)
+    begin_ns = int(first_block.time_ns[0])
     with (
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
         for declared in variables:
             declared.register(dump)
-        for block in chain([first], stream):
+        for block in chain([first_block], stream):
             for time_ns, variable, value in _changes(block, variables):
                 dump.change(variable, time_ns, value)
             scans += len(block)
@@ -100,15 +100,15 @@ class Variable:
     def changes(self, block: Block) -> tuple[Array, list[Any]]:
         """Return the rows of a block with a new value, and the values."""
         values = self.signal.read(block)
-        new = np.ones(len(values), bool)
-        new[1:] = values[1:] != values[:-1]
-        new[0] = self._last is None or values[0] != self._last
+        is_new = np.ones(len(values), bool)
+        is_new[1:] = values[1:] != values[:-1]
+        is_new[0] = self._last is None or values[0] != self._last
         if values.dtype.kind == "f":  # a missing value that follows a missing value is no change
             none = np.isnan(values)
-            new[1:] &= ~(none[1:] & none[:-1])
-            new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
+            is_new[1:] &= ~(none[1:] & none[:-1])
+            is_new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
         self._last = values[-1]
-        rows = np.flatnonzero(new)
+        rows = np.flatnonzero(is_new)
         return rows, _dumped(values[rows], self.signal)
 
 
@@ -145,8 +145,8 @@ def _word(text: str) -> str:
     >>> _word("wait for oil"), _word("")
     ('wait_for_oil', '""')
     """
-    plain = "".join(character if "!" <= character <= "~" else "_" for character in text)
-    return plain or '""'
+    printable = "".join(character if "!" <= character <= "~" else "_" for character in text)
+    return printable or '""'
 
 
 def _dumped(values: Array, signal: Signal) -> list[Any]:
@@ -154,17 +154,17 @@ def _dumped(values: Array, signal: Signal) -> list[Any]:
     if signal.kind is SignalKind.CODE:
         return [_word(name) for name in named(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
-        numbers, missing = whole_numbers(values)
-        pairs = zip(numbers.tolist(), missing.tolist(), strict=True)
-        return ["x" if none else number for number, none in pairs]
-    plain: list[Any] = values.tolist()
-    return [ExactReal(value) for value in plain] if values.dtype.kind == "f" else plain
+        numbers, is_missing = whole_numbers(values)
+        number_pairs = zip(numbers.tolist(), is_missing.tolist(), strict=True)
+        return ["x" if none else number for number, none in number_pairs]
+    plain_values: list[Any] = values.tolist()
+    return [ExactReal(value) for value in plain_values] if values.dtype.kind == "f" else plain_values
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
     """Yield time, variable and new value of each change, in order of time."""
     changes = [variable.changes(block) for variable in variables]
-    changed = [
+    variable_changes = [
         (variable.dumped, value)
         for variable, (_, values) in zip(variables, changes, strict=True)
         for value in values
@@ -172,8 +172,8 @@ def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int,
     rows = np.concatenate([rows for rows, _ in changes])
     order = np.argsort(rows, kind="stable")
     times = block.time_ns[rows[order]].tolist()
-    for place, time_ns in zip(order.tolist(), times, strict=True):
-        yield time_ns, *changed[place]
+    for change_index, time_ns in zip(order.tolist(), times, strict=True):
+        yield time_ns, *variable_changes[change_index]
 
 
 FORMAT = ExportFormat(

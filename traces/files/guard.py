@@ -81,8 +81,8 @@ def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path
     """
     target = Path(realpath(path))
     status = _status(target)
-    for other, role in used.items():
-        if _is_same(target, status, other):
+    for other_file, role in used.items():
+        if _is_same(target, status, other_file):
             raise OwnedError(f"{path} is {role}: choose another file to write to")
     if status is not None and stat.S_ISREG(status.st_mode):
         _check_kind(path, target, kind)

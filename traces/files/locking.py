@@ -21,12 +21,12 @@ if sys.platform == "win32":
 
     def _lock(number: int, _shared: bool) -> None:
         # A locked byte can't be read: this one is beyond any file, at the largest offset of `locking`.
-        place = os.lseek(number, 0, os.SEEK_CUR)
+        offset = os.lseek(number, 0, os.SEEK_CUR)
         os.lseek(number, (1 << 31) - 2, os.SEEK_SET)
         try:
             msvcrt.locking(number, msvcrt.LK_NBLCK, 1)
         finally:
-            os.lseek(number, place, os.SEEK_SET)
+            os.lseek(number, offset, os.SEEK_SET)
 
 else:
     import fcntl

@@ -110,17 +110,17 @@ def replacing(
     Arguments and errors as in `new_file`.
     """
     target = check_output(path, kind, used)
-    place = beside(target, f"{secrets.token_hex(8)}.part")
-    with naming(path, place, beside(target, "lock")), nullcontext() if locked else held(target):
-        file = open(place, mode, opener=_exclusive, **_with_text(mode, options))  # noqa: SIM115 - what is not ours stays
+    draft = beside(target, f"{secrets.token_hex(8)}.part")
+    with naming(path, draft, beside(target, "lock")), nullcontext() if locked else held(target):
+        file = open(draft, mode, opener=_exclusive, **_with_text(mode, options))  # noqa: SIM115 - what is not ours stays
         try:
             with file:
                 if target.exists():
-                    shutil.copymode(target, place)
-                yield Draft(file, place, target, kind)
+                    shutil.copymode(target, draft)
+                yield Draft(file, draft, target, kind)
         finally:
             with suppress(OSError):
-                place.unlink(missing_ok=True)
+                draft.unlink(missing_ok=True)
 
 
 @contextmanager

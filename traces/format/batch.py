@@ -108,8 +108,8 @@ class ScanBatch:
         for byte in range(size):
             values = raw[byte :: column.itemsize]
             if values != zeros:
-                for place in places:
-                    records[place + byte :: stride] = values
+                for offset in places:
+                    records[offset + byte :: stride] = values
 
     def __len__(self) -> int:
         return len(self._images)

@@ -82,12 +82,12 @@ def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
     Raises:
         ValueError: no slot at all, a negative number, or a number used twice.
     """
-    numbers = [slot.number for slot in slots]
-    if not numbers:
+    slot_numbers = [slot.number for slot in slots]
+    if not slot_numbers:
         raise ValueError("a trace needs at least one slot")
-    if min(numbers) < 0:
-        raise ValueError(f"slot {min(numbers)}: slot numbers are 0 or more")
-    twice = sorted({number for number in numbers if numbers.count(number) > 1})
+    if min(slot_numbers) < 0:
+        raise ValueError(f"slot {min(slot_numbers)}: slot numbers are 0 or more")
+    twice = sorted({number for number in slot_numbers if slot_numbers.count(number) > 1})
     if twice:
         raise ValueError(f"slot {twice[0]} is given twice")
     return tuple(slots)

@@ -66,8 +66,10 @@ def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
 def split_schema(text: str) -> tuple[list[str], dict[str, list[str]]]:
     """Return the fields of a schema, and the lines of its messages by name."""
     head, *messages = text.split(f"{SEPARATOR}\n")
-    parted = (message.splitlines() or [""] for message in messages)
-    return head.splitlines(), {first.removeprefix("MSG: scanrack/"): lines for first, *lines in parted}
+    message_lines = (message.splitlines() or [""] for message in messages)
+    return head.splitlines(), {
+        first_line.removeprefix("MSG: scanrack/"): lines for first_line, *lines in message_lines
+    }
 
 
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
@@ -97,12 +99,14 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
 
 
 def _numbers_text(words: ModuleWords) -> str:
-    numbers = [
+    quantities = [
         {**asdict(quantity), "format": quantity.format and quantity.format.value}
         for quantity in words.quantities
     ]
     modes = None if words.modes is None else asdict(words.modes)
-    return json.dumps({"errors": words.errors, "modes": modes, "quantities": numbers}, separators=(",", ":"))
+    return json.dumps(
+        {"errors": words.errors, "modes": modes, "quantities": quantities}, separators=(",", ":")
+    )
 
 
 def _numbers(text: str) -> dict[str, Any]:

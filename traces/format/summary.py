@@ -104,9 +104,9 @@ class Summary:
     def chunk(self, offset: int, length: int, chunk: Chunk, entries: Mapping[int, Entries]) -> bytes:
         """Add a chunk; return its message indexes, which follow it."""
         indexes, offsets = bytearray(), {}
-        for channel, pairs in entries.items():
+        for channel, time_offsets in entries.items():
             offsets[channel] = offset + length + len(indexes)
-            indexes += _message_index(channel, pairs)
+            indexes += _message_index(channel, time_offsets)
         self._groups[Opcode.CHUNK_INDEX] += encoded(
             ChunkIndex(
                 chunk_length=length,
@@ -132,14 +132,16 @@ class Summary:
             last_ns: greatest of their times.
         """
         counts = self._counts
-        for channel, pairs in entries.items():
-            count = len(pairs) // 2
+        for channel, time_offsets in entries.items():
+            message_count = len(time_offsets) // 2
             counts.message_start_time = (
                 min(first_ns, counts.message_start_time) if counts.message_count else first_ns
             )
             counts.message_end_time = max(last_ns, counts.message_end_time)
-            counts.message_count += count
-            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + count
+            counts.message_count += message_count
+            counts.channel_message_counts[channel] = (
+                counts.channel_message_counts.get(channel, 0) + message_count
+            )
 
     def end(self, offset: int, crc: int) -> bytes:
         """Return the end of a file.

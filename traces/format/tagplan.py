@@ -115,7 +115,7 @@ class Tag:
         """The program's own name for each of its values."""
         if not self.length:
             return (self.name,)
-        return tuple(element_of(self.name, place) for place in range(self.length))
+        return tuple(element_of(self.name, index) for index in range(self.length))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,8 +134,8 @@ class TagField:
     def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
         """Yield the program's own name for each value, and its column in some rows."""
         values = rows[self.name]
-        for place, address in enumerate(self.tag.addresses):
-            yield address, values[:, place] if self.tag.length else values
+        for index, address in enumerate(self.tag.addresses):
+            yield address, values[:, index] if self.tag.length else values
 
     @property
     def enum_message(self) -> str:
@@ -294,7 +294,7 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:
         raise ValueError(f"{line!r} is of no type that a tag has")
-    constants = tuple(body.split(" ")[1].partition("=")[0] for body in bodies[kind][:-1])
+    constants = tuple(constant.split(" ")[1].partition("=")[0] for constant in bodies[kind][:-1])
     return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
 
 

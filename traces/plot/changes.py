@@ -43,11 +43,11 @@ class ChangeFinder:
         """Add a block."""
         values = self._read(block)
         watched = values if self._watched is None else np.ascontiguousarray(values[:, : self._watched])
-        differs = watched[1:] != watched[:-1]
-        new = np.ones(len(values), bool)
-        new[0] = self._last is None or not np.array_equal(watched[0], self._last)
-        new[1:] = differs if differs.ndim == 1 else differs.any(axis=1)
-        rows = np.flatnonzero(new)
+        is_different = watched[1:] != watched[:-1]
+        is_new = np.ones(len(values), bool)
+        is_new[0] = self._last is None or not np.array_equal(watched[0], self._last)
+        is_new[1:] = is_different if is_different.ndim == 1 else is_different.any(axis=1)
+        rows = np.flatnonzero(is_new)
         if len(rows):
             self._parts.append(Changes(rows + self._rows, block.time_ns[rows], values[rows]))
         self._rows += len(values)

@@ -48,11 +48,11 @@ class Envelope:
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
         """Add the values of a block; a value that is not finite counts as missing."""
         values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
-        waiting = _stack(self._rest, (time_ns, values, values))
-        grouped_rows = len(waiting[0]) // self._per_group * self._per_group
-        self._rest = tuple(column[grouped_rows:] for column in waiting)
+        ungrouped = _stack(self._rest, (time_ns, values, values))
+        grouped_rows = len(ungrouped[0]) // self._per_group * self._per_group
+        self._rest = tuple(column[grouped_rows:] for column in ungrouped)
         self._groups = _stack(
-            self._groups, _grouped(tuple(column[:grouped_rows] for column in waiting), self._per_group)
+            self._groups, _grouped(tuple(column[:grouped_rows] for column in ungrouped), self._per_group)
         )
         while len(self._groups[0]) > GROUPS_MAX:
             self._double()
@@ -66,10 +66,10 @@ class Envelope:
 
     def _double(self) -> None:
         odd = len(self._groups[0]) % 2
-        last = tuple(column[len(column) - odd :] for column in self._groups)
+        last_group = tuple(column[len(column) - odd :] for column in self._groups)
         self._groups = _grouped(tuple(column[: len(column) - odd] for column in self._groups), 2)
         # an odd group at the end is kept with the scans that do not fill a group yet
-        self._rest = _stack(last, self._rest)
+        self._rest = _stack(last_group, self._rest)
         self._per_group *= 2
 
 
@@ -81,10 +81,10 @@ def _empty() -> Columns:
 
 
 def _stack(upper: Columns, lower: Columns) -> Columns:
-    return tuple(np.concatenate(pair) for pair in zip(upper, lower, strict=True))
+    return tuple(np.concatenate(column_pair) for column_pair in zip(upper, lower, strict=True))
 
 
 def _grouped(columns: Columns, size: int) -> Columns:
     """Return the first time, and the least and greatest value, of each `size` rows; only whole groups."""
-    time_ns, low, high = (column.reshape(-1, size) for column in columns)
-    return time_ns[:, 0], np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)
+    time_ns, lowest, highest = (column.reshape(-1, size) for column in columns)
+    return time_ns[:, 0], np.fmin.reduce(lowest, axis=1), np.fmax.reduce(highest, axis=1)

@@ -91,14 +91,14 @@ def draw(chart: Chart[Curve], figure_class: Any) -> Any:
     height = TOP + sum(_panel_height(panel) for panel in chart.panels)
     figure = figure_class(figsize=(WIDTH, height), facecolor="white")
     _title(figure, chart, height)
-    top = height - TOP
+    panel_top = height - TOP
     for panel in chart.panels:
-        top = _draw_panel(_Canvas(figure, chart, height), panel, top)
+        panel_top = _draw_panel(_Canvas(figure, chart, height), panel, panel_top)
     return figure
 
 
 def _panel_height(panel: Panel[Curve]) -> float:
-    curves = sum(_curve_height(panel, place) + GAP for place in range(len(panel.curves)))
+    curves = sum(_curve_height(panel, index) + GAP for index in range(len(panel.curves)))
     return _head_height(panel) + curves + LANE * rows_of(panel) + AXIS
 
 
@@ -127,8 +127,8 @@ class _Canvas:
             height / self._height,
         )
         axes = self.figure.add_axes(box)
-        edge = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
-        axes.set_xlim(self.chart.start_ns - edge, self.chart.end_ns + edge)
+        margin_ns = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
+        axes.set_xlim(self.chart.start_ns - margin_ns, self.chart.end_ns + margin_ns)
         axes.set_xticks(time_axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
         axes.grid(axis="x", color=colors.GRID, linewidth=0.6)
         axes.set_axisbelow(True)
@@ -169,16 +169,16 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
     """Draw a panel; return the top of the next one."""
     _draw_marks(canvas, panel, top)
     top -= _head_height(panel)
-    for place, (name, curve) in enumerate(panel.curves):
-        axes = canvas.axes(top, _curve_height(panel, place))
+    for curve_index, (name, curve) in enumerate(panel.curves):
+        axes = canvas.axes(top, _curve_height(panel, curve_index))
         if panel.slot is None:
             _draw_number(axes, curve, name, fractional=name in panel.fractional)
         else:
             _draw_curve(axes, curve, name)
-        if place == 1 and panel.ramp is not None:  # the speed
+        if curve_index == 1 and panel.ramp is not None:  # the speed
             axes.axhline(0, color=colors.INK, linewidth=0.4)
         _draw_instants(axes, panel)
-        top -= _curve_height(panel, place) + GAP
+        top -= _curve_height(panel, curve_index) + GAP
     height = LANE * rows_of(panel)
     lanes = canvas.axes(top, height)
     draw_lanes(lanes, panel, canvas.chart)
@@ -193,9 +193,9 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
     axes.locator_params(axis="y", nbins=5, integer=True)
     axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.08)
-    low, high = axes.get_ylim()
-    if high - low < 1:  # it never changes, and an axis of whole numbers needs a range
-        axes.set_ylim(round(low) - 1, round(high) + 1)
+    bottom_value, top_value = axes.get_ylim()
+    if top_value - bottom_value < 1:  # it never changes, and an axis of whole numbers needs a range
+        axes.set_ylim(round(bottom_value) - 1, round(top_value) + 1)
 
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:
@@ -267,5 +267,5 @@ def _draw_time(axes: Any, chart: Chart[Curve]) -> None:
     places: Sequence[int] = time_axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
     unit = time_axis.unit(chart.start_ns, chart.end_ns)
     step = time_axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)
-    axes.set_xticks(places, labels=[time_axis.label(place, step, unit) for place in places])
+    axes.set_xticks(places, labels=[time_axis.label(tick, step, unit) for tick in places])
     axes.set_xlabel(f"machine time, {unit}", size=NAME_SIZE, labelpad=2)

@@ -69,24 +69,24 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
-    ends = np.append(times[1:], chart.end_ns)
+    end_times = np.append(times[1:], chart.end_ns)
     for state in range(REST + 1, len(RAMP_STATES)):
-        here = values == state
-        _paint(axes, times[here], ends[here], row, colors.RAMP[state])
+        is_state = values == state
+        _paint(axes, times[is_state], end_times[is_state], row, colors.RAMP[state])
 
 
 def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     assert isinstance(lane, Band)
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
-    ends = np.append(times[1:], chart.end_ns)
+    end_times = np.append(times[1:], chart.end_ns)
     letter_ns = LETTER / (WIDTH - LEFT - RIGHT) * max(1, chart.end_ns - chart.start_ns)
-    for place, value in enumerate(dict.fromkeys(values.tolist())):
-        here = values == value
-        _paint(axes, times[here], ends[here], row, colors.BAND[place % len(colors.BAND)])
-    for start, end, value in zip(times.tolist(), ends.tolist(), values.tolist(), strict=True):
-        text, room = lane.text(value), int((end - start) / letter_ns) - 1
-        if min(len(text), LABEL_LETTERS) <= room:
-            _write(axes, text if len(text) <= room else f"{text[: room - 1]}…", start, row)
+    for color_index, value in enumerate(dict.fromkeys(values.tolist())):
+        is_value = values == value
+        _paint(axes, times[is_value], end_times[is_value], row, colors.BAND[color_index % len(colors.BAND)])
+    for start, end, value in zip(times.tolist(), end_times.tolist(), values.tolist(), strict=True):
+        text, letters_fit = lane.text(value), int((end - start) / letter_ns) - 1
+        if min(len(text), LABEL_LETTERS) <= letters_fit:
+            _write(axes, text if len(text) <= letters_fit else f"{text[: letters_fit - 1]}…", start, row)
 
 
 def _paint(axes: Any, starts: Any, ends: Any, row: int, color: str) -> None:

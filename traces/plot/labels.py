@@ -38,10 +38,10 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
     taken_spans: list[list[tuple[float, float]]] = [[] for _ in range(rows)]
     labels = []
     for mark in sorted(_folded(marks), key=lambda mark: KINDS.index(mark.kind)):
-        left, wide = (mark.time_ns - start_ns) / span, len(mark.label) * letter
-        is_before = left + wide > 1
-        left -= wide * is_before
-        right = left + wide
+        left, width = (mark.time_ns - start_ns) / span, len(mark.label) * letter
+        is_before = left + width > 1
+        left -= width * is_before
+        right = left + width
         for row, spans in enumerate(taken_spans):
             gap = GAP * letter
             if left >= 0 and all(right + gap <= begin or left >= end + gap for begin, end in spans):

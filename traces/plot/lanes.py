@@ -112,9 +112,9 @@ def ramp_lane(words: ModuleWords, inputs: Changes) -> Lane:
 
 
 def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane:
-    new = np.ones(len(values), bool)
-    new[1:] = values[1:] != values[:-1]
-    return Lane(name, group, changes.row[new], changes.time_ns[new], values[new].astype(np.int8))
+    is_new = np.ones(len(values), bool)
+    is_new[1:] = values[1:] != values[:-1]
+    return Lane(name, group, changes.row[is_new], changes.time_ns[is_new], values[is_new].astype(np.int8))
 
 
 def at_pixels(
@@ -127,6 +127,6 @@ def at_pixels(
     """
     span = max(1, end_ns - start_ns)
     pixel = (lane.time_ns - start_ns) * pixels // span
-    keep = np.ones(len(pixel), bool)
-    keep[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
-    return lane.time_ns[keep], lane.value[keep]
+    is_kept = np.ones(len(pixel), bool)
+    is_kept[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
+    return lane.time_ns[is_kept], lane.value[is_kept]

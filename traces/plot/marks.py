@@ -29,13 +29,13 @@ class Mark:
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
     """Return the marks of the events between two times, ends included, ordered by time, then by kind."""
-    result: list[Mark] = []
+    shown_marks: list[Mark] = []
     forced: object = None
     for event in events:
         mark = _mark(event, forced) if start_ns <= event.now_ns <= end_ns else None
-        result += [] if mark is None else [mark]
+        shown_marks += [] if mark is None else [mark]
         forced = event.fields.get("tags") if event.topic == "/forces" else forced
-    return sorted(result, key=lambda mark: (mark.time_ns, KINDS.index(mark.kind)))
+    return sorted(shown_marks, key=lambda mark: (mark.time_ns, KINDS.index(mark.kind)))
 
 
 def _mark(event: TraceEvent, forced: object) -> Mark | None:

@@ -36,8 +36,8 @@ class Packer:
         """Add the values of a block."""
         column = values.astype(self._kind)
         if self._differences:
-            last, column = column[-1:], np.diff(column, prepend=self._last)
-            self._last = last
+            last_value, column = column[-1:], np.diff(column, prepend=self._last)
+            self._last = last_value
         self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:

@@ -216,7 +216,7 @@ def _lane(lane: Lane) -> dict[str, object]:
 def _band(band: Band) -> dict[str, object]:
     """Return a band as data for the page: the rows with new values, and these as indexes of its texts."""
     codes = dict.fromkeys(band.value.tolist())
-    places = {code: place for place, code in enumerate(codes)}
+    places = {code: index for index, code in enumerate(codes)}
     return {
         "name": band.name,
         "rows": band.row.tolist(),

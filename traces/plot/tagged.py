@@ -49,12 +49,12 @@ class Choice:
         """Return the numbers of sequences and tags, for the heading of their panel."""
         sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
         tags = len(self.signals) - sequences
-        parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
+        texts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
         if self.left_out:
-            parts.append(f"{tags} of {tags + self.left_out:,} tags")
+            texts.append(f"{tags} of {tags + self.left_out:,} tags")
         elif tags:
-            parts.append(f"{tags} tag{'s' if tags > 1 else ''}")
-        return ", ".join(parts)
+            texts.append(f"{tags} tag{'s' if tags > 1 else ''}")
+        return ", ".join(texts)
 
 
 def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Sequence[str]) -> Choice:
@@ -73,8 +73,8 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
     if patterns:
         return _matching(catalog, tag_signals, patterns)
     if len(_fitting(tag_signals)) < len(tag_signals):
-        moving = _changing(trace, tag_signals, selection)
-        return Choice(shown_signals := _fitting(moving), len(tag_signals) - len(shown_signals))
+        moving_signals = _changing(trace, tag_signals, selection)
+        return Choice(shown_signals := _fitting(moving_signals), len(tag_signals) - len(shown_signals))
     return Choice(tag_signals, 0)
 
 
@@ -97,13 +97,13 @@ def _some(known: Sequence[Signal]) -> str:
 
 def _fitting(signals: Sequence[Signal]) -> list[Signal]:
     """Return the first signals, as many as stay legible on a chart."""
-    room = {True: CURVES_MAX, False: ROWS_MAX}
+    most_by_kind = {True: CURVES_MAX, False: ROWS_MAX}
     taken_count: Counter[bool] = Counter()
     fitting = []
     for signal in signals:
         is_curve = signal.kind is SignalKind.NUMBER
         taken_count[is_curve] += 1
-        if taken_count[is_curve] <= room[is_curve]:
+        if taken_count[is_curve] <= most_by_kind[is_curve]:
             fitting.append(signal)
     return fitting
 
@@ -147,31 +147,31 @@ class TagTracks(Generic[C]):
     def __init__(self, choice: Choice, outside: Signal, maker: Callable[[], CurveMaker[C]]) -> None:
         self._choice = choice
         self._outside = ChangeFinder(outside.read)
-        numbers = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
+        number_signals = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
         other_signals = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
-        self._curves = [(SteadyCheck(signal), maker()) for signal in numbers]
+        self._curves = [(SteadyCheck(signal), maker()) for signal in number_signals]
         self._steps = [(signal, ChangeFinder(signal.read)) for signal in other_signals]
 
     def add(self, block: Block) -> None:
         """Add a block."""
-        for steady, curve in self._curves:
-            values = steady.signal.read(block)
+        for check, curve in self._curves:
+            values = check.signal.read(block)
             curve.add(block.time_ns, values)
-            if steady.same:
-                steady.add(values)
+            if check.same:
+                check.add(values)
         for finder in (self._outside, *(finder for _, finder in self._steps)):
             finder.add(block)
 
     def panel(self, happened: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
-        moving = [(steady.signal, curve) for steady, curve in self._curves if not steady.same]
+        moving_curves = [(check.signal, curve) for check, curve in self._curves if not check.same]
         rows = [_lane(signal, finder.changes()) for signal, finder in self._steps]
         bands, steady_bands = _parted(row for row in rows if isinstance(row, Band))
         lanes, steady_lanes = _parted(row for row in rows if not isinstance(row, Band))
         outside = _bit("from outside", self._outside.changes())
         return Panel(
             None,
-            [(_title(signal), curve.curve()) for signal, curve in moving],
+            [(_title(signal), curve.curve()) for signal, curve in moving_curves],
             None,
             [outside, *lanes] if outside.value.any() else lanes,
             steady_lanes,
@@ -179,7 +179,7 @@ class TagTracks(Generic[C]):
             str(self._choice),
             bands,
             self._unchanged(steady_bands, steady_lanes),
-            [_title(signal) for signal, _ in moving if not signal.bits],
+            [_title(signal) for signal, _ in moving_curves if not signal.bits],
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
@@ -193,11 +193,11 @@ class TagTracks(Generic[C]):
 
 def _parted(rows: Iterable[L]) -> tuple[list[L], list[L]]:
     """Return the lanes that change, and the others."""
-    moving: list[L] = []
-    steady: list[L] = []
+    moving_rows: list[L] = []
+    steady_rows: list[L] = []
     for row in rows:
-        (steady if row.steady else moving).append(row)
-    return moving, steady
+        (steady_rows if row.steady else moving_rows).append(row)
+    return moving_rows, steady_rows
 
 
 def _number(steady: SteadyCheck) -> str:

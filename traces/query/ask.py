@@ -71,14 +71,14 @@ class _Reading:
         signals = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
         values = {name: signal.read(block) for name, signal in signals.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
-        rows_before, begins = self.stretches[0].rows, []
-        for stretches, holds in zip(self.stretches, self._question.conditions, strict=True):
-            begins.append(stretches.add(holds(scans)))
+        rows_before, first_rows = self.stretches[0].rows, []
+        for stretches, condition in zip(self.stretches, self._question.conditions, strict=True):
+            first_rows.append(stretches.add(condition(scans)))
         self.rows.add(scans.scan, scans.time_ns)
-        if self._shown and len(begins[0]):
-            self._begins.append(begins[0] + rows_before)
+        if self._shown and len(first_rows[0]):
+            self._begins.append(first_rows[0] + rows_before)
             for column, signal in zip(self._columns, self._shown, strict=True):
-                column.append(scans.column(signal)[begins[0]])
+                column.append(scans.column(signal)[first_rows[0]])
 
     def shown(self, rows: NDArray[np.int64]) -> Iterator[Mapping[str, Any]]:
         """Yield the values of the shown signals in some rows at which the first condition begins to hold."""
@@ -94,8 +94,8 @@ class _Reading:
 def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
     if not len(occurrences):
         return slice(0)
-    place = int(pick(lengths(occurrences, rows)))
-    return slice(place, place + 1)
+    index = int(pick(lengths(occurrences, rows)))
+    return slice(index, index + 1)
 
 
 _PICKS: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {

@@ -48,19 +48,19 @@ class Scans:
 
     def after_last(self, key: object, values: Column, find: Callable[[Any], Condition]) -> Condition:
         """Apply an operator that compares each scan with the previous one, across blocks, too."""
-        last, self.memory[key] = self.memory.get(key), values[-1:]
-        return find(values) if last is None else find(joined((last, values)))[1:]
+        last_before, self.memory[key] = self.memory.get(key), values[-1:]
+        return find(values) if last_before is None else find(joined((last_before, values)))[1:]
 
     def held(self, key: object, condition: Condition, least_ns: int) -> Condition:
         """Apply `held`; a stretch may have begun in an earlier block."""
         if not len(condition):
             return condition
         since_ns = since(condition, self.time_ns)
-        if condition[0] and (begun := self.memory.get(key)) is not None:
-            since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun
+        if condition[0] and (begun_ns := self.memory.get(key)) is not None:
+            since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun_ns
         self.memory[key] = int(since_ns[-1]) if condition[-1] else None
-        result: Condition = condition & (self.time_ns - since_ns >= least_ns)
-        return result
+        is_held: Condition = condition & (self.time_ns - since_ns >= least_ns)
+        return is_held
 
 
 def joined(parts: Sequence[Any]) -> Any:
@@ -79,9 +79,9 @@ def rose(condition: Condition) -> Condition:
     >>> rose(np.array([True, False, True, True])).tolist()
     [False, False, True, False]
     """
-    result = np.zeros(len(condition), bool)
-    np.greater(condition[1:], condition[:-1], out=result[1:])
-    return result
+    has_risen = np.zeros(len(condition), bool)
+    np.greater(condition[1:], condition[:-1], out=has_risen[1:])
+    return has_risen
 
 
 def fell(condition: Condition) -> Condition:
@@ -93,17 +93,17 @@ def changed(values: Column) -> Condition:
     """Return where a value differs from the previous scan; never in the first scan."""
     if isinstance(values, Numbers):
         return numbers.changed(values)
-    result = np.zeros(len(values), bool)
-    np.not_equal(values[1:], values[:-1], out=result[1:])
-    return result
+    has_changed = np.zeros(len(values), bool)
+    np.not_equal(values[1:], values[:-1], out=has_changed[1:])
+    return has_changed
 
 
 def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -> Condition:
     """Compare two conditions, or two columns of numbers; false where either side has no value."""
     if isinstance(left, Numbers) and isinstance(right, Numbers):
         return numbers.compared(operator, left, right)
-    result: Condition = operator(left, right)
-    return result
+    holds: Condition = operator(left, right)
+    return holds
 
 
 def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -112,6 +112,6 @@ def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]
     >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
     [0, 0, 0, 6]
     """
-    begins = condition.copy()
-    begins[1:] &= ~condition[:-1]
-    return time_ns[np.maximum.accumulate(np.where(begins, np.arange(len(condition)), 0))]
+    is_begin = condition.copy()
+    is_begin[1:] &= ~condition[:-1]
+    return time_ns[np.maximum.accumulate(np.where(is_begin, np.arange(len(condition)), 0))]

@@ -68,14 +68,14 @@ def joined(
 
 def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...]) -> Expression:
     """Make a condition from several conditions."""
-    for part in parts:
-        want(part, Type.CONDITION)
-    signals = tuple(signal for part in parts for signal in part.signals)
+    for condition in parts:
+        want(condition, Type.CONDITION)
+    signals = tuple(signal for term in parts for signal in term.signals)
     return Expression(
         Type.CONDITION,
         parts[0].column,
         parts[0].text,
-        lambda scans: reduce(operator, (part.evaluate(scans) for part in parts)),
+        lambda scans: reduce(operator, (term.evaluate(scans) for term in parts)),
         signals,
     )
 

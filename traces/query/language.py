@@ -206,8 +206,8 @@ class _Builder(Transformer[Token, Any]):
     # -- numbers and times --------------------------------------------------------------------------
 
     def arithmetic(self, left: Expression, sign: Token, right: Expression) -> Expression:
-        for part in (left, right):
-            refuse_condition(part, str(sign))
+        for operand in (left, right):
+            refuse_condition(operand, str(sign))
         if sign == "*":
             want(right, Type.NUMBER, "*")
             want(left, Type.NUMBER, "*")

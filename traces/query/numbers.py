@@ -58,8 +58,8 @@ def numbers(values: Array) -> Numbers:
     ([18446744073709551615, 1], [1.5, None])
     """
     if values.dtype.kind == "f":
-        wide = values.astype(np.float64)
-        return Numbers(wide, np.isnan(wide))
+        floats = values.astype(np.float64)
+        return Numbers(floats, np.isnan(floats))
     return Numbers(_narrow(values), np.zeros(len(values), bool))
 
 
@@ -84,8 +84,8 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
     none = left.none | right.none
     if not (left.are_whole and right.are_whole):
         with np.errstate(all="ignore"):
-            result = operator(_floats(left), _floats(right))
-        return Numbers(result, none | np.isnan(result))
+            values = operator(_floats(left), _floats(right))
+        return Numbers(values, none | np.isnan(values))
     if _fits(operator, left.values, right.values):
         return Numbers(operator(left.values, right.values), none)
     return Numbers(_narrow(operator(left.values.astype(object), right.values.astype(object))), none)
@@ -103,8 +103,8 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
     kinds = {operand.dtype.kind for operand in values}
     if len(kinds) > 1 and not ("O" not in kinds and all(map(_exact_as_float, values))):
         values = values[0].astype(object), values[1].astype(object)
-    result: Condition = operator(*values).astype(bool)
-    return result & ~(left.none | right.none)
+    holds: Condition = operator(*values).astype(bool)
+    return holds & ~(left.none | right.none)
 
 
 def negated(numbers: Numbers) -> Numbers:
@@ -130,17 +130,17 @@ def changed(numbers: Numbers) -> Condition:
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
     """
-    result = np.zeros(len(numbers), bool)
+    has_changed = np.zeros(len(numbers), bool)
     current, previous = numbers[1:], numbers[:-1]
-    result[1:] = compared(ne, current, previous) | (current.none != previous.none)
-    return result
+    has_changed[1:] = compared(ne, current, previous) | (current.none != previous.none)
+    return has_changed
 
 
 def _narrow(values: Array) -> Array:
     """Return integers as int64 if they all fit, else as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
-        fits = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
-        return values.astype(np.int64) if fits else values.astype(object)
+        fits_int64 = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
+        return values.astype(np.int64) if fits_int64 else values.astype(object)
     return values.astype(np.int64)
 
 

@@ -58,10 +58,10 @@ class Stretches:
 
     def add(self, condition: Condition) -> Rows:
         """Add a block; return the rows of the block in which the condition begins to hold."""
-        differs = np.empty(len(condition), bool)
-        differs[:1] = condition[:1] != self._holds
-        np.not_equal(condition[1:], condition[:-1], out=differs[1:])
-        changes = np.flatnonzero(differs)
+        is_different = np.empty(len(condition), bool)
+        is_different[:1] = condition[:1] != self._holds
+        np.not_equal(condition[1:], condition[:-1], out=is_different[1:])
+        changes = np.flatnonzero(is_different)
         self._changes.append(changes + self.rows)
         self._holds = bool(condition[-1]) if len(condition) else self._holds
         self.rows += len(condition)
@@ -90,22 +90,22 @@ Pattern = Callable[[Sequence[Stretches], RowIndex], Occurrences]
 def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
     """Find the stretches in which a condition holds."""
     (condition,) = conditions
-    first, end = condition.first, condition.end
-    still = len(first) - len(end)  # 1 if the condition holds in the last scan, else 0
-    still_rows = [condition.rows - 1] * still
-    open_ = np.zeros(len(first), bool)
-    open_[len(first) - still :] = True
-    last, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
-    return Occurrences(first, last, end, open_)
+    first_rows, end = condition.first, condition.end
+    open_count = len(first_rows) - len(end)  # 1 if the condition holds in the last scan, else 0
+    still_rows = [condition.rows - 1] * open_count
+    open_ = np.zeros(len(first_rows), bool)
+    open_[len(first_rows) - open_count :] = True
+    last_rows, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
+    return Occurrences(first_rows, last_rows, end, open_)
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
     """Find each beginning of a cause that an effect follows in a later scan, within the time."""
     answers = _answers(*conditions)
-    answered = ~answers.open
+    is_answered = ~answers.open
     if within_ns is not None:
-        answered &= lengths(answers, rows) <= within_ns
-    return answers.some(np.flatnonzero(answered))
+        is_answered &= lengths(answers, rows) <= within_ns
+    return answers.some(np.flatnonzero(is_answered))
 
 
 def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
@@ -119,16 +119,16 @@ def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> 
 
 def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
     """Find each beginning of a cause, with the first later scan with the effect, else the last scan."""
-    first, count = cause.first, cause.rows
-    ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
-    begins = np.append(effect.first, count)
-    answer = np.maximum(first + 1, begins[np.searchsorted(ends, first + 1, "right")])
+    first_rows, count = cause.first, cause.rows
+    effect_ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
+    effect_begins = np.append(effect.first, count)
+    answer = np.maximum(first_rows + 1, effect_begins[np.searchsorted(effect_ends, first_rows + 1, "right")])
     open_ = answer >= count
-    last = np.where(open_, count - 1, answer)
-    return Occurrences(first, last, last, open_)
+    last_rows = np.where(open_, count - 1, answer)
+    return Occurrences(first_rows, last_rows, last_rows, open_)
 
 
 def lengths(occurrences: Occurrences, rows: RowIndex) -> Rows:
     """Return the durations of occurrences, ns."""
-    result: Rows = rows.time_ns(occurrences.end) - rows.time_ns(occurrences.first)
-    return result
+    lengths_ns: Rows = rows.time_ns(occurrences.end) - rows.time_ns(occurrences.first)
+    return lengths_ns

@@ -39,15 +39,15 @@ class EvenSteps:
 
     def at(self, rows: Column) -> Column:
         """Return the values in some rows, given in order."""
-        begins, values, steps = (
+        block_begins, values, steps = (
             np.array(column, np.int64) for column in (self._begins, self._values, self._steps)
         )
-        block = np.searchsorted(begins, rows, "right") - 1
-        result: Column = values[block] + (rows - begins[block]) * steps[block]
+        block = np.searchsorted(block_begins, rows, "right") - 1
+        row_values: Column = values[block] + (rows - block_begins[block]) * steps[block]
         for number, uneven in self._uneven.items():
             own_rows = slice(*np.searchsorted(block, (number, number + 1)))
-            result[own_rows] = uneven[rows[own_rows] - begins[number]]
-        return result
+            row_values[own_rows] = uneven[rows[own_rows] - block_begins[number]]
+        return row_values
 
 
 class RowIndex:

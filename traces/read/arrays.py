@@ -43,12 +43,14 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
         selection: the scans to read; if there are none, the columns are empty.
         tags: also read recorded tags: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
-    parts = []
+    blocks = []
     for columns in column_chunks(trace, selection, tags=tags):
         start, stop = selection.rows(columns)
-        parts.append(columns.rows(start, max(start, stop)))
+        blocks.append(columns.rows(start, max(start, stop)))
     plan = trace.head.tags if tags else None
-    return join(parts) if parts else no_columns(trace.head.layout.words, None if plan is None else plan.dtype)
+    return (
+        join(blocks) if blocks else no_columns(trace.head.layout.words, None if plan is None else plan.dtype)
+    )
 
 
 def column_chunks(
@@ -61,17 +63,19 @@ def column_chunks(
         margin: number of additional scans before and after them, if the trace has them.
     """
     for section in _needed(trace, selection, margin):
-        parts = trace.scan_rows(section)
-        if parts:
-            yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts), tags=tags)
+        row_arrays = trace.scan_rows(section)
+        if row_arrays:
+            yield _columns(row_arrays[0] if len(row_arrays) == 1 else np.concatenate(row_arrays), tags=tags)
 
 
 def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
     """Iterate over the scans and events of all chunks, some without scans; each chunk is read once."""
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
-        parts, events = trace.scans_and_events(section)
-        joined_parts = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
+        row_arrays, events = trace.scans_and_events(section)
+        joined_parts = (
+            row_arrays[0] if len(row_arrays) == 1 else np.concatenate(row_arrays) if row_arrays else None
+        )
         yield nothing if joined_parts is None else _columns(joined_parts), events
 
 
@@ -88,34 +92,38 @@ def scan_at(trace: Trace, number: int) -> Scan:
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):
-            place = int(np.searchsorted(rows["scan"], number))
-            if place < len(rows) and rows["scan"][place] == number:
-                return next(trace.as_scans(rows[place : place + 1]))
-    ends = extent(trace)
-    content = f"it holds {ends.scan[0]} to {ends.scan[1]}" if len(ends.scan) else "it has none at all"
+            row = int(np.searchsorted(rows["scan"], number))
+            if row < len(rows) and rows["scan"][row] == number:
+                return next(trace.as_scans(rows[row : row + 1]))
+    edge_scans = extent(trace)
+    content = (
+        f"it holds {edge_scans.scan[0]} to {edge_scans.scan[1]}"
+        if len(edge_scans.scan)
+        else "it has none at all"
+    )
     raise ValueError(f"the trace has no scan {number}; {content}")
 
 
 def extent(trace: Trace) -> Columns:
     """Return the first and the last scan of a trace as two rows; no rows for a trace without scans."""
-    ends = [trace.edge(last=last) for last in (False, True)]
-    parts = [_columns(rows) for rows in ends if rows is not None]
-    return join(parts) if parts else no_columns(trace.head.layout.words)
+    edge_rows = [trace.edge(last=at_end) for at_end in (False, True)]
+    edge_columns = [_columns(rows) for rows in edge_rows if rows is not None]
+    return join(edge_columns) if edge_columns else no_columns(trace.head.layout.words)
 
 
 def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:
     """Return the sections with the requested scans and the margins."""
     sections, end_ns = trace.sections, selection.end_ns
-    low, high = 0, len(sections)
-    while low < high and sections[low].end_ns < selection.start_ns:
-        low += 1
-    while low < high and end_ns is not None and sections[high - 1].start_ns > end_ns:
-        high -= 1
+    first_section, end_section = 0, len(sections)
+    while first_section < end_section and sections[first_section].end_ns < selection.start_ns:
+        first_section += 1
+    while first_section < end_section and end_ns is not None and sections[end_section - 1].start_ns > end_ns:
+        end_section -= 1
     if selection.first:
-        low = max(low, trace.place_of(selection.first))
+        first_section = max(first_section, trace.place_of(selection.first))
     if selection.last is not None:
-        high = min(high, trace.place_of(selection.last) + 1)
-    return sections[_back(trace, low, margin) : _ahead(trace, high, margin)]
+        end_section = min(end_section, trace.place_of(selection.last) + 1)
+    return sections[_back(trace, first_section, margin) : _ahead(trace, end_section, margin)]
 
 
 def _back(trace: Trace, place: int, margin: int) -> int:

@@ -88,7 +88,7 @@ class ChangeRows:
         self._tag_row = b""
         layout = block_layout(slots)
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
-        reporting = (_reporting(slot, place.inputs.start) for slot, place in self._slots)
+        reporting = (_reporting(slot, slot_place.inputs.start) for slot, slot_place in self._slots)
         self._reporting = [report for report in reporting if report is not None]
         self._flag_names = flag_names
         self._every = every
@@ -126,19 +126,19 @@ class ChangeRows:
             inside: mask of the scans that are shown as rows.
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
-        changed, folded, moved = self._compared(scans)
-        kept_places, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
+        is_changed, is_folded, moved_reports = self._compared(scans)
+        kept_places, is_folded = np.flatnonzero(inside & is_changed & ~is_folded), is_folded & inside
         befores = as_scans(scans[np.maximum(kept_places - 1, 0)])
         start = 0
-        for place, scan_before, scan in zip(
+        for row_index, scan_before, scan in zip(
             kept_places.tolist(), befores, as_scans(scans[kept_places]), strict=True
         ):
-            self._fold_all(folded, moved, slice(start, place))
-            if place:
+            self._fold_all(is_folded, moved_reports, slice(start, row_index))
+            if row_index:
                 self.skip(scan_before)
             yield from self.rows(scan)
-            start = place
-        self._fold_all(folded, moved, slice(start, len(scans)))
+            start = row_index
+        self._fold_all(is_folded, moved_reports, slice(start, len(scans)))
         self.skip(next(as_scans(scans[-1:])))
 
     def _compared(
@@ -151,26 +151,26 @@ class ChangeRows:
             scans whose position or count differs.
         """
         words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
-        differs = np.zeros(words.shape, bool)
-        differs[1:] = words[1:] != words[:-1]
+        is_different = np.zeros(words.shape, bool)
+        is_different[1:] = words[1:] != words[:-1]
         flags = np.ones(len(scans), bool)
         flags[1:] = scans["flags"][1:] != scans["flags"][:-1]
         tags = np.zeros(len(scans), bool) if self._tags is None else self._tags.changed(scans[FIELD])
-        changed = differs.any(axis=1) | flags | tags
-        counted = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
+        is_changed = is_different.any(axis=1) | flags | tags
+        report_columns = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
         configured = np.zeros(len(scans), bool)
         for report in self._reporting:
             configured |= words[:, report.status // 2] < 0  # MODE_CONFIG is bit 15
             for name, span in report.spans.items():
-                counted[name][span.start // 2 : span.stop // 2] = True
-        kept_rows = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
-        folded = changed & ~(kept_rows | flags | configured | tags)
+                report_columns[name][span.start // 2 : span.stop // 2] = True
+        kept_rows = is_different[:, ~np.logical_or.reduce(list(report_columns.values()))].any(axis=1)
+        is_folded = is_changed & ~(kept_rows | flags | configured | tags)
         if self._every:
-            folded[:] = False
+            is_folded[:] = False
         return (
-            changed,
-            folded,
-            {name: np.any(differs[:, columns], axis=1) for name, columns in counted.items()},
+            is_changed,
+            is_folded,
+            {name: np.any(is_different[:, columns], axis=1) for name, columns in report_columns.items()},
         )
 
     def _fold_all(
@@ -180,8 +180,8 @@ class ChangeRows:
         count = int(np.count_nonzero(folded[span]))
         if count:
             self._folded += count
-            for name, differs in moved.items():
-                self._folded_what[name] |= bool((folded[span] & differs[span]).any())
+            for name, is_different in moved.items():
+                self._folded_what[name] |= bool((folded[span] & is_different[span]).any())
 
     def skip(self, scan: Scan) -> None:
         """Remember the values of a scan that is not shown."""
@@ -191,7 +191,7 @@ class ChangeRows:
         """Yield a row with the number of scans folded since the last row, if any, and reset it."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
-            names = " and ".join(name for name, changed in self._folded_what.items() if changed)
+            names = " and ".join(name for name, is_moved in self._folded_what.items() if is_moved)
             text = f"... {self._folded:,} {scans} in which only the {names} changed"
             yield Row(None, None, None, "", None, None, text)
             self._folded = 0
@@ -218,11 +218,11 @@ class ChangeRows:
 
     def _found(self, scan: Scan) -> Iterator[Row]:
         if scan.flags != self._flags:
-            old: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
-            text = risen_and_fallen(old, self._flag_names(scan.flags))
+            old_names: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
+            text = risen_and_fallen(old_names, self._flag_names(scan.flags))
             yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
-        for slot, place in self._slots:
-            for direction, image in (("in", place.inputs), ("out", place.outputs)):
+        for slot, slot_places in self._slots:
+            for direction, image in (("in", slot_places.inputs), ("out", slot_places.outputs)):
                 if scan.memory[image] != self._memory[image]:
                     yield self._row(scan, slot, direction, image)
 

@@ -73,7 +73,7 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
     table = {
         "names": list(fields),
         "formats": list(fields.values()),
-        "offsets": [place.whole.start for place in layout.places.values()],
+        "offsets": [slot_places.whole.start for slot_places in layout.places.values()],
         "itemsize": layout.size,
     }
     return words.view(np.dtype(table))[:, 0]  # type: ignore[call-overload]
@@ -103,9 +103,9 @@ class Selection:
 
     def has(self, scan: Any, time_ns: Any) -> Any:
         """Return whether the selection includes a scan; for columns, a column of answers."""
-        after = (scan >= self.first) & (time_ns >= self.start_ns)
+        after_start = (scan >= self.first) & (time_ns >= self.start_ns)
         until_end = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
-        return after & until_end
+        return after_start & until_end
 
     def says(self) -> str:
         """Return the selection as text, for a message.
@@ -113,11 +113,11 @@ class Selection:
         >>> Selection(first=5, end_ns=2_500_000_000).says()
         'scans from 5, time up to 2.5 s'
         """
-        parts = [
+        phrases = [
             _range("scans", self.first, self.last, 1, ""),
             _range("time", self.start_ns, self.end_ns, 1e9, " s"),
         ]
-        return ", ".join(part for part in parts if part) or "all scans"
+        return ", ".join(phrase for phrase in phrases if phrase) or "all scans"
 
 
 ALL = Selection()
@@ -134,7 +134,7 @@ def _beyond(column: NDArray[np.int64], value: int | None) -> int:
 def _range(kind: str, low: int, high: int | None, unit: float, suffix: str) -> str:
     if not low and high is None:
         return ""
-    since, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
+    low_text, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
     if high is None:
-        return f"{kind} from {since}"
-    return f"{kind} {since} to {until}" if low else f"{kind} up to {until}"
+        return f"{kind} from {low_text}"
+    return f"{kind} {low_text} to {until}" if low else f"{kind} up to {until}"

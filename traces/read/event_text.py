@@ -46,7 +46,7 @@ def _rule(scan: int, fields: Mapping[str, object]) -> str:
     bits = fields.get("bits")
     names = " ".join(map(str, bits)) if isinstance(bits, list) and bits else "rule"
     chapter = str(fields.get("section", "")).partition(",")[0]
-    source = ", ".join(part for part in (str(fields.get("name", "")), chapter) if part)
+    source = ", ".join(source_part for source_part in (str(fields.get("name", "")), chapter) if source_part)
     return f"{names} at scan {scan}: {_clause(str(fields.get('text', '')))} [{source}]"
 
 

@@ -189,9 +189,9 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
     """Return the stated CRC of all data in a file; 0 = no CRC is stated, None = the data have no end."""
-    ends = [span for span in spans if span.opcode == Opcode.DATA_END]
+    data_ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
-        return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
+        return read_record(file, data_ends[-1], DataEnd.read).data_section_crc if data_ends else None
     except TraceError:
         return None
 
@@ -224,17 +224,17 @@ def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
     """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
     overlap = b""
     file.seek(start + _CHUNK_NAME)
-    place = start + _CHUNK_NAME
+    data_start = start + _CHUNK_NAME
     while data := overlap + file.read(_SEARCH_BYTES):
         for match in _COMPRESSION.finditer(data):
-            offset = place + match.start() - _CHUNK_NAME
+            offset = data_start + match.start() - _CHUNK_NAME
             if _is_chunk(file, size, offset):
                 return offset
         if len(data) == len(overlap):
             break
         overlap = data[-_COMPRESSION_BYTES_MAX:]
-        place += len(data) - len(overlap)
-        file.seek(place + len(overlap))
+        data_start += len(data) - len(overlap)
+        file.seek(data_start + len(overlap))
     return None
 
 

@@ -93,8 +93,10 @@ def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Chan
             yield read_record(file, span, Channel.read)
     opcodes = [span.opcode for span in spans]
     if Opcode.CHANNEL not in opcodes and Opcode.CHUNK in opcodes:
-        first = spans[opcodes.index(Opcode.CHUNK)]
-        yield from (record for record in read_chunk(file, first) if isinstance(record, Schema | Channel))
+        first_chunk = spans[opcodes.index(Opcode.CHUNK)]
+        yield from (
+            record for record in read_chunk(file, first_chunk) if isinstance(record, Schema | Channel)
+        )
 
 
 def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:

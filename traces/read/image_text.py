@@ -34,18 +34,18 @@ def output_wording(before: Words, after: Words) -> str:
     if after[0] & _MODE_CONFIG:
         return _configuration(after)
     names = bit_names(CommandMsw, after[0]) + bit_names(CommandLsw, after[1])
-    parts = [" ".join(names) or "no command"]
+    phrases = [" ".join(names) or "no command"]
     if after[1] & _OTHER_USE:
-        parts.append("words 2 to 7: " + " ".join(map(str, after[2:])))
-        return ", ".join(parts)
+        phrases.append("words 2 to 7: " + " ".join(map(str, after[2:])))
+        return ", ".join(phrases)
     if before[0] & _MODE_CONFIG:
         before = (0,) * len(after)  # a configuration can't be compared with parameters
     is_given = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
         if values != [before[word] for word in words] or (is_given and any(values)):
-            parts.append(f"{name} {_value(values)}")
-    return ", ".join(parts)
+            phrases.append(f"{name} {_value(values)}")
+    return ", ".join(phrases)
 
 
 _PARAMETERS: Mapping[str, tuple[int, ...]] = {
@@ -64,8 +64,10 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
-    changed = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
-    text = " ".join(filter(None, (changed, _further_inputs(before, after, has_bits=bool(changed)))))
+    changed_names = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
+    text = " ".join(
+        filter(None, (changed_names, _further_inputs(before, after, has_bits=bool(changed_names))))
+    )
     if text or list(before[:2]) == list(after[:2]):
         return text
     return f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h"
@@ -84,8 +86,8 @@ def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
     """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
-    first, *units = words[quantity.word : quantity.word + quantity.words]
-    return (quantity.format or NumberFormat.THOUSANDS).reported(first, units[0]) if units else first
+    first_word, *units = words[quantity.word : quantity.word + quantity.words]
+    return (quantity.format or NumberFormat.THOUSANDS).reported(first_word, units[0]) if units else first_word
 
 
 def moded_wording(
@@ -109,16 +111,16 @@ def moded_wording(
         before = (0,) * len(after)  # a configuration can't be compared with commands
     names_before, names_after = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [
+    phrases = [
         " ".join(names_after) or "no command" if is_output else risen_and_fallen(names_before, names_after)
     ]
     is_new = is_output and len(set(names_after) - set(names_before)) > 0
     for quantity in module.quantities_in(direction):
         places = slice(quantity.word, quantity.word + quantity.words)
-        changed = list(after[places]) != list(before[places])
-        if not quantity.counts and (changed or (is_new and any(after[places]))):
-            parts.append(f"{quantity.name} {value(quantity, after):,}")
-    return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
+        is_changed = list(after[places]) != list(before[places])
+        if not quantity.counts and (is_changed or (is_new and any(after[places]))):
+            phrases.append(f"{quantity.name} {value(quantity, after):,}")
+    return ", ".join(filter(None, [*phrases, _unnamed(module, direction, before, after)]))
 
 
 def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
@@ -162,7 +164,9 @@ def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
     'b 2 -> -3'
     """
     return ", ".join(
-        f"{name} {old} -> {new}" for name, old, new in zip(names, before, after, strict=True) if old != new
+        f"{name} {old_word} -> {new_word}"
+        for name, old_word, new_word in zip(names, before, after, strict=True)
+        if old_word != new_word
     )
 
 
@@ -172,9 +176,9 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
     >>> risen_and_fallen(["A", "B"], ["B", "C"])
     '+C -A'
     """
-    risen = [f"+{name}" for name in after if name not in before]
+    risen_names = [f"+{name}" for name in after if name not in before]
     fallen = [f"-{name}" for name in before if name not in after]
-    return " ".join(risen + fallen)
+    return " ".join(risen_names + fallen)
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
@@ -202,13 +206,13 @@ def module_text(
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
     names, named_bits = slot.words.named(direction), _named_bits(slot.words, direction)
-    changed = [
+    word_changes = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
         for word, bits in named_bits.items()
         if before[word] != after[word]
     ]
-    plain = _plain_words(slot.words, direction, named_bits.keys(), before, after)
-    return ", ".join(filter(None, [*changed, plain]))
+    word_texts = _plain_words(slot.words, direction, named_bits.keys(), before, after)
+    return ", ".join(filter(None, [*word_changes, word_texts]))
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
@@ -219,15 +223,15 @@ def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
 
 def _configuration(words: Words) -> str:
     """Describe an output image in configuration mode [chapter 3]."""
-    active = " ".join(bit_names(InputBit, words[1])) or "none"
-    parts = [
+    active_names = " ".join(bit_names(InputBit, words[1])) or "none"
+    phrases = [
         " ".join(bit_names(ConfigMsw, words[0])),
-        f"active high {active}",
+        f"active high {active_names}",
         f"starting speed {_value(words[2:4])}",
     ]
     if any(words[4:]):
-        parts.append("words 4 to 7: " + " ".join(map(str, words[4:])))
-    return ", ".join(parts)
+        phrases.append("words 4 to 7: " + " ".join(map(str, words[4:])))
+    return ", ".join(phrases)
 
 
 def _value(words: Words) -> str:

@@ -24,21 +24,21 @@ EVENTS = 8
 
 def short_text(trace: Trace) -> str:
     """Return a trace as short text for a terminal: `<Trace 'feeder': scans 0 to 19,999>`."""
-    first, last = trace.edge(last=False), trace.edge(last=True)
+    first_scan, last_scan = trace.edge(last=False), trace.edge(last=True)
     name = trace.head.metadata.get("name", "")
-    if first is None or last is None:
+    if first_scan is None or last_scan is None:
         return f"<Trace {name!r}: no scan>"
-    return f"<Trace {name!r}: scans {int(first['scan'][0]):,} to {int(last['scan'][0]):,}>"
+    return f"<Trace {name!r}: scans {int(first_scan['scan'][0]):,} to {int(last_scan['scan'][0]):,}>"
 
 
 def as_html(trace: Trace) -> str:
     """Return a trace as HTML of at most about 20 kB, however long the trace is."""
     name = trace.head.metadata.get("name") or "trace"
-    first, last = trace.edge(last=False), trace.edge(last=True)
-    if first is None or last is None:
+    first_scan, last_scan = trace.edge(last=False), trace.edge(last=True)
+    if first_scan is None or last_scan is None:
         return card(name, line("no scan"))
-    scans = int(last["scan"][0]) - int(first["scan"][0]) + 1
-    length = seconds(int(last["log_time"][0]) - int(first["log_time"][0]))
+    scans = int(last_scan["scan"][0]) - int(first_scan["scan"][0]) + 1
+    length = seconds(int(last_scan["log_time"][0]) - int(first_scan["log_time"][0]))
     return card(name, line(f"{scans:,} scans, {length} s"), _way(trace), _events(trace))
 
 
@@ -54,12 +54,12 @@ def _way(trace: Trace) -> str:
 
 def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
     """Return positions at even distances; in a long trace at most one scan of each part is read."""
-    parts = trace.sections[:: max(1, len(trace.sections) // POINTS)]
-    points_per_block = max(1, POINTS // max(len(parts), 1))
+    sections = trace.sections[:: max(1, len(trace.sections) // POINTS)]
+    points_per_block = max(1, POINTS // max(len(sections), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
     assert position is not None
     positions: list[int] = []
-    for section in parts:
+    for section in sections:
         for block in trace.scan_rows(section):
             for scan in trace.as_scans(block[:: max(1, len(block) // points_per_block)]):
                 words = list(scan.inputs(slot.number))

@@ -50,14 +50,14 @@ class NumberFormats:
         slot = fields.get("slot")
         if fields.get("kind") != KIND or not isinstance(slot, int):
             return
-        for is_input, name, since in ((True, "reads", scan), (False, "writes", scan - 1)):
+        for is_input, name, first_scan in ((True, "reads", scan), (False, "writes", scan - 1)):
             format = _FORMATS.get(str(fields.get(name)))
             if format is not None:
                 scans, formats = self._changes.setdefault((slot, is_input), ([], []))
-                place = bisect_left(scans, since)
-                is_same = int(scans[place : place + 1] == [since])
-                scans[place : place + is_same] = [since]
-                formats[place : place + is_same] = [format]
+                index = bisect_left(scans, first_scan)
+                is_same = int(scans[index : index + 1] == [first_scan])
+                scans[index : index + is_same] = [first_scan]
+                formats[index : index + is_same] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
         """Return all changes: slot, "I" or "O", first scan, and format."""
@@ -72,13 +72,13 @@ class NumberFormats:
         if quantity.format is not None:
             return quantity.format
         scans, formats = self._changes.get((slot, quantity.image in INPUT), ([], []))
-        place = bisect_right(scans, scan)
-        return formats[place - 1] if place else NumberFormat.THOUSANDS
+        index = bisect_right(scans, scan)
+        return formats[index - 1] if index else NumberFormat.THOUSANDS
 
     def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
         """Return a quantity in the signed words of its image in a scan."""
-        first, *units = words[quantity.word : quantity.word + quantity.words]
-        return self.at(slot, quantity, scan).reported(first, units[0]) if units else first
+        first_word, *units = words[quantity.word : quantity.word + quantity.words]
+        return self.at(slot, quantity, scan).reported(first_word, units[0]) if units else first_word
 
     def reader(self, slot: int, scan: int) -> Callable[[Quantity, Sequence[int]], int]:
         """Return `value` for the words of a slot in a scan."""
@@ -93,17 +93,19 @@ class NumberFormats:
             words: the words of its image, a row per scan.
         """
         values = np.empty(len(words))
-        first, second = words[:, quantity.word], words[:, quantity.word + 1]
-        for part, format in self._parts(slot, quantity, scans):
-            values[part] = format.reported_all(first[part], second[part])
+        first_words, second_words = words[:, quantity.word], words[:, quantity.word + 1]
+        for row_slice, format in self._parts(slot, quantity, scans):
+            values[row_slice] = format.reported_all(first_words[row_slice], second_words[row_slice])
         return values
 
     def _parts(
         self, slot: int, quantity: Quantity, scans: NDArray[np.int64]
     ) -> Iterator[tuple[slice, NumberFormat]]:
         """Yield successive parts of some scans with their formats."""
-        since = [] if quantity.format else self._changes.get((slot, quantity.image in INPUT), ([], []))[0]
-        edges = [0, *np.searchsorted(scans, since).tolist(), len(scans)]
+        change_scans = (
+            [] if quantity.format else self._changes.get((slot, quantity.image in INPUT), ([], []))[0]
+        )
+        edges = [0, *np.searchsorted(scans, change_scans).tolist(), len(scans)]
         for start, stop in pairwise(edges):
             if start < stop:
                 yield slice(start, stop), self.at(slot, quantity, int(scans[start]))

@@ -151,28 +151,28 @@ class Records:
         if size <= self.size or not self._of_the_end:
             return False
         end_before = self.spans[-1].end if self.spans else 0
-        again = self._last_chunk()  # new records may belong to it
-        size, self.spans, notes = self._found(size, self.spans[:again])
+        first_span = self._last_chunk()  # new records may belong to it
+        size, self.spans, notes = self._found(size, self.spans[:first_span])
         self.notes = [note for note in self.notes if note not in self._of_the_end]
         self.notes += [note for note in notes if note not in self.notes]
         self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
-        first = self.spans[again].offset if again < len(self.spans) else size
-        self.sections = [section for section in self.sections if section.span.offset < first]
-        self.sections += find_sections(self.file, self.spans[again:])
+        first_offset = self.spans[first_span].offset if first_span < len(self.spans) else size
+        self.sections = [section for section in self.sections if section.span.offset < first_offset]
+        self.sections += find_sections(self.file, self.spans[first_span:])
         return bool(self.spans) and self.spans[-1].end > end_before
 
     def _last_chunk(self) -> int:
         """Return the place of the last chunk among the records, 0 without one."""
         places = range(len(self.spans) - 1, -1, -1)
-        return next((place for place in places if self.spans[place].opcode == Opcode.CHUNK), 0)
+        return next((index for index in places if self.spans[index].opcode == Opcode.CHUNK), 0)
 
     def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
         """Return the size of the file without a draft, its records, and its defects."""
         if self._grows:
             self.file.seek(0, os.SEEK_END)  # drops buffered data, which a chunk may have replaced
         spans, notes = find_records(self.file, size, known, drafts=not self._grows)
-        cut = bool(notes) and notes[-1] == UNDER_WAY
-        return (spans[-1].end if cut and spans else size), spans, notes
+        is_under_way = bool(notes) and notes[-1] == UNDER_WAY
+        return (spans[-1].end if is_under_way and spans else size), spans, notes
 
     def parts(self, section: Section) -> list[Part] | None:
         """Split a section into parts; note a damaged section and return None.
@@ -255,9 +255,11 @@ class Trace(Records):
         size, grown = self.size, super().follow()
         self._leave_out_repeated()
         if self.size > size:
-            last = len(self.sections)
+            section_count = len(self.sections)
             self._firsts = {
-                place: first for place, first in self._firsts.items() if first < _NO_SCAN and place < last
+                section_index: first_number
+                for section_index, first_number in self._firsts.items()
+                if first_number < _NO_SCAN and section_index < section_count
             }
             self._note_where_it_ends()
         return grown
@@ -269,8 +271,8 @@ class Trace(Records):
             has_span = section.is_chunk and section.start_ns < section.end_ns
             key = (section.start_ns, section.end_ns, section.size) if has_span else (section.span.offset,)
             if kept_sections.setdefault(key, section) is not section:
-                place, left = f"byte {section.span.offset:,}", held(self.shape, section)
-                self.note(f"the chunk at {place} is one that stands before: {left} are left out")
+                location, left_out = f"byte {section.span.offset:,}", held(self.shape, section)
+                self.note(f"the chunk at {location} is one that stands before: {left_out} are left out")
         self.sections = list(kept_sections.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
@@ -328,8 +330,8 @@ class Trace(Records):
             topics: only events of these; None = of all.
         """
         for section in self.sections:
-            late = end_ns is not None and section.start_ns > end_ns
-            if not (late or section.end_ns < start_ns) and self.may_contain(section, topics):
+            is_late = end_ns is not None and section.start_ns > end_ns
+            if not (is_late or section.end_ns < start_ns) and self.may_contain(section, topics):
                 yield from self.events_in(section, topics)
 
     def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
@@ -382,15 +384,15 @@ class Trace(Records):
         memory = rows["images"].tobytes()
         tags = [row.tobytes() for row in rows[FIELD]] if FIELD in (rows.dtype.names or ()) else None
         columns = (rows[name].tolist() for name in ("scan", "log_time", "flags"))
-        for place, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
-            image = memory[place * size : place * size + size]
-            yield Scan(scan, now_ns, flags, image, self._places, tags[place] if tags else b"")
+        for index, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
+            image = memory[index * size : index * size + size]
+            yield Scan(scan, now_ns, flags, image, self._places, tags[index] if tags else b"")
 
     def edge(self, *, last: bool) -> ScanRows | None:
         """Return the first or the last scan as an array with one row; None for a trace without scans."""
         for section in reversed(self.sections) if last else self.sections:
-            if parts := self.scan_rows(section):
-                return parts[-1][-1:] if last else parts[0][:1]
+            if row_arrays := self.scan_rows(section):
+                return row_arrays[-1][-1:] if last else row_arrays[0][:1]
         return None
 
     def first_scan(self, place: int) -> int:
@@ -406,7 +408,8 @@ class Trace(Records):
 
         Only the sections around an estimated place are read.
         """
-        low, high = -1, len(self.sections)  # the first scan of low is at most `scan`, that of high is greater
+        # the first scan of low is at most `scan`, that of high is greater
+        low, high = -1, len(self.sections)
         place, step = self._guess(scan), 1
         while high - low > 1:
             if self.first_scan(place) <= scan:
@@ -420,14 +423,16 @@ class Trace(Records):
 
     def _guess(self, scan: int) -> int:
         """Return the estimated place of a scan, assuming that all scans take the same time."""
-        last = len(self.sections) - 1
-        if last < 1:
+        last_section = len(self.sections) - 1
+        if last_section < 1:
             return 0
         first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
-        per_scan = (self.sections[last].start_ns - first_ns) / max(1, self.first_scan(last) - first_scan)
+        per_scan = (self.sections[last_section].start_ns - first_ns) / max(
+            1, self.first_scan(last_section) - first_scan
+        )
         at_ns = first_ns + (scan - first_scan) * per_scan
-        place = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
-        return min(max(place - 1, 0), last)
+        index = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        return min(max(index - 1, 0), last_section)
 
     def attachments(self) -> list[Attachment]:
         """Return the attachments: program, rack file, word map."""
@@ -488,9 +493,9 @@ class Trace(Records):
 
     def _note_where_it_ends(self) -> None:
         if self._of_the_end:
-            ends = list(self._where_it_ends())
-            self.notes += ends
-            self._of_the_end = [*self._of_the_end[:1], *ends]
+            end_notes = list(self._where_it_ends())
+            self.notes += end_notes
+            self._of_the_end = [*self._of_the_end[:1], *end_notes]
 
     def _where_it_ends(self) -> Iterator[str]:
         """Yield notes on the last scan of a trace without an end, and on unfinished records after it."""
@@ -501,8 +506,8 @@ class Trace(Records):
             yield f"the last scan is {row['scan'][0]:,}, at {seconds_column(int(row['log_time'][0]))} s"
         torn = torn_chunk(self.file, self.spans, self.size)
         if torn is not None:
-            lost = held(self.shape, torn)
-            yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost} are left out"
+            lost_text = held(self.shape, torn)
+            yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost_text} are left out"
 
 
 def open_records(path: Path | str) -> Records:

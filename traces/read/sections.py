@@ -121,11 +121,11 @@ def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | No
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
     """Yield sections of messages outside of chunks; adjacent messages are combined, up to a MiB."""
     begin = 0
-    for place, (message, other) in enumerate(pairwise(messages), start=1):
-        touching = message.end == other.offset
-        if not touching or other.end - messages[begin].offset > _LOOSE_BYTES:
-            yield _stretch(messages[begin:place])
-            begin = place
+    for index, (message, following) in enumerate(pairwise(messages), start=1):
+        touching = message.end == following.offset
+        if not touching or following.end - messages[begin].offset > _LOOSE_BYTES:
+            yield _stretch(messages[begin:index])
+            begin = index
     if messages:
         yield _stretch(messages[begin:])
 
@@ -201,12 +201,12 @@ class ScanShape:
         if not self._is_scan(data, offset + self.stride):
             return 1
         rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
-        checked, reach = 2, 16
-        while checked < len(rows):
-            fits = self._fits(rows[checked : checked + reach])
-            if not fits.all():
-                return checked + int(np.argmin(fits))
-            checked, reach = checked + len(fits), 4 * reach
+        checked_rows, rows_at_once = 2, 16
+        while checked_rows < len(rows):
+            row_fits = self._fits(rows[checked_rows : checked_rows + rows_at_once])
+            if not row_fits.all():
+                return checked_rows + int(np.argmin(row_fits))
+            checked_rows, rows_at_once = checked_rows + len(row_fits), 4 * rows_at_once
         return len(rows)
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
@@ -219,11 +219,11 @@ class ScanShape:
         )
 
     def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:
-        fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
-        fits &= rows["length"] == self._length
-        fits &= rows["channel"] == self.channel
-        fits &= rows["prefix"] == CDR_PREFIX
-        return fits
+        row_fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
+        row_fits &= rows["length"] == self._length
+        row_fits &= rows["channel"] == self.channel
+        row_fits &= rows["prefix"] == CDR_PREFIX
+        return row_fits
 
 
 def held(shape: ScanShape, section: Section) -> str:

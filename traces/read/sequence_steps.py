@@ -47,10 +47,10 @@ class Step:
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
         """
-        since = f"since {seconds(self.now_ns)} s"
+        since_text = f"since {seconds(self.now_ns)} s"
         if not self.line:
-            return f"{self.sequence} is over {since}"
-        return f"{self.sequence} waits at line {self.line} of {self.file} for {self.wait} {since}"
+            return f"{self.sequence} is over {since_text}"
+        return f"{self.sequence} waits at line {self.line} of {self.file} for {self.wait} {since_text}"
 
 
 def step_of(event: TraceEvent) -> Step:

@@ -29,36 +29,36 @@ class TagText:
 
     def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
         """Return which rows differ from the previous one in a shown value; the first counts as changed."""
-        changed = np.zeros(len(rows), bool)
-        changed[:1] = True
+        is_changed = np.zeros(len(rows), bool)
+        is_changed[:1] = True
         for field in self._fields:
-            differs = _differs(rows[field.name][1:], rows[field.name][:-1])
-            changed[1:] |= differs if differs.ndim == 1 else differs.any(axis=1)
-        return changed
+            is_different = _differs(rows[field.name][1:], rows[field.name][:-1])
+            is_changed[1:] |= is_different if is_different.ndim == 1 else is_different.any(axis=1)
+        return is_changed
 
     def changes(self, before: bytes, after: bytes) -> str:
         """Return the changes as text; without a previous row, the values that are not 0."""
         if before == after:
             return ""
-        new = np.frombuffer(after, self._dtype)
-        old = np.frombuffer(before, self._dtype) if before else None
-        return " ".join(text for field in self._fields for text in self._field(field, old, new))
+        new_values = np.frombuffer(after, self._dtype)
+        old_values = np.frombuffer(before, self._dtype) if before else None
+        return " ".join(text for field in self._fields for text in self._field(field, old_values, new_values))
 
     def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
         values = np.atleast_1d(new[field.name][0])
         zeros = np.zeros_like(values)
         old_values = zeros if old is None else np.atleast_1d(old[field.name][0])
         codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is also a name
-        for place in np.flatnonzero(
+        for index in np.flatnonzero(
             np.ones(len(values), bool) if codes else _differs(values, old_values)
         ).tolist():
-            name = element_of(field.tag.name, place) if field.tag.length else field.tag.name
+            name = element_of(field.tag.name, index) if field.tag.length else field.tag.name
             if field.tag.type == "BOOL":
-                yield f"{'+' if values[place] else '-'}{name}"
+                yield f"{'+' if values[index] else '-'}{name}"
             elif old is None:
-                yield f"{name} {self._value(field, values[place])}"
+                yield f"{name} {self._value(field, values[index])}"
             else:
-                yield f"{name} {self._value(field, old_values[place])} -> {self._value(field, values[place])}"
+                yield f"{name} {self._value(field, old_values[index])} -> {self._value(field, values[index])}"
 
     def _value(self, field: TagField, value: Any) -> str:
         if field.tag.type == "TEXT":
@@ -70,7 +70,7 @@ class TagText:
 
 def _differs(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
     """Return where two arrays differ; NaN equals NaN."""
-    differs: NDArray[np.bool_] = one != other
+    is_different: NDArray[np.bool_] = one != other
     if one.dtype.kind == "f":
-        differs &= ~(np.isnan(one) & np.isnan(other))
-    return differs
+        is_different &= ~(np.isnan(one) & np.isnan(other))
+    return is_different

@@ -119,7 +119,7 @@ class Catalog(Mapping[str, Signal]):
         names: dict[str, None] = {}
         for pattern in patterns:
             names.update(dict.fromkeys(self._names_of(pattern)))
-        order = {name: place for place, name in enumerate(self._signals)}
+        order = {name: index for index, name in enumerate(self._signals)}
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def _names_of(self, pattern: str) -> list[str]:
@@ -173,24 +173,28 @@ class Catalog(Mapping[str, Signal]):
 
     def _close_to(self, name: str) -> list[str]:
         """Return the signals with similar names, else those with a similar last part."""
-        folded = {signal_name.lower(): signal_name for signal_name in self._signals}
-        close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
-        if close:
-            return close
-        tails = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
-        last = name.rpartition(".")[2].lower()
-        near = get_close_matches(last, sorted({*tails.values()}), 2, 0.7)
-        return [signal_name for signal_name, tail in tails.items() if tail in near][:4]
+        by_lower_name = {signal_name.lower(): signal_name for signal_name in self._signals}
+        close_names = [
+            by_lower_name[match] for match in get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
+        ]
+        if close_names:
+            return close_names
+        last_parts = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
+        last_part = name.rpartition(".")[2].lower()
+        near = get_close_matches(last_part, sorted({*last_parts.values()}), 2, 0.7)
+        return [signal_name for signal_name, last_word in last_parts.items() if last_word in near][:4]
 
     def _unknown(self, name: str) -> str:
-        parts = [signal.title for signal in self.tags_named(name)]
-        if parts:
-            some = [*parts[:3], *["..."] * (len(parts) > 3)]
-            return f"{name} has {len(parts)} values: write {' or '.join(some)}"
-        close = self._close_to(name)
+        titles = [signal.title for signal in self.tags_named(name)]
+        if titles:
+            example_names = [*titles[:3], *["..."] * (len(titles) > 3)]
+            return f"{name} has {len(titles)} values: write {' or '.join(example_names)}"
+        close_names = self._close_to(name)
         places = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (
-            f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"
+            f"did you mean {' or '.join(close_names)}?"
+            if close_names
+            else f"there are cpu.flags and those of {places}"
         )
         return f"no signal {name!r}: {hint}"
 
@@ -207,8 +211,8 @@ def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
             yield Signal(f"{stem}.{DIRECTIONS[quantity.image]}.{quantity.name}", SignalKind.VALUE, value)
     yield from _named_bits(slot, stem)
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
-        for place, name in enumerate(names):
-            read_word = partial(_word, number, direction, place)
+        for word, name in enumerate(names):
+            read_word = partial(_word, number, direction, word)
             yield Signal(f"{stem}.{direction}.{name}", SignalKind.WORD, read_word)
 
 

@@ -17,14 +17,14 @@ CW, CCW = "MOVING_CW", "MOVING_CCW"
 
 def in_command_mode(words: Words, status: int = 0) -> NDArray[np.bool_]:
     """Return the scans in which an image is in command mode: bit 15 of its word `status` is clear."""
-    result: NDArray[np.bool_] = words[:, status] >= 0
-    return result
+    in_command: NDArray[np.bool_] = words[:, status] >= 0
+    return in_command
 
 
 def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
     """Return the scans in which a bit of a word is set; `mask` is 1 to 8000h."""
-    result: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
-    return result
+    is_on: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
+    return is_on
 
 
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
@@ -61,9 +61,9 @@ def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) ->
         positions: its position, NaN where it has none.
     """
     steps = np.zeros(len(words))
-    moved = np.diff(positions)
-    onward = np.where(input_bit(words, module, CW)[1:], moved, 0)
-    moved_back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
+    steps_moved = np.diff(positions)
+    onward = np.where(input_bit(words, module, CW)[1:], steps_moved, 0)
+    moved_back = np.where(input_bit(words, module, CCW)[1:], steps_moved, 0)
     steps[1:] = np.fmax(onward, 0) + np.fmin(moved_back, 0)
     return steps
 
@@ -77,6 +77,8 @@ def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -
     """
     distance = np.cumsum(steps)
     rows = np.arange(len(steps))
-    late, early = np.minimum(rows + margin, len(rows) - 1), np.maximum(rows - margin, 0)
-    elapsed = (time_ns[late] - time_ns[early]) / 1e9
-    return np.divide(distance[late] - distance[early], elapsed, out=np.zeros(len(rows)), where=elapsed > 0)
+    late_rows, early_rows = np.minimum(rows + margin, len(rows) - 1), np.maximum(rows - margin, 0)
+    elapsed = (time_ns[late_rows] - time_ns[early_rows]) / 1e9
+    return np.divide(
+        distance[late_rows] - distance[early_rows], elapsed, out=np.zeros(len(rows)), where=elapsed > 0
+    )

@@ -59,22 +59,22 @@ class SignalNames:
     @cached_property
     def _parts(self) -> Mapping[str, list[str]]:
         """Names of signals by the last part of a tag's name, and by the name of a terminal."""
-        parts: dict[str, list[str]] = {}
+        names_by_part: dict[str, list[str]] = {}
         for signal in self._tags:
-            last = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
-            parts.setdefault(last, []).append(signal.name)
+            last_part = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
+            names_by_part.setdefault(last_part, []).append(signal.name)
         for slot in self._slots:
             for names in slot.words.groups.values() if slot.words.modes is None else ():
                 for name, place in names.items():
                     signal_name = f"slot{slot.number}.{DIRECTIONS[place.image]}.{name}"
-                    parts.setdefault(name.lower(), []).append(signal_name)
-        return parts
+                    names_by_part.setdefault(name.lower(), []).append(signal_name)
+        return names_by_part
 
     def _by_part(self, key: str) -> str | None:
         meant = self._parts.get(key, [])
         if len(meant) > 1:
-            some = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
-            raise AmbiguousNameError(f"{key} is ambiguous: it is {some}")
+            meanings = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
+            raise AmbiguousNameError(f"{key} is ambiguous: it is {meanings}")
         return meant[0] if meant else None
 
     def _of_image(self, text: str) -> str | None:

@@ -72,5 +72,5 @@ def whole_numbers(values: Array) -> tuple[Array, Array]:
     >>> numbers.tolist(), missing.tolist()
     ([4, 0], [False, True])
     """
-    missing = np.isnan(values)
-    return np.where(missing, 0, values).astype(np.int64), missing
+    is_missing = np.isnan(values)
+    return np.where(is_missing, 0, values).astype(np.int64), is_missing

@@ -93,13 +93,13 @@ def blocks(
     places = trace.head.layout.places
     any_found = False
     columns = column_chunks(trace, selection, margin=margin, tags=True)
-    for wide, start, stop in _with_margins(columns, margin) if margin else _without(columns):
+    for with_margins, start, stop in _with_margins(columns, margin) if margin else _without(columns):
         progress(stop - start)
-        low, high = selection.rows(wide)
-        low, high = max(low, start), min(high, stop)
-        if low < high:
+        first_row, end_row = selection.rows(with_margins)
+        first_row, end_row = max(first_row, start), min(end_row, stop)
+        if first_row < end_row:
             any_found = True
-            yield Block(wide, low, high, margin, places)
+            yield Block(with_margins, first_row, end_row, margin, places)
     if not any_found:
         raise EmptySelectionError(_nothing(selection, extent(trace)))
 
@@ -137,12 +137,12 @@ def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Colu
             held_columns = columns
             continue
         joined = join((held_columns, columns))
-        ready = len(joined.scan) - margin
-        if ready <= margin_before:
+        rows_ready = len(joined.scan) - margin
+        if rows_ready <= margin_before:
             held_columns = joined
             continue
-        yield joined, margin_before, ready
-        keep = max(0, ready - margin)
-        held_columns, margin_before = joined.rows(keep, len(joined.scan)), ready - keep
+        yield joined, margin_before, rows_ready
+        first_kept = max(0, rows_ready - margin)
+        held_columns, margin_before = joined.rows(first_kept, len(joined.scan)), rows_ready - first_kept
     if held_columns is not None and len(held_columns.scan) > margin_before:
         yield held_columns, margin_before, len(held_columns.scan)

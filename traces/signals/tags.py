@@ -23,8 +23,8 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
     """
     for field in plan.fields:
         names = code_names(field, texts)
-        for place, title in enumerate(field.tag.addresses):
-            element = place if field.tag.length else None
+        for index, title in enumerate(field.tag.addresses):
+            element = index if field.tag.length else None
             name = f"{FIELD}.{field.name}" if element is None else f"{FIELD}.{field.name}.{element}"
             read_values = partial(_values, field.name, element)
             signed = FORMATS[field.tag.type].letter.islower()

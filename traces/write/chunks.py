@@ -156,8 +156,8 @@ class ChunkWriter:
     def _offsets_of(self, count: int, stride: int) -> array[int]:
         """Return the offsets of the next messages, of `stride` bytes each; they are equal in most chunks."""
         start = len(self._records)
-        first, gap = divmod(start, stride)
-        known_offsets = self._offsets[first : first + count]
+        first_index, gap = divmod(start, stride)
+        known_offsets = self._offsets[first_index : first_index + count]
         if gap or len(known_offsets) < count or known_offsets[-1] != start + (count - 1) * stride:
             known_offsets = array("Q", range(start, start + count * stride, stride))
             if not start:

@@ -114,10 +114,10 @@ class DiskReserve:
             OSError: the disk has no room for them.
         """
         while size:
-            place = int.from_bytes(os.urandom(2))  # as equal blocks may be stored only once
-            written = self._file.write(_noise()[place:][:size])
-            self.size += written
-            size -= written
+            start = int.from_bytes(os.urandom(2))  # as equal blocks may be stored only once
+            bytes_written = self._file.write(_noise()[start:][:size])
+            self.size += bytes_written
+            size -= bytes_written
 
     def release(self) -> None:
         """Release the space."""
@@ -276,14 +276,14 @@ class TraceFile:
     def _push(self, rest: memoryview) -> None:
         while rest:
             try:
-                written = self._raw.write(rest)
+                bytes_written = self._raw.write(rest)
             except OSError as error:
                 if error.errno not in NO_ROOM or not self._release():
                     raise
             else:
-                if not written:
+                if not bytes_written:
                     raise OSError(errno.EIO, "the file takes no more bytes")
-                rest = rest[written:]
+                rest = rest[bytes_written:]
 
     def _release(self) -> bool:
         """Release the reserve; return whether there was one."""
@@ -335,18 +335,18 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
     if path.exists() and not path.is_file():
         keeping = None
     target = check_output(path, TRACE)
-    room = _reserve(path, reserve_bytes)
+    reserve = _reserve(path, reserve_bytes)
     try:
         with nullcontext() if keeping is None else held(target):
             raw = _emptied(path) if keeping is None else _beginning(path, keeping)
     except (OSError, OwnedError) as error:
-        if room is not None:
-            room.release()
+        if reserve is not None:
+            reserve.release()
         if isinstance(error, OwnedError):
             raise
         raise _refusal(path, str(error.strerror)) from error
     presence = Presence(path, raw.fileno()) if path.is_file() else None
-    return TraceFile(raw, str(path), room, keeping, drafts=presence is not None, presence=presence)
+    return TraceFile(raw, str(path), reserve, keeping, drafts=presence is not None, presence=presence)
 
 
 def _beginning(path: Path, keeping: RecordingKeeper) -> FileIO:
@@ -385,12 +385,12 @@ def _reserve(path: Path, size: int) -> DiskReserve | None:
     if path.exists() and not path.is_file():
         return None
     try:
-        room = DiskReserve(path.parent)
+        reserve = DiskReserve(path.parent)
     except PermissionError:
         return None
     try:
-        room.grow(size)
+        reserve.grow(size)
     except OSError as error:
-        room.release()
+        reserve.release()
         raise _refusal(path, f"{error.strerror}; {size:,} bytes are needed for its end") from error
-    return room
+    return reserve

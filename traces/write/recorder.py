@@ -167,8 +167,8 @@ class ScanRecorder:
 
     def begin_rows(self, scan: int) -> int:
         """Return how many scans can be recorded at once: up to the end of a batch, or the next snapshot."""
-        room, snapshots = self._batch.begin_rows(), self._snapshots
-        return room if snapshots is None else min(room, snapshots.every - scan % snapshots.every)
+        rows_free, snapshots = self._batch.begin_rows(), self._snapshots
+        return rows_free if snapshots is None else min(rows_free, snapshots.every - scan % snapshots.every)
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
         """Record successive finished scans, at most `begin_rows`; the same as calling `scan` for each.

@@ -21,8 +21,10 @@ class ProgramError(ValueError):
     """
 
     def __init__(self, reason: str, line: int | None = None, column: int | None = None) -> None:
-        place = ", ".join(f"{name} {n}" for name, n in (("line", line), ("column", column)) if n is not None)
-        super().__init__(f"{place}: {reason}" if place else reason)
+        location = ", ".join(
+            f"{name} {n}" for name, n in (("line", line), ("column", column)) if n is not None
+        )
+        super().__init__(f"{location}: {reason}" if location else reason)
         self.line, self.column, self.reason = line, column, reason
 
 

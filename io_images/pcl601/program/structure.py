@@ -52,9 +52,9 @@ def _loops(program: Program) -> Iterator[tuple[int, str]]:
         loop = _Loop(program.labels[str(step.target)], index, step.name == "LOOP INNER")
         if loop.start > index:
             yield index, f"label {step.target} must be above the loop"
-        for other in loops:
-            if other.end > loop.start and (other.inner == loop.inner or not other.inner):
-                yield index, _nested(other, loop)
+        for other_loop in loops:
+            if other_loop.end > loop.start and (other_loop.inner == loop.inner or not other_loop.inner):
+                yield index, _nested(other_loop, loop)
         loops.append(loop)
 
 

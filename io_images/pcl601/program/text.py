@@ -42,14 +42,14 @@ def parse_program(text: str) -> Program:
     steps: list[Step] = []
     lines: list[int] = []
     directives: dict[str, Any] = {}
-    for number, item in _items(text):
-        if isinstance(item, Step):
-            steps.append(item)
+    for number, content in _items(text):
+        if isinstance(content, Step):
+            steps.append(content)
             lines.append(number)
-        elif item.name in directives:
-            raise ProgramError(f".{item.name} is given twice", number, 1)
+        elif content.name in directives:
+            raise ProgramError(f".{content.name} is given twice", number, 1)
         else:
-            directives[item.name] = item.value
+            directives[content.name] = content.value
     program = Program(tuple(steps), **directives)
     check_structure(program, lines)
     return program
@@ -57,9 +57,9 @@ def parse_program(text: str) -> Program:
 
 def _items(text: str) -> Iterator[tuple[int, Step | _Directive]]:
     for number, line in enumerate(text.split("\n"), 1):
-        item = _line(number, line.rstrip("\r"))
-        if item is not None:
-            yield number, item
+        content = _line(number, line.rstrip("\r"))
+        if content is not None:
+            yield number, content
 
 
 def _line(number: int, line: str) -> Step | _Directive | None:
@@ -154,5 +154,5 @@ def format_step(step: Step) -> str:
     'IF INPUT 1 = 0'
     """
     operands = zip(step.instruction.operands, step.values, strict=True)
-    written = [operand.written(value) for operand, value in operands]
-    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(written)]).strip()
+    operand_texts = [operand.written(value) for operand, value in operands]
+    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(operand_texts)]).strip()

@@ -31,7 +31,7 @@ _EXACT = 2**53
 class LastChange(NamedTuple):
     """The result of a search in one stretch."""
 
-    known: bool  # if False, its scans have to run one by one
+    known: bool  # if False, its scans must run one at a time
     scan: int | None = None  # the last scan that changed a value
 
 

@@ -32,8 +32,8 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     constants = _constant_arguments(routines, assigned)
     lines: list[str] = []
     for routine in routines:
-        own = assigned[routine.name], assigned.keys(), constants[routine.name]
-        lines += _Translator(routine, used, loaded, *own).lines()
+        tables = assigned[routine.name], assigned.keys(), constants[routine.name]
+        lines += _Translator(routine, used, loaded, *tables).lines()
     return compile("\n".join(lines), "<lanes>", "exec")
 
 
@@ -302,7 +302,7 @@ class NotTranslatedError(Exception):
 
 
 def _assigned(node: ast.AST) -> str:
-    """Return the name that a node assigns to; "" if there is none."""
+    """Return the name that a node assigns to; "" if it assigns to none."""
     return node.id if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ""
 
 

@@ -49,8 +49,8 @@ class Vectors:
     def __init__(self, code: Any, values: Mapping[str, Any], lanes: int) -> None:
         self.lost = np.zeros(lanes, bool)
         self.values: dict[str, Any] = {**values}
-        own = {name: getattr(self, f"_{name}") for name in OWN}
-        self.values.update({**SERVICES, **own})
+        methods = {name: getattr(self, f"_{name}") for name in OWN}
+        self.values.update({**SERVICES, **methods})
         exec(code, self.values)
 
     def scan(self, active: Mask, now: Any) -> None:
@@ -186,7 +186,7 @@ WITH_MASK = (
     "real",
     "pick",
 )
-"""Functions of the class whose first argument is the mask."""
+"""Functions of the class that take the mask first."""
 
 OWN = ("lose", "loop", *WITH_MASK)
 

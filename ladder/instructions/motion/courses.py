@@ -113,9 +113,9 @@ class Course:
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
         """Return how far the axis moved since the last call: the distance of its master, times a ratio."""
-        way = (position - self.goal) * ratio
+        travel = (position - self.goal) * ratio
         self.hide(goal=position, entry=speed * ratio)
-        return way
+        return travel
 
     def settle(self, error: int = 0, **bits: bool) -> None:
         """Set bits of the course's instruction."""

@@ -90,9 +90,9 @@ class IdealAxis(MotionSpot):
 
     def maximum(self, name: str) -> float:
         """Return 100 % of a maximum: Speed, Acceleration or Deceleration."""
-        own = self.settings.max_speed if name == "Speed" else self.settings.max_acceleration
+        limit = self.settings.max_speed if name == "Speed" else self.settings.max_acceleration
         default = DEFAULT_SPEED if name == "Speed" else DEFAULT_RATE
-        return own or float(self[f"Maximum{name}"]) or default
+        return limit or float(self[f"Maximum{name}"]) or default
 
     # --- courses under way
 
@@ -206,11 +206,15 @@ class IdealAxis(MotionSpot):
 
     def _watch(self, position: float) -> None:
         """End MAW when the axis reaches its position."""
-        way, there, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
-        left, gone, unwind = (there - before) * way, (position - before) * way, self.settings.unwind
-        if unwind:  # `gone` may be short by a rounding error if a move ends there
-            left, gone = ahead(left, unwind), gone + ROUNDING * unwind
-        if way and 0 < left <= gone:
+        direction, watched, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
+        left, travel, unwind = (
+            (watched - before) * direction,
+            (position - before) * direction,
+            self.settings.unwind,
+        )
+        if unwind:  # `travel` may be short by a rounding error if a move ends there
+            left, travel = ahead(left, unwind), travel + ROUNDING * unwind
+        if direction and 0 < left <= travel:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
@@ -225,8 +229,8 @@ class IdealAxis(MotionSpot):
             **dict.fromkeys(("ActualVelocity", "CommandVelocity", "AverageVelocity"), present.speed),
         )
         on, shut = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
-        for course, own in moving:
-            course.settle(ACCEL=own.change > 0, DECEL=own.change < 0)
+        for course, motion in moving:
+            course.settle(ACCEL=motion.change > 0, DECEL=motion.change < 0)
         kinds = {course.kind for course, _ in moving}
         self.bits(
             BITS,

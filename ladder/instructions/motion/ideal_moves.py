@@ -107,9 +107,9 @@ def _move(axis: IdealAxis, call: MotionCall) -> None:
     dynamics, merge = _profile(axis, call, 2)
     if not 0 <= kind <= ROTARY_NEGATIVE:
         raise MotionError(OUT_OF_RANGE)
-    here = axis.position(call.now_ns)
-    goal = _goal(kind, where, here, axis.settings.unwind)
-    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=goal - here, merge=merge)
+    present = axis.position(call.now_ns)
+    goal = _goal(kind, where, present, axis.settings.unwind)
+    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=goal - present, merge=merge)
     axis.hide(target=goal - axis.instant(call.now_ns).travel)
     call.under_way()
 
@@ -126,10 +126,10 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
         return where
     if kind == 0:
         return position // unwind * unwind + where
-    way = ahead(where - position, unwind)
-    if way and (kind == ROTARY_NEGATIVE or (kind == ROTARY_SHORTEST and way > unwind / 2)):
-        way -= unwind
-    return where + round((position + way - where) / unwind) * unwind
+    distance = ahead(where - position, unwind)
+    if distance and (kind == ROTARY_NEGATIVE or (kind == ROTARY_SHORTEST and distance > unwind / 2)):
+        distance -= unwind
+    return where + round((position + distance - where) / unwind) * unwind
 
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
@@ -215,11 +215,11 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
     ratio = call.number(2)
     if call.word(6, ("Real", "Fraction")).startswith("FRACTION"):
         ratio = call.number(3) / call.number(4) if call.number(4) else 0.0
-    way = call.word(1, ("Same", "Opposite", "Reverse", "Unchanged"))
+    direction = call.word(1, ("Same", "Opposite", "Reverse", "Unchanged"))
     before = float(axis["~ratio"])
-    if way in ("REVERSE", "UNCHANGED"):
-        ratio = abs(ratio) * (-1 if (before < 0) != (way == "REVERSE") else 1)
-    elif way == "OPPOSITE":
+    if direction in ("REVERSE", "UNCHANGED"):
+        ratio = abs(ratio) * (-1 if (before < 0) != (direction == "REVERSE") else 1)
+    elif direction == "OPPOSITE":
         ratio = -ratio
     if number in (0, axis.number):
         raise MotionError(OUT_OF_RANGE)

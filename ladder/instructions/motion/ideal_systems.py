@@ -79,16 +79,19 @@ class IdealSystem(MotionSpot):
 
     def path(self, now_ns: int) -> list[float]:
         """Return the present position on the path; `from` if there is no path."""
-        own, to = self.end("from"), self.end("to")
-        length, present = math.dist(own, to), self.course.instant(now_ns)
+        origin, to = self.end("from"), self.end("to")
+        length, present = math.dist(origin, to), self.course.instant(now_ns)
         part = 1.0 if present.over and self.kind is Kind.MOVE else present.travel / length if length else 0.0
-        return [a + (b - a) * part for a, b in zip(own, to, strict=True)]
+        return [a + (b - a) * part for a, b in zip(origin, to, strict=True)]
 
     def positions(self, now_ns: int) -> list[float]:
         """Return the present position: of its axes, and of the path for coordinates without an axis."""
-        own = self.path(now_ns)
-        there = [None if axis is None else axis.position(now_ns) for axis in self.axes]
-        return [*(a if b is None else b for a, b in zip(own, there, strict=False)), *own[len(there) :]]
+        on_path = self.path(now_ns)
+        by_axis = [None if axis is None else axis.position(now_ns) for axis in self.axes]
+        return [
+            *(a if b is None else b for a, b in zip(on_path, by_axis, strict=False)),
+            *on_path[len(by_axis) :],
+        ]
 
     def begin(
         self,
@@ -101,11 +104,11 @@ class IdealSystem(MotionSpot):
         merge: bool = False,
     ) -> None:
         """Begin a path at the present position and a speed; a merge ends other motion of its axes."""
-        here = self.positions(now_ns)
-        self.set_end("from", here)
+        present = self.positions(now_ns)
+        self.set_end("from", present)
         self.set_end("to", goal)
-        self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(here, goal), entry=entry)
-        for axis, place in zip(self.axes, here, strict=False):
+        self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(present, goal), entry=entry)
+        for axis, place in zip(self.axes, present, strict=False):
             if axis is not None:
                 axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
 
@@ -156,10 +159,10 @@ class IdealSystem(MotionSpot):
         """Move the axes along the path."""
         if self.kind is Kind.NOTHING:
             return
-        path, own, to = self.path(now_ns), self.end("from"), self.end("to")
-        speed = self.course.instant(now_ns).speed / (math.dist(own, to) or 1.0)
+        path, origin, to = self.path(now_ns), self.end("from"), self.end("to")
+        speed = self.course.instant(now_ns).speed / (math.dist(origin, to) or 1.0)
         for place, axis in self._led():
-            axis.shift(axis.courses["whole"].follow(path[place], speed * (to[place] - own[place])))
+            axis.shift(axis.courses["whole"].follow(path[place], speed * (to[place] - origin[place])))
 
     def _end(self, now_ns: int) -> None:
         self.course.settle(PC=True)
@@ -225,10 +228,10 @@ def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> fl
 
 
 def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float]:
-    """Return the position to go to, or raise a MotionError. Coordinates that are not given stay."""
+    """Return the position to go to, or raise a MotionError. Omitted coordinates keep their values."""
     goal = [
-        there + number if relative else number
-        for there, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
+        present + number if relative else number
+        for present, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
     ]
     if not relative:
         goal[len(given) :] = here[len(given) :]
@@ -251,8 +254,8 @@ def _go(
     """Begin a path, or let it wait for the present path."""
     now_ns, claim = call.now_ns, call.motion.claim
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
-    here = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
-    goal = _goal(here, given, relative=relative)
+    begin_at = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
+    goal = _goal(begin_at, given, relative=relative)
     if begins:
         entry = system.course.instant(now_ns).speed
         system.rest(now_ns)

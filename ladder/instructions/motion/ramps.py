@@ -59,8 +59,8 @@ class Instant(NamedTuple):
     @property
     def change(self) -> int:
         """1 if accelerating, -1 if decelerating, else 0."""
-        way = self.speed or self.rate
-        return (way * self.rate > 0) - (way * self.rate < 0)
+        direction = self.speed or self.rate
+        return (direction * self.rate > 0) - (direction * self.rate < 0)
 
 
 REST = Instant(0.0, 0.0, 0.0, True)
@@ -103,10 +103,10 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     >>> [round(each.seconds, 3) for each in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
     [0.5, 1.25, 1.0]
     """
-    way = 1.0 if distance >= 0 else -1.0
+    direction = 1.0 if distance >= 0 else -1.0
     stop = ramp(speed, 0.0, dynamics)
     stopping = length(stop)
-    if speed * way < 0 or abs(stopping) > abs(distance):
+    if speed * direction < 0 or abs(stopping) > abs(distance):
         return (*stop, *move(distance - stopping, 0.0, dynamics)) if speed else ()
     up, down = (
         1 / (2 * rate * (1 - share))
@@ -115,9 +115,9 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     peak = dynamics.speed
     if abs(speed) < peak:
         peak = min(peak, math.sqrt((abs(distance) + speed * speed * up) / (up + down)))
-    ramps = ramp(speed, way * peak, dynamics), ramp(way * peak, 0.0, dynamics)
+    ramps = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
     left = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
-    cruise = (Phase(left / peak, way * peak, way * peak),) if peak > 0 and left > 0 else ()
+    cruise = (Phase(left / peak, direction * peak, direction * peak),) if peak > 0 and left > 0 else ()
     return (*ramps[0], *cruise, *ramps[1])
 
 
@@ -143,10 +143,10 @@ def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
 
 def _inside(phase: Phase, travel: float, seconds: float) -> Instant:
     part = seconds / phase.seconds
-    speed, way = _unit(part, phase.share)
+    speed, travelled = _unit(part, phase.share)
     change = phase.end - phase.begin
     return Instant(
-        travel + phase.seconds * (phase.begin * part + change * way),
+        travel + phase.seconds * (phase.begin * part + change * travelled),
         phase.begin + change * speed,
         change / phase.seconds,
         False,
@@ -158,8 +158,8 @@ def _unit(part: float, share: float) -> tuple[float, float]:
     if share <= 0:
         return part, part * part / 2
     if part > 0.5:
-        speed, way = _unit(1 - part, share)
-        return 1 - speed, part - 0.5 + way
+        speed, travelled = _unit(1 - part, share)
+        return 1 - speed, part - 0.5 + travelled
     peak = 1 / (1 - share)
     if part < share:
         return peak * part * part / (2 * share), peak * part**3 / (6 * share)

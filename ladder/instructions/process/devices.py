@@ -89,14 +89,14 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
 
     def show(block: FunctionBlock, state: int) -> bool:
         """Set the outputs of a state; return whether the feedback shows it."""
-        there = all(block[feedback] == block[f"{feedback}State{state}"] for feedback in feedbacks)
-        block.set(**{f"Device{n}State": there and n == state for n in numbers})
+        switched = all(block[feedback] == block[f"{feedback}State{state}"] for feedback in feedbacks)
+        block.set(**{f"Device{n}State": switched and n == state for n in numbers})
         if three:
             block.set(**{f"Command{n}Status": n == state for n in numbers})
             block.set(**{f"Out{n}": block[f"Out{n}State{state}"] for n in range(3)})
         else:
             block.set(CommandStatus=state == 1, Out=(state == 1) != block.on("OutReverse"))
-        return there
+        return switched
 
     def step(block: FunctionBlock) -> None:
         if block.first:
@@ -104,12 +104,12 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
             _mode_alarm(block, 0, commands)
         before = int(block["~state"])
         state = state_of(block, before)
-        there = show(block, state)
+        switched = show(block, state)
         if block.first or state != before:
             block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
-        if there:
+        if switched:
             block.set(**{"~timing": False})
-        fault = _has_timed_out(block) and not there
+        fault = _has_timed_out(block) and not switched
         latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
         block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
         _mode_alarm(block, state, commands)

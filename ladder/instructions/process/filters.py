@@ -36,22 +36,22 @@ _BUTTERWORTH: dict[int, Polynomial] = {1: (1, 1), 2: (1, _SQRT2, 1), 3: (1, 2, 2
 
 def _times(a: Polynomial, b: Polynomial) -> list[float]:
     """Multiply polynomials."""
-    made = [0.0] * (len(a) + len(b) - 1)
+    product = [0.0] * (len(a) + len(b) - 1)
     for i, x in enumerate(a):
         for j, y in enumerate(b):
-            made[i + j] += x * y
-    return made
+            product[i + j] += x * y
+    return product
 
 
 def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float]:
     """Convert a polynomial of s to a polynomial of 1/z, multiplied by (1 + 1/z)^order."""
-    made = [0.0] * (order + 1)
+    total = [0.0] * (order + 1)
     for power, factor in enumerate(polynomial):
         part = [factor * (2 / seconds) ** power]
         for binomial in [(1.0, -1.0)] * power + [(1.0, 1.0)] * (order - power):
             part = _times(part, binomial)
-        made = [a + b for a, b in zip(made, part, strict=True)]
-    return made
+        total = [a + b for a, b in zip(total, part, strict=True)]
+    return total
 
 
 def _past(block: FunctionBlock, name: str, order: int) -> list[float]:

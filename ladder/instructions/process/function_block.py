@@ -248,7 +248,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     bits = STATUS_BITS[kind.name]
     names = names_of(kind)
     types = [*kind.members, *kind.hidden]
-    converters = {name: _converter(own.type) for name, own in zip(names, types, strict=True)}
+    converters = {name: _converter(member_type.type) for name, member_type in zip(names, types, strict=True)}
 
     def call(block: FunctionBlock) -> None:
         block.begin(converters)

@@ -28,10 +28,10 @@ def _ms(seconds: float) -> int:
 def _time(block: FunctionBlock, name: str, most: float) -> float:
     """Return a time in s; an invalid time is 0, and a maximum that is 0 or invalid is `most`."""
     value = block.real(name)
-    wrong = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
+    invalid = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
     if name.startswith("Max"):
-        return most if wrong or value == 0 else value
-    return 0.0 if wrong else value
+        return most if invalid or value == 0 else value
+    return 0.0 if invalid else value
 
 
 def _cycle(block: FunctionBlock) -> tuple[float, int, bool]:
@@ -69,7 +69,7 @@ def _position(block: FunctionBlock) -> float:
     most = _time(block, "MaxOnTime", cycle)
     least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
     position, target = block.real("PositionPercent"), block.real("SPPercent")
-    for side, way, ended in (
+    for side, distance, ended in (
         ("Open", target - position, block.on("OpenedFB") or position >= 100),
         ("Close", position - target, block.on("ClosedFB") or position <= 0),
     ):
@@ -78,7 +78,7 @@ def _position(block: FunctionBlock) -> float:
         if ended or rate <= 0 or not valid:
             pulse = 0.0
         elif begins:
-            pulse = _pulse(way / rate, dead if pulse < cycle else 0.0, least, most)
+            pulse = _pulse(distance / rate, dead if pulse < cycle else 0.0, least, most)
         block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
     return position
 

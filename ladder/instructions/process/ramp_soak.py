@@ -87,10 +87,10 @@ def _automatic(block: FunctionBlock, count: int) -> bool:
 def _manual(block: FunctionBlock, who: str, count: int) -> None:
     """Set segment, Out and soak time from the inputs of the side in control."""
     segment, left = int(block[f"CurrentSeg{who}"]), block.real(f"SoakTime{who}")
-    wrong = block.wrong(**{f"CurrSeg{who}Inv": not 0 <= segment < count})
+    out_of_range = block.wrong(**{f"CurrSeg{who}Inv": not 0 <= segment < count})
     invalid = block.wrong(**{f"SoakTime{who}Inv": not 0 <= left < math.inf})
     out = block.real(f"Out{who}")
-    if not wrong:
+    if not out_of_range:
         _begin_segment(block, segment, out)
         block.set(**{"~soaking": out == float(block.arrays[1][segment])})
     if not invalid:

@@ -52,7 +52,7 @@ TURNED_OFF, TURNED_ON, NOT_ON, NOT_OFF = 0x5000, 0x5003, 0x5006, 0x5009
 
 
 def _number(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> int:
-    """Return the index of a word in its list; a number that is given instead is returned as it is."""
+    """Return the index of a word in its list, or the value of a numeric operand."""
     if isinstance(operand, str):
         return next((number for number, word in enumerate(words) if plain(word) == operand), 0)
     return machine.integer(operand)
@@ -203,12 +203,12 @@ def _monitor(
     if feedback == (expected, expected):
         block.set(**{"~settled": True})
         return
-    wrong = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
+    reason = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
     late = _lasts(machine, block, limit)
     if block["~settled"] or (late and not block["~moved"]):
-        _fault(block, (TURNED_OFF if expected else TURNED_ON) + wrong)
+        _fault(block, (TURNED_OFF if expected else TURNED_ON) + reason)
     elif late:
-        _fault(block, (NOT_ON if expected else NOT_OFF) + wrong)
+        _fault(block, (NOT_ON if expected else NOT_OFF) + reason)
 
 
 _WRONG_FEEDBACK = {(False, False): 0, (False, True): 1, (True, False): 2}

@@ -50,7 +50,7 @@ def run_message(machine: Interpreter, power: bool, message: Members, path: str) 
 
 def _go_on(machine: Interpreter, message: Members, path: str) -> None:
     stub = stub_of(machine.lowered.stubs, path)
-    assert stub is not None  # `checks` refuses a program without one
+    assert stub is not None  # `checks` refuses a program without a stub
     if not message["TO"] and machine.now_ns - machine.whole(message["~started_ns"]) < stub.after_ns:
         return
     error = TIMEOUT if message["TO"] else stub.error

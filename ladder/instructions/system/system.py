@@ -89,8 +89,8 @@ def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
-    own = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
-    return task_named(schedule.tasks, name) or next(own, None)
+    owners = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
+    return task_named(schedule.tasks, name) or next(owners, None)
 
 
 Reader = Callable[[Interpreter, str], bytes]
@@ -254,7 +254,7 @@ def _resolve(
         known = _known(kind, written=written)
         raise OperandError(f"no attribute {name} of {kind} here", f"choose from {known}")
     if kind == "CONTROLLER":
-        instance = ""  # there is one
+        instance = ""  # the controller is the only instance
     if instance == THIS:
         instance = program_of(resolver.named(""))
     _keep(resolver, kind, instance, name)

@@ -121,7 +121,7 @@ FLOATS: dict[str, Callable[..., float]] = {
     "fsqrt": math.sqrt,
     "frem": to_nearest,
 }
-"""Operations whose result is rounded to the kind of the term."""
+"""Operations that round the result to the kind of the term."""
 
 SETTLED: dict[str, Callable[[Any, Any], Any]] = {
     "shr": operator.rshift,

@@ -175,7 +175,7 @@ class Questioning:
             self._ask(self._decided, is_last=True)
 
     def _truths(self, *, is_proof: bool) -> list[T]:
-        """Return the conditions of the open questions whose finding is a proof, or is a run."""
+        """Return the conditions of the open questions that a proof, or a run, answers."""
         return [question.bad for question in self._left.values() if question.is_proof is is_proof]
 
     def _count_left(self) -> int:

@@ -194,9 +194,9 @@ class TruthDecider:
     def _certificates(self, t: T, k: int) -> tuple[Certificate, ...]:
         """Return the certificates of a condition that an induction without invariants has proved."""
         with self.system.narrowing([t]):
-            own = Certificate.of(self.system, "what is asked", t, k)
+            certificate = Certificate.of(self.system, "what is asked", t, k)
         follows = self.system.follows
-        return own, *(follows.certificates if follows and t is not self.system.deep else ())
+        return certificate, *(follows.certificates if follows and t is not self.system.deep else ())
 
     def find_run(self, t: T, fault: Site | None = None) -> Verdict:
         """Decide whether a run of the program makes a condition true; see `prove` for `fault`."""
@@ -231,7 +231,7 @@ class TruthDecider:
             free: conditions to be proved for any numbers.
             held: conditions for which a run is searched.
         """
-        own = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
+        relations = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
         self._with_invariants = True
         try:
             for system, truths in ((self.system, free), (self.problem, held)):
@@ -240,7 +240,7 @@ class TruthDecider:
                     self._without_invariants.add(system is self.system)
             yield
         finally:
-            for system, contract, kept in own:
+            for system, contract, kept in relations:
                 system.contract, system.kept = contract, kept
 
     def _find_invariants(self, system: System, truths: Sequence[T]) -> bool:
@@ -253,11 +253,11 @@ class TruthDecider:
 
     def _gets_invariants(self, system: System, t: T) -> bool:
         """Whether states decide a condition, not counting contracts, but not too many."""
-        own, system.contract = system.contract, TRUE
+        contract, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
         finally:
-            system.contract = own
+            system.contract = contract
 
 
 def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:

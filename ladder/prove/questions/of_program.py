@@ -174,8 +174,8 @@ def _faults(problem: ProgramSystem) -> Iterator[Question]:
     for (number, kind), condition in machine.fault_log.minor.items():  # type: ignore[attr-defined]
         yield Question("fault", sites[number], f"{sites[number].instruction}: {kind}", condition)
     if problem.deep is not FALSE:
-        for site, name, why in machine.cut:
-            yield Question("endless", site, f"{name}: {why}", problem.deep, fault=site)
+        for site, name, reason in machine.cut:
+            yield Question("endless", site, f"{name}: {reason}", problem.deep, fault=site)
 
 
 # --- bits

@@ -17,7 +17,7 @@ from .steps import Answer, TermSteps
 from .symbols import UnmodeledError, term_of
 
 MOST_PASSES = 64
-"""Maximum passes of a loop whose number of passes is not known."""
+"""Maximum passes of a loop with an unknown number of passes."""
 
 MOST_PASSES_OF_A_SCAN = 192
 """The same maximum for all loops of a scan together."""

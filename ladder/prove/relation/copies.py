@@ -70,12 +70,12 @@ class TermCopies(TermPlaces):
         count = self._least(self._least(length, into.left(start, goal)), region.left(first, origin))
         pairs = list(zip(region.parts, into.parts, strict=True))
         numbers = range(_most(count, into))
-        taken = [
+        elements = [
             origin.read(part.leaf, (first + number) * part.per_element + part.field.index)
             for number in numbers
             for part, _ in pairs
         ]
-        values = iter(taken)
+        values = iter(elements)
         for number in numbers:
             for _, part in pairs:
                 index = (start + number) * part.per_element + part.field.index
@@ -88,8 +88,8 @@ class TermCopies(TermPlaces):
         if count <= 0:
             return
         requested = count * into.size
-        taken = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
-        data = self.take_bytes(origin, region, first, taken)[:requested]
+        origin_count = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
+        data = self.take_bytes(origin, region, first, origin_count)[:requested]
         if len(data) < requested:
             data += self.take_bytes(goal, into, start, count)[len(data) :]
         self.put_bytes(goal, into, start, count, data)

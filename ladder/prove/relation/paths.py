@@ -137,7 +137,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
 def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
     if len(paths) == 1:
         return value(paths[0])
-    split = sum(path.decided[depth][1] for path in paths)  # paths that decide it true come first
+    split = sum(path.decided[depth][1] for path in paths)  # the paths with a true decision come first
     if split in (0, len(paths)):
         return _merged(paths, value, depth + 1)
     condition = paths[0].decided[depth][0]

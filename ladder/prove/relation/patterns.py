@@ -69,18 +69,18 @@ def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unkno
     if field.bit is not None:
         return _bit_of(cells[offset], field.bit, unknowns)
     kind, count = field.type, max(1, field.type.bits // 8)
-    here = cells[offset : offset + count]
+    part = cells[offset : offset + count]
     if kind.is_bool:
-        return not_(eq(_number(here[0], unknowns), const(0)))
-    whole = _slice_of(here)
+        return not_(eq(_number(part[0], unknowns), const(0)))
+    whole = _slice_of(part)
     if kind.is_real or kind.is_double:
-        return _float(here, whole, kind, unknowns)
+        return _float(part, whole, kind, unknowns)
     if whole is not None and whole.t.kind in FLOATS and (whole.at, kind.bits) == (0, _bits(whole.t)):
         return unknowns.computed("bits", kind_of(kind), whole.t, strict=True)
     if whole is not None and whole.t.kind == INT:
         return wrap(shr(whole.t, 8 * whole.at), kind.wraps)
     number = const(0)
-    for place, byte in enumerate(here):
+    for place, byte in enumerate(part):
         number = add(number, mul(_number(byte, unknowns), const(1 << 8 * place)))
     return wrap(number, kind.wraps)
 

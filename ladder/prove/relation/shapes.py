@@ -23,9 +23,9 @@ def shape_of(part: Any) -> Hashable:
         return tuple(map(shape_of, part))
     if isinstance(part, Mapping):
         return tuple(sorted(((repr(name), shape_of(value)) for name, value in part.items()), key=_first))
-    own = _OWN.get(type(part))
-    if own is not None:
-        return type(part), *[shape_of(getattr(part, name)) for name in own]
+    names = _OWN.get(type(part))
+    if names is not None:
+        return type(part), *[shape_of(getattr(part, name)) for name in names]
     if is_dataclass(part) and not isinstance(part, (type, Spec)):
         return type(part), *[shape_of(getattr(part, field.name)) for field in fields(part) if field.compare]
     return part if isinstance(part, Hashable) else object()

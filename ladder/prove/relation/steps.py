@@ -88,7 +88,7 @@ class TermSteps(TermValues):
         self._number = 0  # number of the current rung
         self._answers: list[Answer] = []
         self._depth = 0  # nesting of calls
-        self._passes = 0  # passes of all loops whose end is not known
+        self._passes = 0  # passes of all loops with an unknown end
         self._system: list[Leaf] | None = None  # leaves that instructions may read without naming them
         self._world: Hashable = None
 
@@ -121,10 +121,10 @@ class TermSteps(TermValues):
         kept, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
         try:
             result = row()
-        except REFUSED as why:
+        except REFUSED as refusal:
             undone, moved = self._undo(kept, mark)
             self.site = step.site
-            return None, self._refused(step, power, why, undone, moved=moved)
+            return None, self._refused(step, power, refusal, undone, moved=moved)
         self.log.commit(mark)
         return result, None
 
@@ -209,20 +209,20 @@ class TermSteps(TermValues):
 
     def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
         """Return the function of a step that was refused, with everything that decides its effects."""
-        own = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
+        leaves = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
-        if any(leaf.size > MOST_OPEN for leaf in own):
+        if any(leaf.size > MOST_OPEN for leaf in leaves):
             return ONLY
         arguments: dict[Hashable, T] = {"power": power} if _acts_without_power(step) else {}
-        for leaf in (*own, *self._system):
+        for leaf in (*leaves, *self._system):
             path = leaf.path.upper()
             arguments.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
         for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
             where: Any = self.frame[root]
             parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
             arguments.update(((root, name), term_of(value, INT)) for name, value in parts.items())
-        return UnknownOrigin(named(step, tuple(own), self._world), arguments)
+        return UnknownOrigin(named(step, tuple(leaves), self._world), arguments)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write through its operands."""

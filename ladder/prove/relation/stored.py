@@ -148,14 +148,14 @@ class TermPlaces(Interpreter):
             return
         name = name_of(key)
         if key[0].endswith(CLOCK):
-            own = var(name, INT, 0, self.most_age)
-            now = least(add(own, ite(self.begun, const(0), self.dt)), self.most_age)
+            age = var(name, INT, 0, self.most_age)
+            now = least(add(age, ite(self.begun, const(0), self.dt)), self.most_age)
         else:
-            own = now = var(name, *kind_of(leaf.type))
+            age = now = var(name, *kind_of(leaf.type))
         for where, site in self._lost.get(key[0], ()):
             now = ite(where, self.unknown_of(leaf, key[1], site=site), now)
             put(self.written, key, True)
-        put(self.vars, key, own)
+        put(self.vars, key, age)
         put(self.leaves, key, leaf)
         put(self._kept, key, now)
 
@@ -191,12 +191,12 @@ class TermPlaces(Interpreter):
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place to a value of its type where the guard holds."""
         key = leaf.path.upper(), index
-        here = self.value_here(leaf, index)
+        present = self.value_here(leaf, index)
         self.log.put(self.written, key, True)
         t = self._fitting(t, leaf, key)
         path = self.paths.path
         if path is not None:
-            path.written[key] = ite(guard, t, here)
+            path.written[key] = ite(guard, t, present)
         else:
             self._assign(key, guard, t)
 
@@ -309,10 +309,10 @@ class TermPlaces(Interpreter):
 
     def stop(self, bad: T) -> None:
         """Stop the processor where a condition holds; if `ends`, the scan ends there."""
-        here = and_(self.active, bad)
-        self.stops = or_(self.stops, here)
+        stopped = and_(self.active, bad)
+        self.stops = or_(self.stops, stopped)
         if self.ends:
-            self.faulted = or_(self.faulted, here)
+            self.faulted = or_(self.faulted, stopped)
             self.active = and_(self.active, not_(bad))
 
     def write_paths(self, paths: list[Path]) -> None:

@@ -116,9 +116,9 @@ class TermText:
         """Return whether this text sorts before another by character codes; a prefix sorts first."""
         less = lt(self.length, other.length)
         for place in reversed(range(min(len(self.codes), len(other.codes)))):
-            both = and_(lt(const(place), self.length), lt(const(place), other.length))
+            within = and_(lt(const(place), self.length), lt(const(place), other.length))
             left, right = self.codes[place], other.codes[place]
-            less = ite(and_(both, not_(eq(left, right))), lt(left, right), less)
+            less = ite(and_(within, not_(eq(left, right))), lt(left, right), less)
         return less
 
     def find(self, pattern: Any, start: Any) -> Any:
@@ -144,8 +144,8 @@ def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
     """Return characters shifted to the right."""
     shifted = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(by.lo, by.hi) - 1):
-        here, moved = bit(by, k), [NONE] * (1 << k) + shifted
-        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+        moves, moved = bit(by, k), [NONE] * (1 << k) + shifted
+        shifted = [ite(moves, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
     return shifted
 
 
@@ -153,8 +153,8 @@ def _dropped(codes: Sequence[T], by: T) -> list[T]:
     """Return characters without the first `by` characters."""
     shifted = list(codes)
     for k in range(bits_of(by.lo, by.hi) - 1):
-        here, moved = bit(by, k), shifted[1 << k :] + [NONE] * (1 << k)
-        shifted = [ite(here, there, code) for code, there in zip(shifted, moved, strict=False)]
+        moves, moved = bit(by, k), shifted[1 << k :] + [NONE] * (1 << k)
+        shifted = [ite(moves, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
     return shifted
 
 

@@ -42,8 +42,8 @@ class Frame:
             return literal(self.solver, v, system.initial[name])
         if self.before is not None and name in system.next:
             after = system.next[name]
-            made = self.before.term(after)
-            return fit(self.solver, made, width(after), width(v)) if v.kind == INT else made
+            earlier = self.before.term(after)
+            return fit(self.solver, earlier, width(after), width(v)) if v.kind == INT else earlier
         known = self.chosen.get(name)
         if known is None:
             known = self.chosen[name] = v, declare(self.solver, v, f"{name}@{self.number}")
@@ -60,4 +60,6 @@ class Frame:
 
     def values(self) -> dict[str, Any]:
         """Return the values that the solver chose, by name, after sat."""
-        return {name: self.solver.found(made, variable) for name, (variable, made) in self.chosen.items()}
+        return {
+            name: self.solver.found(formula, variable) for name, (variable, formula) in self.chosen.items()
+        }

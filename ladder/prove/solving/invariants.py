@@ -85,13 +85,13 @@ def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
         fuse: see `Solver`; a group that blows it gives no invariants.
     """
     seen = traces(system, cone)
-    made = {
+    suggested = {
         invariant.term: invariant
         for invariant in _suggested(system, cone, seen)
         if invariant.term.op != "const"
     }
     search = _Search(system, fuse // 4)  # each group of candidates takes many questions
-    candidates = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
+    candidates = search.kept(list(suggested.values())[:MOST_SUGGESTED], first=True)
     return Invariants(search.kept(candidates, first=False), search.work, search.steps, search.blown)
 
 
@@ -218,13 +218,13 @@ class _Search:
             for candidate in candidates:
                 solver.state(frame.term(candidate.term))
             frame = Frame(self.system, solver, frame)
-        made = [frame.term(invariant.term) for invariant in candidates]
-        self.work += solver.made  # counted before the questions, whose number depends on models
+        formulas = [frame.term(invariant.term) for invariant in candidates]
+        self.work += solver.made  # counted first: the models decide how many questions follow
         holds = Evaluator([invariant.term for invariant in candidates])
         left = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):
             group = left.intersection(range(begin, begin + GROUP))
-            left -= self._broken(frame, made, holds, group)
+            left -= self._broken(frame, formulas, holds, group)
         self.steps += solver.steps
         return [candidates[number] for number in sorted(left)]
 

@@ -82,7 +82,7 @@ def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
 
 _WORDS = frozenset(["bvadd", "bvsub", "bvmul", "bvsdiv", "bvsrem", "bvand", "bvor", "bvxor"])
 _KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs", "fp.sqrt", "fp.rem"}
-"""Operations whose result has the sort of their operands."""
+"""Operations with a result of the same sort as the operands."""
 
 
 def _sort(sort: Sort) -> str:

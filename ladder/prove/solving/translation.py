@@ -50,10 +50,10 @@ def sort_of(t: T) -> Sort:
 
 def declare(sink: Sink, t: T, name: str) -> Any:
     """Return a new variable; assert that it lies in the interval of its term."""
-    made = sink.declare(sort_of(t), name)
-    for condition in interval_conditions(sink, t, made):
+    variable = sink.declare(sort_of(t), name)
+    for condition in interval_conditions(sink, t, variable):
         sink.state(condition)
-    return made
+    return variable
 
 
 def interval_conditions(sink: Sink, t: T, made: Any) -> Iterator[Any]:
@@ -150,13 +150,15 @@ def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
     bits = max(width(argument) for argument in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))
-    wide = [fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)]
-    result = sink.apply(_WHOLE[t.op], wide)
+    widened = [
+        fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)
+    ]
+    result = sink.apply(_WHOLE[t.op], widened)
     if t.kind != INT:
         return result
     if t.op in ("div", "rem") and t.args[1].lo <= 0 <= t.args[1].hi:
         zero = sink.value(bits, 0)
-        result = sink.apply("ite", [sink.apply("=", [wide[1], zero]), zero, result])
+        result = sink.apply("ite", [sink.apply("=", [widened[1], zero]), zero, result])
     return fit(sink, result, bits, width(t))
 
 

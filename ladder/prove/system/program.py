@@ -135,11 +135,11 @@ class ProgramSystem(System):
         self.machine = self._scanned({}, ends=ends)
         self.lengths = self._constant_lengths()
         if self.lengths:
-            again = self._scanned(self.lengths, ends=ends)
-            if self.lengths.keys() & again.written:
+            scanned = self._scanned(self.lengths, ends=ends)
+            if self.lengths.keys() & scanned.written:
                 self.lengths = {}
             else:
-                self.machine = again
+                self.machine = scanned
         self.machine.noting = False  # monitors are not part of the program
         self._run_monitors()
         self.stops = self.machine.stops
@@ -347,7 +347,7 @@ class ProgramSystem(System):
         if path in self._kept:
             return False
         if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
-            return True  # any of them may be a consumed tag, or receive the reply to a message
+            return True  # any tag may be consumed, or receive the reply to a message
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
     def is_written_beside(self, path: str) -> bool:
@@ -398,7 +398,7 @@ class ProgramSystem(System):
     def limits_met(self) -> tuple[str, ...]:
         """Return the places where the relation does not follow the program."""
         return tuple(
-            f"{site.routine} {site.place}: {name}, {why}" for site, name, why in self.machine.cut[:3]
+            f"{site.routine} {site.place}: {name}, {reason}" for site, name, reason in self.machine.cut[:3]
         )
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:

@@ -201,11 +201,11 @@ class System:
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
         """Use the contract that `narrowed` returns for terms, in the body of a `with`."""
-        own, self.contract = self.contract, self.narrowed(roots)
+        contract, self.contract = self.contract, self.narrowed(roots)
         try:
             yield
         finally:
-            self.contract = own
+            self.contract = contract
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the instructions without a model that affect a cone."""

@@ -258,7 +258,7 @@ class Drive:
         )
 
     def _nothing_to_come(self) -> bool:
-        """Whether there is nothing to do until status word 0 changes or a command comes."""
+        """Whether the drive is idle until status word 0 changes or a command arrives."""
         if self.late or self.pending is not None or self.step != self._last:
             return False
         attended = self.running is not None and self.running.attended
@@ -387,15 +387,15 @@ class Drive:
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
             self._start(newer, now_ns)
             return
-        way = self.kind.way
-        if way is Yielding.WAIT:
+        yielding = self.kind.way
+        if yielding is Yielding.WAIT:
             return
-        if way is Yielding.RELEASE:
+        if yielding is Yielding.RELEASE:
             self.out[0] = 0
             if not self.parameters_first:
                 self.out[1] &= ~_FOLLOWER
         else:
-            self._write(way.value)
+            self._write(yielding.value)
         self.step = HandshakeStep.YIELDING
 
     def _go_on(self, now_ns: int) -> None:

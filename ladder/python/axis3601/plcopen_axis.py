@@ -269,9 +269,9 @@ class Axis3601(Device):
             if register == 0:
                 raise ValueError("registration distance 0 is not allowed: 1 to 8388607")
             require("speed", speed, -self._limits.speed, self._limits.speed)
-            way = Direction.CW if speed > 0 else Direction.CCW
+            direction = Direction.CW if speed > 0 else Direction.CCW
             rates, limits = (acceleration, deceleration), self._limits
-            return Manual(way, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
+            return Manual(direction, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
 
         if register is None:
             return self._ask(Velocity(self.name, f"run({speed})", self._drive), manual)
@@ -295,9 +295,9 @@ class Axis3601(Device):
         """
 
         def follower() -> Image:
-            way = Direction.CW if numerator > 0 else Direction.CCW
+            direction = Direction.CW if numerator > 0 else Direction.CCW
             rates, limits = (acceleration, deceleration), self._limits
-            return Follower(way, abs(numerator), denominator, *rates, limits=limits).to_image()
+            return Follower(direction, abs(numerator), denominator, *rates, limits=limits).to_image()
 
         return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 
@@ -370,17 +370,17 @@ class Axis3601(Device):
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
         if self.slot not in slots:
-            there = ", ".join(map(str, slots)) or "none"
-            self._refuse(f"slot {self.slot} is empty; modules sit in {there}")
+            listed = ", ".join(map(str, slots)) or "none"
+            self._refuse(f"slot {self.slot} is empty; modules sit in {listed}")
         slot, words = slots[self.slot], words_of(slots)[self.slot]
         model = model_of(words)
         if model is None and not may_be_stepper(words):
             self._refuse(
                 f"slot {self.slot} has a {words.message}, which has neither a 3601's words nor a drive's"
             )
-        wrong = wrong_configuration(self.configuration, model)
-        if wrong:
-            self._refuse(f"slot {self.slot}, {words.message if model is None else model.title}: {wrong}")
+        mistake = wrong_configuration(self.configuration, model)
+        if mistake:
+            self._refuse(f"slot {self.slot}, {words.message if model is None else model.title}: {mistake}")
         self._translate(model, words, slot)
         self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
         link = Link(self.slot, slot)
@@ -442,8 +442,8 @@ class Axis3601(Device):
             detail = f"state {self.state.name}"
         try:
             command.take(words())
-        except ValueError as wrong:
-            refused, detail = refused | ErrorId.PARAMETER, str(wrong)
+        except ValueError as refusal:
+            refused, detail = refused | ErrorId.PARAMETER, str(refusal)
         if not refused and self._translation is not None:
             detail = lacking(self._translation.model, command)
             refused = ErrorId.NOT_AVAILABLE * bool(detail)
@@ -455,9 +455,9 @@ class Axis3601(Device):
 
     def _refusal(self, kind: CommandKind) -> int:
         drive = self._drive
-        wrong = drive.state not in kind.allowed or (kind.keeps_out and drive.locked)
+        refused = drive.state not in kind.allowed or (kind.keeps_out and drive.locked)
         no_position = kind is ABSOLUTE and not drive.position_valid
-        return ErrorId.WRONG_STATE * wrong | ErrorId.POSITION_INVALID * no_position
+        return ErrorId.WRONG_STATE * refused | ErrorId.POSITION_INVALID * no_position
 
 
 def _name_of(direction: Direction) -> str:

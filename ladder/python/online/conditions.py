@@ -95,13 +95,13 @@ def _check_function(function: FunctionType, old: Edition, new: Edition, texts: T
 def _text_of(function: FunctionType, edition: Edition) -> str | None:
     """Return the syntax of a function; None without its source."""
     around = _around(function, edition)
-    own = function.__code__
+    code = function.__code__
     if around is None:
         return None
-    first = own.co_firstlineno
-    if "<locals>" not in own.co_qualname:
+    first = code.co_firstlineno
+    if "<locals>" not in code.co_qualname:
         return ast.dump(around)
-    places = {place[:1] + place[2:3] for place in own.co_positions() if place[0]}
+    places = {place[:1] + place[2:3] for place in code.co_positions() if place[0]}
     nodes = [
         node
         for node in ast.walk(around)

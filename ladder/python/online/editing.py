@@ -107,16 +107,16 @@ def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Edit
     moves, continued = _sequences(logic, fresh, _context(logic, parts, old, new), restart)
     fields = plan_fields(logic, fresh, old, new)
     restarts = tuple(sequence.name for sequence in fresh._logic_sequences if sequence.name in restart)
-    there = _names(fresh, new)
+    present_names = _names(fresh, new)
     begins = {*parts.changed, *fields.values} - {*fields.kept}
     constants = {name for name in new.constants() if f".{name}" in new.changed_from(old)}
     known = _names(logic, old)
     edit = LogicEdit(
         logic._logic_clock.now_ns,
         kept=(*fields.kept, *parts.kept),
-        new=tuple(name for name in there if name not in known),
-        changed=tuple(name for name in there if name in known and name in begins | constants),
-        dropped=tuple(name for name in known if name not in there and name not in fields.kept),
+        new=tuple(name for name in present_names if name not in known),
+        changed=tuple(name for name in present_names if name in known and name in begins | constants),
+        dropped=tuple(name for name in known if name not in present_names and name not in fields.kept),
         continued=continued,
         restarted=restarts,
         restated=fields.restated,
@@ -144,10 +144,10 @@ def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditC
     """Return the context of an edit for placing its sequences."""
     before = {part.name: part for part in logic._logic_parts}
     anew = tuple(before[name] for name in parts.changed if name in before)
-    gone = tuple(part for name, part in before.items() if name not in parts.parts)
+    dropped = tuple(part for name, part in before.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
-    return EditContext(old, new, codes, anew + gone, new.changed_from(old), texts)
+    return EditContext(old, new, codes, anew + dropped, new.changed_from(old), texts)
 
 
 def _names(logic: Logic, edition: Edition) -> list[str]:
@@ -169,23 +169,23 @@ def _sequences(
     Raises:
         EditRefusal: one or more sequences can't continue.
     """
-    there = {fresh_sequence.name for fresh_sequence in fresh._logic_sequences}
-    unknown = [name for name in restart if name not in there]
+    known = {fresh_sequence.name for fresh_sequence in fresh._logic_sequences}
+    unknown = [name for name in restart if name not in known]
     if unknown:
-        raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(there))}")
+        raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(known))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
     lines = []
     for sequence in logic._logic_sequences:
-        if sequence.over or sequence.name in restart or sequence.name not in there:
+        if sequence.over or sequence.name in restart or sequence.name not in known:
             continue
         try:
-            own = plan_moves(sequence, context)
+            planned = plan_moves(sequence, context)
         except NotPlacedError as error:
             errors[sequence.name] = error
         else:
-            moves += own
-            lines.append(_continued(sequence, own))
+            moves += planned
+            lines.append(_continued(sequence, planned))
     if errors:
         raise _refusal(errors)
     return moves, tuple(lines)
@@ -225,9 +225,9 @@ def _parts(logic: Logic, fresh: Logic) -> PartPlan:
     kept: list[str] = []
     changed: list[str] = []
     for part in fresh._logic_parts:
-        own = before.get(part.name)
-        continues = own is not None and own.continues_as(part)
-        parts[part.name] = own if own is not None and continues else part
+        earlier = before.get(part.name)
+        continues = earlier is not None and earlier.continues_as(part)
+        parts[part.name] = earlier if earlier is not None and continues else part
         (kept if continues else changed).append(part.name)
     return PartPlan(parts, tuple(kept), tuple(changed))
 
@@ -237,20 +237,20 @@ def _parts(logic: Logic, fresh: Logic) -> PartPlan:
 
 def _carry_out(plan: EditPlan) -> None:
     logic, fresh = plan.logic, plan.fresh
-    own: dict[str, Any] = vars(logic)
+    fields: dict[str, Any] = vars(logic)
     kind: type[Logic] = type(fresh)
     _share_modules(logic, fresh, plan.old, plan.new)
     release(type(logic), list(forced_fields(logic)))
     logic.__class__ = kind
-    for name in [field for field in plan.fields.dropped if field in own]:
-        del own[name]
-    own.update(plan.fields.values)
+    for name in [field for field in plan.fields.dropped if field in fields]:
+        del fields[name]
+    fields.update(plan.fields.values)
     logic._logic_forced = {
-        name: value for name, value in forced_fields(logic).items() if own.get(name) == value
+        name: value for name, value in forced_fields(logic).items() if fields.get(name) == value
     }
     hold_forces(logic)
-    _take_parts(plan, own)
-    sequences = _take_sequences(plan, own)
+    _take_parts(plan, fields)
+    sequences = _take_sequences(plan, fields)
     logic._logic_sequences = sequences
     logic._logic_made = fresh._logic_made
     logic._logic_codes = tuple(code for move in plan.moves for code in move.move())
@@ -291,9 +291,9 @@ def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]
             sequence.restart()
         own[fresh.name] = sequence
         sequences.append(sequence)
-    for name, gone in before.items():
+    for name, dropped in before.items():
         own.pop(name, None)
-        gone.close()
+        dropped.close()
     return tuple(sequences)
 
 

@@ -73,8 +73,8 @@ class Edition:
 
         They are functions, and constants of the class and its modules, not fields, which keep their value.
         """
-        own, previous = self._constants(), before._constants()
-        changed = {name for name in {*own, *previous} if not _same(own.get(name), previous.get(name))}
+        present, previous = self._constants(), before._constants()
+        changed = {name for name in {*present, *previous} if not _same(present.get(name), previous.get(name))}
         bodies, others = self._bodies(), before._bodies()
         functions = {name for name in {*bodies, *others} if bodies.get(name) != others.get(name)}
         return frozenset(changed | functions | {f".{function}" for function in functions})
@@ -100,9 +100,9 @@ class Edition:
     def _bodies(self) -> dict[str, str]:
         functions = {method.__name__: method for method in self._methods()}
         for module, names in self.modules.items():
-            own = (value for value in names.values() if isinstance(value, FunctionType))
+            functions_here = (value for value in names.values() if isinstance(value, FunctionType))
             functions.update(
-                (function.__name__, function) for function in own if function.__module__ == module
+                (function.__name__, function) for function in functions_here if function.__module__ == module
             )
         trees = {name: self.tree(function) for name, function in functions.items()}
         return {name: "" if tree is None else ast.dump(tree) for name, tree in trees.items()}

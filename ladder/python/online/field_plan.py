@@ -40,14 +40,14 @@ class FieldPlan:
 
 def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> FieldPlan:
     """Plan the fields of an edit; raise an EditRefusal if a field's class no longer exists."""
-    own, updated = own_fields(logic), own_fields(fresh)
-    before, after = body_fields(logic, old) | own, body_fields(fresh, new) | updated
+    present, updated = own_fields(logic), own_fields(fresh)
+    before, after = body_fields(logic, old) | present, body_fields(fresh, new) | updated
     alive = new.stored | {*dir(type(fresh)), *updated}
     dropped = tuple(name for name in before if name not in alive)
     stays = [name for name in after if name in before and not _is_retyped(name, before, after, old)]
-    stays += [name for name in own if name not in after and name not in dropped]
-    both = before.keys() & after.keys()
-    takes = [name for name in (*after, *own) if name in stays or name in updated or name in both]
+    stays += [name for name in present if name not in after and name not in dropped]
+    common = before.keys() & after.keys()
+    takes = [name for name in (*after, *present) if name in stays or name in updated or name in common]
     values = {
         name: _taken_over(name, before[name], old, new) if name in stays else after[name] for name in takes
     }
@@ -93,7 +93,7 @@ def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
         edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)
         if isinstance(edited, type) and issubclass(edited, Enum) and value.name in edited.__members__:
             return edited[value.name]
-    why = foreign(value, old)
-    if why:
-        raise EditRefusal(f"field {name} is {why}: its value can't be taken over")
+    description = foreign(value, old)
+    if description:
+        raise EditRefusal(f"field {name} is {description}: its value can't be taken over")
     return value

@@ -62,8 +62,8 @@ class Fields:
     def forces(self) -> dict[str, Field]:
         """The forced fields by name, with their values."""
         logic = self._logic()
-        own = type(logic).__name__.lower()
-        return {f"{own}.{name}": value for name, value in forced_fields(logic).items()}
+        prefix = type(logic).__name__.lower()
+        return {f"{prefix}.{name}": value for name, value in forced_fields(logic).items()}
 
     @property
     def tags(self) -> Fields:
@@ -98,8 +98,8 @@ class Fields:
     def address_of(self, name: str) -> str | None:
         """Return the address of an input or output of the program; None for any other name."""
         logic = self._logic()
-        own = name.removeprefix(f"{type(logic).__name__.lower()}.")
-        signals = [part for part in parts_of(logic) if isinstance(part, Signal) and part.name == own]
+        field_name = name.removeprefix(f"{type(logic).__name__.lower()}.")
+        signals = [part for part in parts_of(logic) if isinstance(part, Signal) and part.name == field_name]
         return str(signals[0].at) if signals and signals[0].at is not None else None
 
     def unforce(self, name: str | None = None) -> None:
@@ -117,9 +117,11 @@ class Fields:
         logic = self._logic()
         owner, _, field = name.rpartition(".")
         known = fields_of(logic)
-        own = type(logic).__name__.lower()
-        if owner != own or field not in known:
-            raise ValueError(f"no field {name}: {', '.join(f'{own}.{known_name}' for known_name in known)}")
+        prefix = type(logic).__name__.lower()
+        if owner != prefix or field not in known:
+            raise ValueError(
+                f"no field {name}: {', '.join(f'{prefix}.{known_name}' for known_name in known)}"
+            )
         return field
 
     def _fitting(self, field: str, value: object) -> Field:

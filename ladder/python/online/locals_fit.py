@@ -22,8 +22,8 @@ class LocalsError(ValueError):
 def names_needed(body: list[ast.stmt], point: Point) -> Names:
     """Return the names that may be read after a point before they are assigned, and names in its await."""
     needed = set(_Reads().of(body))
-    own = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
-    needed.update(node.id for node in ast.walk(own) if isinstance(node, ast.Name))
+    target = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
+    needed.update(node.id for node in ast.walk(target) if isinstance(node, ast.Name))
     return frozenset(name for name in needed if not name.startswith("."))
 
 
@@ -174,11 +174,11 @@ def _setting(
         if isinstance(node, NESTED):
             yield f"{above}{ast.unparse(node)}", frozenset({getattr(node, "name", "")}), frozenset()
             continue
-        own = f"{above}{ast.unparse(node).splitlines()[0]}"
+        head = f"{above}{ast.unparse(node).splitlines()[0]}"
         names, read = _in_head(node)
         if names:
-            yield own, names, read
-        yield from _setting_inside(node, end, f"{own} " if isinstance(node, ast.If | ast.Match) else above)
+            yield head, names, read
+        yield from _setting_inside(node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above)
 
 
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:

@@ -123,12 +123,12 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
         raise NotPlacedError(f"{sequence.name} waits in no function of the program")
     name, last = sequence.name, waiting[-1]
     _named(name, last, lambda: context.check_wait(wait))
-    if all(_is_as_before(item, context) for item in waiting):
+    if all(_is_as_before(paused, context) for paused in waiting):
         for unmoved in waiting:
             _named(name, unmoved, partial(_check_locals, unmoved.values, context))
-        moves = [SequenceMove(sequence, (), tuple(item.code for item in waiting))]
+        moves = [SequenceMove(sequence, (), tuple(paused.code for paused in waiting))]
     else:
-        planned = [_named(name, item, partial(_move_of, item, context)) for item in waiting]
+        planned = [_named(name, paused, partial(_move_of, paused, context)) for paused in waiting]
         moves = [SequenceMove(sequence, tuple(planned))]
     for branch in branches_in(wait):
         moves += plan_moves(branch, context)
@@ -148,12 +148,12 @@ def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
     try:
         return check()
     except UnknownStackError:
-        why = "what its open blocks hold can't be read in this Python"
+        reason = "what its open blocks hold can't be read in this Python"
     except ValueError as error:
-        why = str(error)
+        reason = str(error)
     file, line = frame.code.co_filename, frame.work.cr_frame.f_lineno
     place = f"{name} waits in {frame.code.co_name}"
-    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {why}")
+    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {reason}")
 
 
 def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionType, FunctionType]:
@@ -193,12 +193,12 @@ def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
-    here = [point for point in points if point.is_at(frame.at)]
-    if len(here) != 1:
+    matching = [point for point in points if point.is_at(frame.at)]
+    if len(matching) != 1:
         raise ValueError("its await is not found in the source")
-    if _leaves_block(frame, here[0]):
+    if _leaves_block(frame, matching[0]):
         raise ValueError("it leaves an `async with`")
-    return here[0]
+    return matching[0]
 
 
 def _check_locals(values: Mapping[str, Any], context: EditContext) -> None:
@@ -217,7 +217,7 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
     """
     loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
     places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
-    taken, heads = list(held), []
+    iterators, heads = list(held), []
     for place, step in zip(places, loops, strict=True):
         node: Any = step.node
         if not names_read(node.iter) & context.names:
@@ -225,9 +225,9 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
         iterator = _rest_of(held[place], ast.unparse(node.iter), context)
         if iterator is None:
             check_unchanged(f"it is in `{step.head}`", names_read(node.iter), context.names)
-        taken[place] = iterator
+        iterators[place] = iterator
         heads.append(f"{step.head}:")
-    return taken, heads
+    return iterators, heads
 
 
 _TUPLE_ITERATOR: type[Any] = type(iter(()))
@@ -251,12 +251,12 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     _, edited = _functions_of(frame, context)
     present_tree, edited_tree = _trees_of(frame, context)
     points = points_of(present_tree)
-    here = _point_of(frame, points)
-    target = counterpart(here, points, points_of(edited_tree))
-    before, after = PlacedAwait(present_tree, here), PlacedAwait(edited_tree, target)
-    resume(present_tree, here)  # raises if its frame can't be read
+    point = _point_of(frame, points)
+    target = counterpart(point, points, points_of(edited_tree))
+    before, after = PlacedAwait(present_tree, point), PlacedAwait(edited_tree, target)
+    resume(present_tree, point)  # raises if its frame can't be read
     resumed = resume(edited_tree, target)
-    held = frame.held(here.holds)
+    held = frame.held(point.holds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
     values = _fitting(frame, before, after, resumed, edited, context, loops)
@@ -280,12 +280,12 @@ def _fitting(
 ) -> dict[str, Any]:
     """Return the locals that the edited function takes over."""
     code = edited.__code__
-    own = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
-    values = {name: frame.values[name] for name in own if name in frame.values}
+    local_names = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
+    values = {name: frame.values[name] for name in local_names if name in frame.values}
     needed = names_needed(resumed.body, after.point)
     if ast.dump(before.function) != ast.dump(after.function):
-        check_bound(needed, own, values)
-    check_origins(needed & frozenset(own), before, after, context.names, loops)
+        check_bound(needed, local_names, values)
+    check_origins(needed & frozenset(local_names), before, after, context.names, loops)
     _check_locals({name: values[name] for name in sorted(needed & values.keys())}, context)
     return values
 
@@ -298,9 +298,9 @@ def _check_local(name: str, value: Any, context: EditContext) -> None:
     elif isinstance(value, FunctionType | Coroutine):
         raise ValueError(f"its local {name} is a function or a coroutine of the program before")
     else:
-        why = foreign(value, context.old)
-        if why and not isinstance(value, context.old.kind):
-            raise ValueError(f"its local {name} is {why}")
+        description = foreign(value, context.old)
+        if description and not isinstance(value, context.old.kind):
+            raise ValueError(f"its local {name} is {description}")
 
 
 def _check_held(held: list[Any], context: EditContext) -> None:

@@ -57,9 +57,9 @@ def resume(function: Function, point: Point) -> ResumptionBody:
     Raises:
         CannotBeginError: no function can begin at this await.
     """
-    made = ResumptionBody()
-    made.body = _Writer(made, point).block(function.body, 0)
-    return made
+    body = ResumptionBody()
+    body.body = _Writer(body, point).block(function.body, 0)
+    return body
 
 
 class _Writer:
@@ -100,10 +100,10 @@ class _Writer:
             if isinstance(node, kinds):
                 value = getattr(node, name)
                 if isinstance(value, list):
-                    made: ast.expr = _with(node, **{name: [self._first(value[0]), *value[1:]]})
+                    result: ast.expr = _with(node, **{name: [self._first(value[0]), *value[1:]]})
                 else:
-                    made = _with(node, **{name: self._first(value)})
-                return made
+                    result = _with(node, **{name: self._first(value)})
+                return result
         raise CannotBeginError(_HALF)
 
     def _entered(self, node: Any) -> ast.stmt:
@@ -125,11 +125,11 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
         if step.field == "test":
-            both = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
-            return [_with(node, test=both)]
-        again = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
+            condition = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
+            return [_with(node, test=condition)]
+        body = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
         test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
-        return [_with(node, test=test, body=[again])]
+        return [_with(node, test=test, body=[body])]
 
     def _for(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field == "orelse":
@@ -223,10 +223,10 @@ _WRITERS: Mapping[type[ast.stmt], Callable[[_Writer, Any, BlockStep, int], list[
 
 def _with(node: Node, **fields: Any) -> Node:
     """Return a copy of a node with other fields."""
-    made = copy.copy(node)
+    result = copy.copy(node)
     for name, value in fields.items():
-        setattr(made, name, value)
-    return made
+        setattr(result, name, value)
+    return result
 
 
 def _at(node: Node, place: Any) -> Node:
@@ -257,11 +257,11 @@ def compiled(
     outside = [node for node in _own_nodes(function) if isinstance(node, ast.Global)]
     tree = ast.parse("def outer(__class__):\n async def inner(): pass")
     outer: Any = tree.body[0]
-    made = outer.body[0]
-    made.name, made.args.args = function.name, [ast.arg(name) for name in names]
-    made.body = [*outside, *resumed.body]
+    resumed_function = outer.body[0]
+    resumed_function.name, resumed_function.args.args = function.name, [ast.arg(name) for name in names]
+    resumed_function.body = [*outside, *resumed.body]
     owner = code.co_qualname.rpartition(".")[0].rpartition(".")[2]
-    outer.body = [_Private(owner).visit(copy.deepcopy(made))]
+    outer.body = [_Private(owner).visit(copy.deepcopy(resumed_function))]
     if LINES in original.__globals__:
         mark(outer.body[0])
     for copied in (outer, outer.body[0]):

@@ -184,7 +184,7 @@ class All(Several[tuple[Any, ...]]):
     def decide(self, now_ns: int) -> bool:
         for wait in tuple(self._left):
             if self.over(wait, now_ns):
-                wait.result()  # the error of one ends the wait for all at once
+                wait.result()  # an error in one ends the wait for all immediately
         return not self._left
 
     @override

@@ -165,9 +165,9 @@ class Sequence:
             self._ordered = False
             self._depend_on(None)
         else:
-            gone = wait.give_up(now_ns) if self._ordered else wait.gone(now_ns)
-            self._ordered, self._giving_up = False, not gone
-            if gone:
+            is_over = wait.give_up(now_ns) if self._ordered else wait.gone(now_ns)
+            self._ordered, self._giving_up = False, not is_over
+            if is_over:
                 self._abort(now_ns)
         self._begin_again_if_ordered(now_ns)
 

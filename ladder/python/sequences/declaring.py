@@ -18,7 +18,7 @@ Method = Callable[[Any], Coroutine[Any, Any, object]]
 EVERY_SCAN = "every_scan"
 
 SHARED = (list, dict, set, bytearray)
-"""Types whose value all instances of a class would share."""
+"""Types of values that all instances of a class would share."""
 
 
 class SequenceMethod:

@@ -51,8 +51,8 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
         after.append(next(texts))
     middle = [] if getattr(type(logic), EVERY_SCAN) is plain else [f"{EVERY_SCAN}()"]
     for number, sequence in enumerate(logic._logic_sequences):
-        names[own := f"sequence{number}"] = sequence
-        middle.append(_SEQUENCE.format(own=own))
+        names[name := f"sequence{number}"] = sequence
+        middle.append(_SEQUENCE.format(own=name))
     body = "\n".join([_HEAD, *before, *middle, *after])
     make = _compiled(body, tuple(names))
     scan: Callable[[LogicScan], None] = make(**names)

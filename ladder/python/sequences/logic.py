@@ -162,9 +162,9 @@ def _declare(logic: Logic) -> None:
     parts, sequences = [], []
     for name, declaration in declarations(type(logic)).items():
         if isinstance(declaration, SequenceMethod):
-            own = Sequence(name, declaration.function.__get__(logic), declaration.starts)
-            vars(logic)[name] = own
-            sequences.append(own)
+            sequence = Sequence(name, declaration.function.__get__(logic), declaration.starts)
+            vars(logic)[name] = sequence
+            sequences.append(sequence)
             continue
         part = copy.copy(declaration)
         parts.append(part)

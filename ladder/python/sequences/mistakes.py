@@ -44,7 +44,7 @@ PROBE = "captured"
 _OURS = "scanrack."
 
 SETTING_UP = ("__init__", "__post_init__")
-"""Methods whose assignments declare fields."""
+"""Methods in which assignments declare fields."""
 
 
 class _File(NamedTuple):
@@ -86,7 +86,7 @@ def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
 
 
 def _statement(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in a statement that is a wait, "" if there is none."""
+    """Return the mistake in a statement that is a wait; "" without a mistake."""
     if not (isinstance(node, ast.Expr) and scope.is_wait(node.value)):
         return ""
     text = ast.unparse(node.value)
@@ -94,7 +94,7 @@ def _statement(scope: _Scope, node: ast.AST) -> str:
 
 
 def _hidden(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in an assignment to a part of the class, "" if there is none."""
+    """Return the mistake in an assignment to a part of the class; "" without a mistake."""
     for target in _targets(node):
         declared = scope.of_self(target)
         if isinstance(declared, Part | SequenceMethod) and not hasattr(type(declared), "__set__"):
@@ -104,7 +104,7 @@ def _hidden(scope: _Scope, node: ast.AST) -> str:
 
 
 def _undeclared(scope: _Scope, node: ast.AST) -> str:
-    """Return the mistake in an assignment to an undeclared field, "" if there is none."""
+    """Return the mistake in an assignment to an undeclared field; "" without a mistake."""
     if not (isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)):
         return ""
     if not (isinstance(node.value, ast.Name) and node.value.id == "self") or scope.fields is None:

@@ -35,9 +35,9 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
     if address.bit is None:
         kind = KINDS[image].capitalize()
         raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
-    there = rack[address.slot].terminals_instead(image, address.word, address.bit)
-    if there:
-        raise ValueError(f"{text!r}: the card in slot {address.slot} has {there}")
+    listed = rack[address.slot].terminals_instead(image, address.word, address.bit)
+    if listed:
+        raise ValueError(f"{text!r}: the card in slot {address.slot} has {listed}")
     return address
 
 

@@ -125,8 +125,8 @@ def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callab
     if word == 0:
         both_bits = mask | _MODE
         return lambda: words[0] & both_bits == mask, (words, 0, both_bits)
-    both = (image.raw.cast("i"), 0, 1 << _WORD_BITS + bit | _MODE)  # little-endian, see io_images.image
-    return lambda: words[word] & mask != 0 and words[0] >= 0, both if word == 1 else None
+    pair = (image.raw.cast("i"), 0, 1 << _WORD_BITS + bit | _MODE)  # little-endian, see io_images.image
+    return lambda: words[word] & mask != 0 and words[0] >= 0, pair if word == 1 else None
 
 
 def _unattached(part: Part) -> Callable[[], bool]:

@@ -114,5 +114,5 @@ def canonical(name: str) -> str:
     >>> canonical("SQRT__F"), canonical("add")
     ('SQR', 'ADD')
     """
-    plain = name.upper().removesuffix(FUNCTION)
-    return BY_NAME[plain].name if plain in BY_NAME else plain
+    stem = name.upper().removesuffix(FUNCTION)
+    return BY_NAME[stem].name if stem in BY_NAME else stem

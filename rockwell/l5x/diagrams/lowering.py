@@ -54,7 +54,7 @@ class DiagramLine:
 
     @property
     def place(self) -> str:
-        """The place of its element, as text for people."""
+        """The place of its element, as readable text."""
         return self.node.place
 
     @property
@@ -94,12 +94,12 @@ class _Lowering:
     def _refuse_unknown(self) -> None:
         """Raise one error that names all unknown blocks."""
         blocks = (node for node in self._order if node.tag in ("Block", "Function"))
-        wrong = [block for block in blocks if form_of(block) is None]
-        if wrong:
-            names = "; ".join(block.place for block in wrong)
-            kinds = ", ".join(dict.fromkeys(block.type for block in wrong))
+        unknown_blocks = [block for block in blocks if form_of(block) is None]
+        if unknown_blocks:
+            names = "; ".join(block.place for block in unknown_blocks)
+            kinds = ", ".join(dict.fromkeys(block.type for block in unknown_blocks))
             text = f"{names}: function block diagrams have no {kinds} here"
-            raise DiagramError(text, Site(line=wrong[0].record.line))
+            raise DiagramError(text, Site(line=unknown_blocks[0].record.line))
 
     def _named_outputs(self) -> Iterator[str]:
         """Yield the tags that the diagram writes, including the tags of its blocks."""
@@ -230,8 +230,8 @@ class _Lowering:
             for parameter in parameters
         )
         call = f"({','.join((node.operand, *operands))});"
-        off = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
-        self._enabled(node, [f"{node.type}{call}"], off)
+        off_call = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
+        self._enabled(node, [f"{node.type}{call}"], off_call)
 
     def _call(self, node: Node) -> None:
         """Add a JSR: its pins are the tags that it passes and receives; a wire to a pin writes the tag."""

@@ -26,9 +26,9 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
     for wire in chain.from_iterable(diagram.inputs.values()):
         if wire.through is not None:
             connected.setdefault(wire.through, wire.source)
-    shown = _DiagramParts(diagram, values, places, connected)
+    parts = _DiagramParts(diagram, values, places, connected)
     return tuple(
-        _Sheet(record, number, nodes[number], shown).sheet() for number, record in diagram.sheets.items()
+        _Sheet(record, number, nodes[number], parts).sheet() for number, record in diagram.sheets.items()
     )
 
 
@@ -84,9 +84,9 @@ class _Sheet:
         name = node.record.attributes.get("Name", "")
         if node.tag not in RUN:
             kind = _KINDS[node.tag]
-            shown = name if kind == "connector" else node.operand
+            label = name if kind == "connector" else node.operand
             tag = node.operand if kind != "connector" else ""
-            return DrawnElement(kind, x, y, (shown,), tag, places=places)
+            return DrawnElement(kind, x, y, (label,), tag, places=places)
         lines = tuple(filter(None, (node.type or node.tag, node.operand)))
         inputs, outputs = self._pins(node, wired)
         return DrawnElement("block", x, y, lines, node.operand, inputs, outputs, places)

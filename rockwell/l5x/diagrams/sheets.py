@@ -77,10 +77,10 @@ class Node:
 
     @property
     def place(self) -> str:
-        """Its place, as text for people."""
+        """Its place, as readable text."""
         name = self.operand or self.record.attributes.get("Name", "") * (self.tag in ("ICon", "OCon"))
-        shown = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
-        return f"sheet {self.key[0]}, {shown}"
+        label = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
+        return f"sheet {self.key[0]}, {label}"
 
     @property
     def position(self) -> tuple[int, int, int, int]:
@@ -164,13 +164,13 @@ class Diagram:
             text = f"sheet {sheet}: a wire leads to an element that does not exist"
             raise DiagramError(text, Site(line=record.line))
         pin = pin_of(record, "ToParam", target)
-        taken = self._wires.setdefault(target.key, {})
-        if pin.upper() in taken:
+        wired_pins = self._wires.setdefault(target.key, {})
+        if pin.upper() in wired_pins:
             raise target.refused(f"two wires lead to its input {pin}".rstrip())
         name = pin_of(record, "FromParam", source)
         if (target.tag in RUN and not pin) or (source.tag in RUN and not name):
             raise target.refused("a wire to it names no pin")
-        taken[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
+        wired_pins[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
 
     def _end(self, sheet: int, number: str) -> Node | None:
         node_number = number_of(number)
@@ -182,23 +182,22 @@ class Diagram:
         origin, pin, delayed = self._past_connectors(wire.source, wire.output)
         if self.nodes[origin].tag in ("ORef", "OCon"):
             raise self.nodes[origin].refused("a wire leaves it, and it has no output")
-        feedback = (
-            wire.feedback or delayed or origin == key
-        )  # a block that is wired to itself needs no indicator
+        # a block that is wired to itself needs no indicator
+        feedback = wire.feedback or delayed or origin == key
         return Input(wire.pin, Pin(self.nodes[origin], pin), feedback, first if first.tag == "ICon" else None)
 
     def _past_connectors(self, at: Key, pin: str) -> tuple[Key, str, bool]:
         """Follow input connectors to an element and its output; the last value: past a feedback wire."""
-        way: dict[Key, bool] = {}
+        visited: dict[Key, bool] = {}
         while self.nodes[at].tag == "ICon" and at not in self._sources:
             connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
-            if connector is None or not self._wires.get(connector.key) or at in way:
+            if connector is None or not self._wires.get(connector.key) or at in visited:
                 raise self.nodes[at].refused("nothing is wired to its output connector")
             wire = self._wires[connector.key][""]
-            way[at] = wire.feedback
+            visited[at] = wire.feedback
             at, pin = wire.source, wire.output
         source = self._sources.get(at, (at, pin, False))
-        for passed, feedback in reversed(way.items()):
+        for passed, feedback in reversed(visited.items()):
             source = self._sources[passed] = (*source[:2], source[2] or feedback)
         return source
 
@@ -239,11 +238,13 @@ class Diagram:
     def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
         """Return the error for a loop without an order; go backward until a block repeats."""
         key = min(waits, key=lambda each: blocks[each].position)
-        way: dict[Key, int] = {}
-        while key not in way:
-            way[key] = len(way)
+        visited: dict[Key, int] = {}
+        while key not in visited:
+            visited[key] = len(visited)
             key = min(waits[key], key=lambda each: blocks[each].position)
-        loop = sorted((blocks[block_key] for block_key in [*way][way[key] :]), key=lambda each: each.position)
+        loop = sorted(
+            (blocks[block_key] for block_key in [*visited][visited[key] :]), key=lambda each: each.position
+        )
         names = ", ".join(node.place for node in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))

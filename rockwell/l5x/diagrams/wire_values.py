@@ -106,14 +106,14 @@ class Values:
 
     def _result(self, node: Node) -> Elementary:
         form = form_of(node)
-        own = form.structure.member(form.output) if form else None
-        assert own is not None
-        if own.type is BOOL:
+        member = form.structure.member(form.output) if form else None
+        assert member is not None
+        if member.type is BOOL:
             return BOOL
         kinds = list(self._types_of_inputs(node))
-        if own.type is REAL and LREAL in kinds:
+        if member.type is REAL and LREAL in kinds:
             return LREAL
-        if own.type is REAL and (REAL in kinds or None in kinds):
+        if member.type is REAL and (REAL in kinds or None in kinds):
             return REAL
         wide = (isinstance(kind, Elementary) and kind.is_integer and kind.bits > DINT.bits for kind in kinds)
         return LINT if any(wide) else DINT

@@ -117,12 +117,12 @@ class Types:
         record = self._records.get(key)
         if record is not None:
             return self._structure(record)
-        made = self.add_on(key) or PREDEFINED_TYPES.get(key) or self._shown.get(key)
-        if made is None and key in _RENAMED:
-            made = TYPES[_RENAMED[key]]
-        if made is None:
+        kind = self.add_on(key) or PREDEFINED_TYPES.get(key) or self._shown.get(key)
+        if kind is None and key in _RENAMED:
+            kind = TYPES[_RENAMED[key]]
+        if kind is None:
             raise UnknownTypeError(f"no data type {name}")
-        return made
+        return kind
 
     def _structure(self, record: DataTypeRecord) -> Structure:
         structure = Structure(record.name, tuple(self._member(record, member) for member in record.members))
@@ -180,20 +180,20 @@ class Types:
         self._left -= needed
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
-        where = f"{member.name} of data type {record.name}"
+        place = f"{member.name} of data type {record.name}"
         if not NAME.fullmatch(member.name):
-            raise LadderError(f"{where}: that is not a name")
+            raise LadderError(f"{place}: that is not a name")
         if len(member.dims) > MAX_DIMENSIONS:
-            raise LadderError(f"{where} has dimensions {member.dims}")
+            raise LadderError(f"{place} has dimensions {member.dims}")
         if member.wrong_dims:
-            raise LadderError(f"{where}: {member.wrong_dims!r} are not dimensions")
+            raise LadderError(f"{place}: {member.wrong_dims!r} are not dimensions")
         if member.type.upper() == "BIT" and member.target:
             return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
         try:
             kind = self.find(member.type)
         except UnknownTypeError:
-            raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
-        self._refuse(where, self._bytes(kind, member.dims))
+            raise LadderError(f"{place} is a {member.type}, which the file does not define") from None
+        self._refuse(place, self._bytes(kind, member.dims))
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
     def own(self, kind: Structure) -> Structure:
@@ -221,13 +221,13 @@ class Types:
         if ":" in kind:
             values = {child.get("Name", ""): child.get("Value", "") for child in data.iterchildren("*")}
             members, self.apart[kind] = in_words(members, values)
-        made = _unique(kind or "unnamed", members)
-        if self._bytes(made, ()) > self._mib << 20:
+        structure = _unique(kind or "unnamed", members)
+        if self._bytes(structure, ()) > self._mib << 20:
             return None
         if kind:
-            self._shown[kind.upper()] = made
+            self._shown[kind.upper()] = structure
             self._own.add(kind.upper())
-        return made
+        return structure
 
     def _shown_member(self, element: Any) -> Member | None:
         name = element.get("Name")
@@ -259,7 +259,7 @@ def _refuse_host(kind: Structure, member: Member) -> None:
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:
-    named: dict[str, Member] = {}
+    by_name: dict[str, Member] = {}
     for member in members:
-        named.setdefault(member.name.upper(), member)
-    return Structure(name, tuple(named.values()))
+        by_name.setdefault(member.name.upper(), member)
+    return Structure(name, tuple(by_name.values()))

@@ -44,9 +44,9 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
     """
     images = [part.element for part in forced if part.element.tag == "ForceData"]
     data = (part.element for part in forced if part.element.tag != "ForceData")
-    shown = [force for element in data for inner in element.iterchildren("*") for force in _shown(inner, "")]
-    if shown or not images:
-        yield from shown
+    forces = [force for element in data for inner in element.iterchildren("*") for force in _shown(inner, "")]
+    if forces or not images:
+        yield from forces
     else:
         yield from _of_image(_bytes(images[0]), kind, dims, types)
 

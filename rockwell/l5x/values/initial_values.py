@@ -126,9 +126,9 @@ class _Forms:
         inner = next(iter(data.values(zeros=keep)), None)
         if inner is None:
             return None
-        form = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
-        if inner.tag != form:
-            raise ValueTextError(f"its data are of the form {inner.tag}, not {form}")
+        expected_tag = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
+        if inner.tag != expected_tag:
+            raise ValueTextError(f"its data are of the form {inner.tag}, not {expected_tag}")
         return _decorated(inner, kind, dims, how)
 
     def _string(self) -> str | None:
@@ -148,8 +148,8 @@ class _Forms:
             self._remark("the file has its first text only")
             return nested([self._string()], kind, ())
         if self._data.keys() == {""}:
-            known = self._types.layouts.is_known(kind)
-            _refuse_bytes(self._data[""].element, self._raw(), kind, known=known)
+            is_known = self._types.layouts.is_known(kind)
+            _refuse_bytes(self._data[""].element, self._raw(), kind, known=is_known)
         return None
 
     def _compare(self, found: Mapping[str, Any]) -> None:
@@ -214,13 +214,13 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
         part = parts.get(name) or parts.get(name.upper())
         if part is None:
             continue
-        member, plain, wrong = part
-        if plain is None:
+        member, elementary, mistake = part
+        if elementary is None:
             value = _decorated(inner, member.type, member.dims, how)
         else:
-            value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
-        if value is not None and wrong:
-            how.remark(wrong)
+            value = None if text in _ZEROS and not how.keep else scalar(text, elementary, how)
+        if value is not None and mistake:
+            how.remark(mistake)
         elif value is not None:
             members[member.name] = value
     return members or None
@@ -244,8 +244,8 @@ def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
     """Return the members by name, both as written and in capitals, and whether the structure is a string."""
     parts: dict[str, _Part] = {}
     for member in kind.members:
-        plain = None if member.dims or isinstance(member.type, Structure) else member.type
-        part = _Part(member, plain, _wrong_alias(kind, member) if member.at else "")
+        elementary = None if member.dims or isinstance(member.type, Structure) else member.type
+        part = _Part(member, elementary, _wrong_alias(kind, member) if member.at else "")
         parts.setdefault(member.name.upper(), part)
     return parts | {entry.member.name: entry for entry in parts.values()}, kind.is_string
 
@@ -271,7 +271,7 @@ def _cut(text: str, kind: Structure) -> str:
 def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists; None if all elements have the type's initial value."""
     flat: list[Any] = [None] * count_of(dims)
-    something = False
+    has_value = False
     row = dims[0] if len(dims) == 1 else 0
     position = -1
     for tag, index, text, _, inner in values.inner:
@@ -290,8 +290,8 @@ def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: V
                 None,
             )
         flat[offset] = value
-        something = something or value is not None
-    return nested(flat, kind, dims) if something else None
+        has_value = has_value or value is not None
+    return nested(flat, kind, dims) if has_value else None
 
 
 def _flat(index: str, dims: tuple[int, ...]) -> int | None:

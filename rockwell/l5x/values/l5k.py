@@ -105,8 +105,8 @@ def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
     size = number_of(length)
     if size is None:
         raise _other_version(kind)
-    most = min(size, kind.members[1].dims[0])
-    characters = unquoted_or_raise(_without_padding(text, most))[:most]
+    most_characters = min(size, kind.members[1].dims[0])
+    characters = unquoted_or_raise(_without_padding(text, most_characters))[:most_characters]
     return characters if characters or how.keep else None
 
 

@@ -108,8 +108,8 @@ class Layouts:
         """Return the size of a value, bytes."""
         if kind is BOOL and dims:
             return -(-count_of(dims) // WORD_BITS) * WORD_BYTES
-        own = self._memory(kind).size if isinstance(kind, Structure) else size_of(kind)
-        return own * count_of(dims)
+        element_size = self._memory(kind).size if isinstance(kind, Structure) else size_of(kind)
+        return element_size * count_of(dims)
 
     def places(self, kind: Structure) -> tuple[Place, ...]:
         """Return the members of a structure with their places."""
@@ -120,10 +120,10 @@ class Layouts:
         if kind in _WITH_STATUS or kind.is_string or not self.is_complete(kind):
             return _Memory(members_at(kind), size_of(kind), WORD_BYTES)
         places: list[Place] = []
-        size, whole = 0, WORD_BYTES
+        size, widest = 0, WORD_BYTES
         for part in self.parts(kind):
             alignment = WORD_BYTES if isinstance(part, tuple) else self._alignment(part.type)
-            whole = max(whole, alignment)
+            widest = max(widest, alignment)
             size = -(-size // alignment) * alignment
             if isinstance(part, tuple):
                 places += ((member, size + bit // 8, bit % 8) for member, bit in part)
@@ -131,7 +131,7 @@ class Layouts:
             else:
                 places.append((part, size, None))
                 size += self.size(part.type, part.dims)
-        return _Memory(tuple(places), -(-size // whole) * whole, whole)
+        return _Memory(tuple(places), -(-size // widest) * widest, widest)
 
     def _alignment(self, kind: DataType) -> int:
         if isinstance(kind, Structure):
@@ -150,7 +150,7 @@ class Layouts:
 
 
 def _packed(members: Iterable[Member]) -> Iterable[Part]:
-    """Return members, with single BOOLs combined to words."""
+    """Return members, with single BOOLs combined into words."""
     parts: list[Member | list[tuple[Member, int]]] = []
     word: list[tuple[Member, int]] = []
     for member in members:

@@ -24,10 +24,10 @@ def per_type(method: Callable[[Owner, Kind], Result]) -> Callable[[Owner, Kind],
 
     @wraps(method)
     def cached(owner: Owner, kind: Kind) -> Result:
-        known = owner.by_type.get((name, id(kind)))
-        if known is None:
-            known = owner.by_type[name, id(kind)] = kind, method(owner, kind)
-        result: Result = known[1]
+        entry = owner.by_type.get((name, id(kind)))
+        if entry is None:
+            entry = owner.by_type[name, id(kind)] = kind, method(owner, kind)
+        result: Result = entry[1]
         return result
 
     return cached

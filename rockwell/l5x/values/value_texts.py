@@ -145,10 +145,10 @@ def _real_of(text: str) -> float:
         return float(text)
     except ValueError:
         pass
-    plain = text.upper().lstrip("+-")
-    if plain.startswith(("1.$", "1.#INF")):
+    unsigned = text.upper().lstrip("+-")
+    if unsigned.startswith(("1.$", "1.#INF")):
         return -math.inf if text.startswith("-") else math.inf
-    if plain.startswith("1.#"):
+    if unsigned.startswith("1.#"):
         return math.nan
     if _RADIX.fullmatch(text):
         return float(_integer_of(text))

@@ -147,10 +147,10 @@ def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
         closing = _CLOSING.get(match.group())
         if closing is None:
             position = _end_of_data(data, match.end())
-            whole = data[match.start() : position]
+            block = data[match.start() : position]
             mark = b'<Data Format="Decorated" Cut="%d"/>' % len(cut)
-            pieces += [data[done : match.start()], mark, b"\n" * whole.count(b"\n")]
-            cut.append(whole)
+            pieces += [data[done : match.start()], mark, b"\n" * block.count(b"\n")]
+            cut.append(block)
             done = position
         else:
             position = data.find(closing, match.end())

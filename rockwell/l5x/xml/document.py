@@ -289,11 +289,11 @@ class _L5xReader:
                 yield self._module_tag(tag, "C", tag.get("ConfigSize", ""))
             for connection in communications.iter("Connection", "RackConnection"):
                 for tag in connection.iterchildren("InputTag", "OutputTag", "InAliasTag", "OutAliasTag"):
-                    way = "I" if tag.tag in ("InputTag", "InAliasTag") else "O"
-                    name = "InputTagSuffix" if way == "I" else "OutputTagSuffix"
-                    size_key = "InputSize" if way == "I" else "OutputSize"
+                    direction = "I" if tag.tag in ("InputTag", "InAliasTag") else "O"
+                    name = "InputTagSuffix" if direction == "I" else "OutputTagSuffix"
+                    size_key = "InputSize" if direction == "I" else "OutputSize"
                     size = connection.get(size_key) or communications.get(f"PrimCxn{size_key}", "")
-                    yield self._module_tag(tag, connection.get(name) or way, size)
+                    yield self._module_tag(tag, connection.get(name) or direction, size)
 
     def _module_tag(self, element: Any, suffix: str, size: str) -> ModuleTagRecord:
         data = list(map(self._data, element.iterchildren("Data")))
@@ -331,11 +331,11 @@ def _statement_lines(content: Any) -> list[tuple[str, int]]:
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
-    inner = (
+    elements = (
         [child for child in element.iterchildren() if isinstance(child.tag, str)] if depth < DEEPEST else []
     )
     text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
-    children = tuple(_element_record(child, depth + 1) for child in inner)
+    children = tuple(_element_record(child, depth + 1) for child in elements)
     return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 

@@ -20,8 +20,8 @@ def text_of(element: Any) -> str:
         return ""
     if not len(element):
         return (element.text or "").strip()
-    inner = next(iter(element), None)
-    chosen = inner if inner is not None and isinstance(inner.tag, str) else element
+    first_child = next(iter(element), None)
+    chosen = first_child if first_child is not None and isinstance(first_child.tag, str) else element
     return "".join(chosen.itertext()).strip()
 
 

@@ -134,8 +134,8 @@ def decoded(data: bytes, file: str) -> FileText:
     if encoding == "utf-8":
         body = data.removeprefix(codecs.BOM_UTF8).lstrip()
         return FileText(data[: len(data) - len(body)], body, encoding)
-    start = text.removeprefix("\ufeff").lstrip()
-    return FileText(text[: len(text) - len(start)].encode(encoding), start.encode("utf-8"), encoding)
+    stripped = text.removeprefix("\ufeff").lstrip()
+    return FileText(text[: len(text) - len(stripped)].encode(encoding), stripped.encode("utf-8"), encoding)
 
 
 def _refuse_doctype(data: bytes, file: str) -> None:

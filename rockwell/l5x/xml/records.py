@@ -175,7 +175,7 @@ class ModuleRecord:
     name: str
     catalog: str
     parent: str
-    address: str  # at its upstream port: a slot or a network address, "" without one
+    address: str  # at its upstream port: a slot or a network address; "" if it has none
     bus: str  # type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`
     rpi_us: int  # the shortest RPI of its connections, us; 0 without one
     tags: tuple[ModuleTagRecord, ...]

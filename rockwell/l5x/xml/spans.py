@@ -59,7 +59,7 @@ class Span:
 
     @property
     def name(self) -> str:
-        """Its Name, "" without one."""
+        """Its Name; "" if it has none."""
         return self.attributes.get("Name", "")
 
     @property
@@ -127,14 +127,14 @@ class L5xText:
 
     def attribute(self, span: Span, name: str, value: str | None) -> Splice:
         """Return the splice that sets or adds an attribute of an element; None removes it."""
-        head = self.text[span.begin : span.inner]
-        match = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), head)
-        shown = b"" if value is None else b'"%s"' % escape(value).encode()
+        start_tag = self.text[span.begin : span.inner]
+        match = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), start_tag)
+        quoted = b"" if value is None else b'"%s"' % escape(value).encode()
         if match is None:
             position = span.begin + 1 + len(span.tag.encode())
-            return Splice(position, position, shown and b" %s=%s" % (name.encode(), shown))
+            return Splice(position, position, quoted and b" %s=%s" % (name.encode(), quoted))
         begin, end = match.span() if value is None else match.span(1)
-        return Splice(span.begin + begin, span.begin + end, shown)
+        return Splice(span.begin + begin, span.begin + end, quoted)
 
     def without(self, span: Span) -> Splice:
         """Return the splice that removes an element and the blanks after it."""
@@ -165,7 +165,7 @@ _NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010fff
 
 
 def escaped(text: str) -> str:
-    r"""Replace characters that XML does not allow by their codes, as Logix writes them.
+    r"""Replace characters that XML does not allow with their codes, as Logix writes them.
 
     >>> escaped("a\x02b")
     'a$02b'

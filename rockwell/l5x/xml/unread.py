@@ -123,8 +123,8 @@ def unread(root: Any) -> list[tuple[str, str, int]]:
     for child in root.iter(*names):
         known = names[child.tag]
         if not known.issuperset(present := child.keys()):
-            says = f"this attribute of {child.tag} is kept, and not read"
-            rows += [(name, says, int(child.sourceline)) for name in present if name not in known]
+            text = f"this attribute of {child.tag} is kept, and not read"
+            rows += [(name, text, int(child.sourceline)) for name in present if name not in known]
     return sorted(rows, key=lambda each: each[2])
 
 

@@ -83,10 +83,10 @@ class Direct:
 
     def _hear(self, line: str) -> bytes:
         """Carry out a line to this unit; return the reply."""
-        parts = LINE.fullmatch(line)
-        if parts is None:
+        match = LINE.fullmatch(line)
+        if match is None:
             return b""
-        address, name, parameters = parts.group("address", "name", "parameters")
+        address, name, parameters = match.group("address", "name", "parameters")
         own_address = self._controller.values[Register.ADDRESS]
         if name not in NO_ADDRESS if address is None else int(address) != own_address:
             return b""
@@ -173,8 +173,8 @@ class Direct:
         if output := re.fullmatch(f"([1-{OUTPUT_COUNT}])=([01])", parameters):
             mask = 1 << int(output[1]) - 1
             self._controller.set_outputs(mask * int(output[2]), mask)
-        elif (every := re.fullmatch("R([0-9]+)", parameters)) and int(every[1]) < 1 << OUTPUT_COUNT:
-            self._controller.set_outputs(int(every[1]))
+        elif (match := re.fullmatch("R([0-9]+)", parameters)) and int(match[1]) < 1 << OUTPUT_COUNT:
+            self._controller.set_outputs(int(match[1]))
         else:
             return self._refuse(Error.RANGE)
         return None

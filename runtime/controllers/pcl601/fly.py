@@ -33,8 +33,8 @@ class OutputOnFly:
     def begin(self, values: Values, direction: int) -> None:
         """Read the settings for an index move in a direction, +1 or -1."""
         first, spacing = values[Register.FIRST_OUTPUT_POSITION], values[Register.STEPS_BETWEEN_OUTPUTS]
-        ahead = (first - values[Register.POSITION]) * direction > 0
-        self.next_position = first if values[Register.OUTPUT_ON_FLY] and ahead else None
+        is_ahead = (first - values[Register.POSITION]) * direction > 0
+        self.next_position = first if values[Register.OUTPUT_ON_FLY] and is_ahead else None
         self._spacing = direction * spacing
         self._left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
 

@@ -76,10 +76,12 @@ class Inputs:
 
     def _analog(self, lower: Register, upper: Register) -> int | None:
         """Return `lower + (upper - lower) * V / 5`, rounded down; refused unless lower < upper."""
-        low, high = self._values[lower], self._values[upper]
-        if low >= high:
+        lower_value, upper_value = self._values[lower], self._values[upper]
+        if lower_value >= upper_value:
             return self._refuse(Error.RANGE)
-        return low + int((high - low) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS)
+        return lower_value + int(
+            (upper_value - lower_value) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS
+        )
 
     def thumbwheel(self) -> int | None:
         """Return the value of the seven digits, None if refused."""

@@ -27,14 +27,16 @@ class JogInputs:
     def selected(self) -> int:
         """Return the selected direction if the limits allow it; 0 for none or both."""
         position = self._motor.position
-        requested = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
-        if not requested:
+        directions = [
+            direction for direction, name in JOG_INPUTS.items() if self._pins.grounded(name, position)
+        ]
+        if not directions:
             self._released = True
-        if len(requested) != 1 or not self._released or not self.allowed:
+        if len(directions) != 1 or not self._released or not self.allowed:
             return 0
-        way = requested[0]
-        blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
-        return 0 if blocked else way
+        way = directions[0]
+        is_blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
+        return 0 if is_blocked else way
 
     @property
     def fast(self) -> bool:

@@ -63,9 +63,9 @@ class Motor:
         steps_made = steps
         if self._losing:
             steps_before = min(steps, self._before)
-            lost = min(steps - steps_before, self._losing)
+            steps_lost = min(steps - steps_before, self._losing)
             self._before -= steps_before
-            self._losing -= lost
-            steps_made -= lost
+            self._losing -= steps_lost
+            steps_made -= steps_lost
         self.position += direction * steps_made
         return direction * steps_made * self._ratio

@@ -42,10 +42,10 @@ class Pcl601Memory(BaseModel):
         """Power up a fresh unit with this memory; a program that it already has is newer and stays."""
         controller = unit.controller
         controller.values[Register.ADDRESS] = self.address
-        newer = program_of(unit)
-        if newer is None and self.program:
+        new_program = program_of(unit)
+        if new_program is None and self.program:
             controller.runner = ProgramMachine(parse_program("\n".join(self.program)))
-        if newer is None or newer.autostart is None:
+        if new_program is None or new_program.autostart is None:
             controller.autorun = self.autorun
         unit.power_cycle(0)
 

@@ -203,18 +203,18 @@ class SimulatedPcl601Axis:
         return False
 
     def _watch_home(self, now_ns: int) -> bool:
-        active = self._pins.grounded("home", self._motor.position)
-        if self.kind is AxisActivity.HOME_0 and active:
+        at_home = self._pins.grounded("home", self._motor.position)
+        if self.kind is AxisActivity.HOME_0 and at_home:
             self._end()
             return True
-        if self.kind is AxisActivity.HOME_1 and active:
+        if self.kind is AxisActivity.HOME_1 and at_home:
             self._stop(now_ns, AxisActivity.HOME_1_STOP)
             return True
         if self.kind is AxisActivity.HOME_1_BACK:
-            if not active and self._left_home:
+            if not at_home and self._left_home:
                 self._end()
                 return True
-            self._left_home = active or self._left_home
+            self._left_home = at_home or self._left_home
         return False
 
     def _mark_seen(self) -> bool:
@@ -267,39 +267,39 @@ class SimulatedPcl601Axis:
     # encoder
 
     def _settle_from(self, now_ns: int) -> None:
-        correct, delay_ns = self._correct, 0
+        correction, delay_ns = self._correct, 0
         self._end()
-        if correct is not None:
-            self._correct, delay_ns = correct, correct.delay_ns
+        if correction is not None:
+            self._correct, delay_ns = correction, correction.delay_ns
             self.kind = AxisActivity.SETTLING
             self._timer_ns = now_ns + delay_ns
 
     def _check_encoder(self, now_ns: int) -> bool:
         if now_ns < self._timer_ns or self._correct is None:
             return False
-        correct = self._correct
-        missing = correct.missing(self._values[Register.ENCODER_POSITION])
-        if missing is None:
+        correction = self._correct
+        steps_missing = correction.missing(self._values[Register.ENCODER_POSITION])
+        if steps_missing is None:
             self._end()
-        elif correct.retries_left == 0:
+        elif correction.retries_left == 0:
             self._report(Error.ENCODER_FAILED)
             self._retries_failed()
             self._end()
         else:
-            correct.retries_left -= 1
+            correction.retries_left -= 1
             self._report(Error.ENCODER_CORRECTED)
-            self._correct_by(now_ns, missing)
+            self._correct_by(now_ns, steps_missing)
         return True
 
     def _correct_by(self, now_ns: int, steps: int) -> None:
-        correct = self._correct
+        correction = self._correct
         self._values[Register.STEPS] = abs(steps)  # the relative register holds the correction
         direction = 1 if steps > 0 else -1
         if steps == 0 or self._at_limit(HARD_LIMITS, direction):
             self._settle_from(now_ns)
             return
         self._begin(AxisActivity.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
-        self._correct = correct
+        self._correct = correction
 
     # jog
 

@@ -28,8 +28,10 @@ def connect(pins: Pcl601Pins, name: str, state: str) -> None:
     elif state in LEVELS:
         pins.connect(name, LEVELS[state])
     else:
-        first, last = range_of(state)
-        pins.connect(name, Contact(-FAR if first is None else first, FAR if last is None else last))
+        first_step, last_step = range_of(state)
+        pins.connect(
+            name, Contact(-FAR if first_step is None else first_step, FAR if last_step is None else last_step)
+        )
 
 
 def _volts(state: str) -> Fraction:
@@ -51,11 +53,11 @@ def range_of(state: str) -> tuple[int | None, int | None]:
     Raises:
         ValueError: the text is not a range.
     """
-    first, dots, last = state.partition("..")
+    first_text, dots, last_text = state.partition("..")
     try:
-        if not dots or not first + last:
+        if not dots or not first_text + last_text:
             raise ValueError(state)
-        return int(first) if first else None, int(last) if last else None
+        return int(first_text) if first_text else None, int(last_text) if last_text else None
     except ValueError:
         allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
         raise ValueError(f"{state!r} is not a state of an input; choose from {allowed}") from None

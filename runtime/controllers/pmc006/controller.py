@@ -173,7 +173,7 @@ class Pmc006Controller:
             Status1.HOME: self.axis.homing,
             Status1.UVL: self.supply_v < SUPPLY_LIMIT_V,
         }
-        return self.axis.flags | Status1(sum(bit for bit, holds in flags.items() if holds))
+        return self.axis.flags | Status1(sum(bit for bit, is_on in flags.items() if is_on))
 
     @property
     def status2(self) -> Status2:
@@ -189,7 +189,7 @@ class Pmc006Controller:
             Status2.EXT2_EN: memory["ext_stop_enable"] & 2,
             Status2.OTS: self.overheated,
         }
-        return Status2(sum(bit for bit, holds in flags.items() if holds))
+        return Status2(sum(bit for bit, is_on in flags.items() if is_on))
 
     # -- instructions ------------------------------------------------------------------------
 

@@ -123,8 +123,8 @@ class Interpreter:
     # -- conditions --------------------------------------------------------------------------
 
     def _holds(self, line: UserInstruction) -> bool:
-        _, holds = WAIT_OPTIONS[line.option]
-        return holds(self) == bool(line.data)
+        _, condition = WAIT_OPTIONS[line.option]
+        return condition(self) == bool(line.data)
 
     def compare(self, line: UserInstruction) -> None:
         """Set the flag of JEQ and JNE."""

@@ -46,9 +46,9 @@ class Pmc006Pins:
         for pin, switch in self._switches.items():
             if not switch.closed(position):
                 levels += pin
-        changed, self.levels = levels ^ self.levels, levels
-        if changed and self.on_change is not None:
-            self.on_change(changed, levels)
+        changed_levels, self.levels = levels ^ self.levels, levels
+        if changed_levels and self.on_change is not None:
+            self.on_change(changed_levels, levels)
 
     def next_change(self, position: int, direction: int) -> int | None:
         """Return the next position, in a direction, at which a pin changes, or None."""

@@ -121,8 +121,8 @@ class SimulatedPmc006Axis:
     @property
     def speeds_fit(self) -> bool:
         """Whether start and stop speed are within the maximum speed [4.3.9]."""
-        edges = self._memory["start_speed"], self._memory["stop_speed"]
-        return max(edges) <= self._memory["max_speed"]
+        edge_speeds = self._memory["start_speed"], self._memory["stop_speed"]
+        return max(edge_speeds) <= self._memory["max_speed"]
 
     @property
     def against_limit(self) -> bool:
@@ -222,9 +222,11 @@ class SimulatedPmc006Axis:
 
     def _zero_speeds(self) -> Pmc006Speeds:
         """Return the speeds of a zero-back: instruction 9's speed also bounds start and stop speed."""
-        memory, top = self._memory, self._memory["zero_back_speed"]
-        edges = min(memory["start_speed"], top), min(memory["stop_speed"], top)
-        return Pmc006Speeds(edges[0], top, edges[1], memory["accel_coefficient"], memory["decel_coefficient"])
+        memory, top_sps = self._memory, self._memory["zero_back_speed"]
+        edge_speeds = min(memory["start_speed"], top_sps), min(memory["stop_speed"], top_sps)
+        return Pmc006Speeds(
+            edge_speeds[0], top_sps, edge_speeds[1], memory["accel_coefficient"], memory["decel_coefficient"]
+        )
 
     def _retreat(self, now_ns: int) -> None:
         distance = max(1, self._stroke // RETREAT_PART)
@@ -245,10 +247,10 @@ class SimulatedPmc006Axis:
 
     def _triggered(self, stop: ExtStop) -> None:
         """Handle an external stop's edge: the end of a zero-back, or an emergency stop."""
-        home = stop is self._ext1 and self.doing is MotorActivity.SEEK
-        if home or stop.armed:
+        is_home = stop is self._ext1 and self.doing is MotorActivity.SEEK
+        if is_home or stop.armed:
             self.halt()
-        if home:
+        if is_home:
             self.position = 0
         if stop.armed:
             self.flags |= stop.flag

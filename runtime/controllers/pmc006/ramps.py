@@ -52,14 +52,14 @@ def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> 
 def plan_run(now_ns: int, origin: int, direction: int, speeds: Pmc006Speeds) -> Motion:
     """Plan an endless motion [4.3.8]; arguments as for `plan_move`."""
     course = Course(now_ns)
-    top = NANO * speeds.max_sps
+    top_nsps = NANO * speeds.max_sps
     _lay_ramp(
         course,
         ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration),
         NANO * speeds.start_sps,
-        top,
+        top_nsps,
     )
-    return course.endless(direction, origin, top)
+    return course.endless(direction, origin, top_nsps)
 
 
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
@@ -101,15 +101,15 @@ def _lay_short(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
 
 
 def _lay_long(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
-    top = NANO * speeds.max_sps
-    up = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
-    down = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
-    if up + down > steps:
-        squeeze = steps / (up + down)
-        up, down = up * squeeze, down * squeeze
-    _lay_ramp(course, up, NANO * speeds.start_sps, top)
-    course.cruise_over(steps - up - down, top)
-    _lay_ramp(course, down, top, NANO * speeds.stop_sps)
+    top_nsps = NANO * speeds.max_sps
+    up_steps = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
+    down_steps = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
+    if up_steps + down_steps > steps:
+        scale = steps / (up_steps + down_steps)
+        up_steps, down_steps = up_steps * scale, down_steps * scale
+    _lay_ramp(course, up_steps, NANO * speeds.start_sps, top_nsps)
+    course.cruise_over(steps - up_steps - down_steps, top_nsps)
+    _lay_ramp(course, down_steps, top_nsps, NANO * speeds.stop_sps)
 
 
 def _lay_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:

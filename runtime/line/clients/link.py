@@ -114,8 +114,8 @@ def drain(link: Link, quiet_s: float) -> bytes:
     It gives up after 4096 bytes.
     """
     dropped = b""
-    while len(dropped) < 4096 and (came := link.receive(1, quiet_s)):
-        dropped += came
+    while len(dropped) < 4096 and (data := link.receive(1, quiet_s)):
+        dropped += data
     return dropped
 
 
@@ -204,14 +204,14 @@ class TcpLink(Link):
         self._socket.settimeout(seconds)
         while len(data) < count:
             try:
-                came = self._socket.recv(count - len(data))
+                received = self._socket.recv(count - len(data))
             except TimeoutError:
                 return data
             except OSError as error:
                 raise LinkError(f"{self._name} is gone: {error}") from error
-            if not came:
+            if not received:
                 raise LinkError(f"{self._name} has closed the connection")
-            data += came
+            data += received
         return data
 
     @override

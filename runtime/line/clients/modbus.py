@@ -126,10 +126,10 @@ class RtuLine(ModbusLine):
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self._link.send(frame(unit, encoded(request)))
-        received = self._received(unit, size)
-        if received[0] & EXCEPTION or len(received) == size:
+        pdu = self._received(unit, size)
+        if pdu[0] & EXCEPTION or len(pdu) == size:
             self._quiet_s = SILENCE_S
-        answer = self._answers.decode(received)
+        answer = self._answers.decode(pdu)
         answer.dev_id = unit
         return check(request, answer)
 
@@ -144,13 +144,13 @@ class RtuLine(ModbusLine):
     def _received(self, unit: int, size: int) -> bytes:
         """Return the PDU of an answer, of `size` bytes if it is no exception."""
         bytes_least = 1 + EXCEPTION_BYTES + 2
-        received = self._link.receive(bytes_least, self._answer_s)
-        if len(received) == bytes_least and not received[1] & EXCEPTION:
-            received += self._link.receive(1 + size + 2 - bytes_least, self._answer_s)
-        if len(received) < bytes_least:
-            raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
-        if crc(received[:-2]) != received[-2:]:
-            raise BadResponseError(f"a damaged answer from unit {unit}", received)
-        if received[0] != unit:
-            raise BadResponseError(f"a response from unit {received[0]}, not {unit}", received)
-        return received[1:-2]
+        pdu = self._link.receive(bytes_least, self._answer_s)
+        if len(pdu) == bytes_least and not pdu[1] & EXCEPTION:
+            pdu += self._link.receive(1 + size + 2 - bytes_least, self._answer_s)
+        if len(pdu) < bytes_least:
+            raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", pdu)
+        if crc(pdu[:-2]) != pdu[-2:]:
+            raise BadResponseError(f"a damaged answer from unit {unit}", pdu)
+        if pdu[0] != unit:
+            raise BadResponseError(f"a response from unit {pdu[0]}, not {unit}", pdu)
+        return pdu[1:-2]

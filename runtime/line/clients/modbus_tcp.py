@@ -122,8 +122,8 @@ class ModbusTcpLink(Link):
             assert request is not None
             try:
                 answer = encoded(self._line.ask(unit, request))
-            except ModbusExceptionError as refused:
-                answer = bytes((pdu[0] | EXCEPTION, refused.code))
+            except ModbusExceptionError as error:
+                answer = bytes((pdu[0] | EXCEPTION, error.code))
             self._heard.put(reply_frame(frame, answer))
 
     @override

@@ -96,9 +96,9 @@ class Pcl601Client(MotionClient[Registers]):
         by_row: dict[Row, list[int]] = {}
         for (row, _), word in zip(SHOWN, words, strict=True):
             by_row.setdefault(row, []).append(word)
-        values = {row.register: value_of(row, parts) for row, parts in by_row.items()}
-        position, moving = values[Register.POSITION], bool(values[Register.BUSY])
-        return Registers(position, moving, values[Register.ERROR_CODE], values)
+        values = {row.register: value_of(row, register_words) for row, register_words in by_row.items()}
+        position, is_moving = values[Register.POSITION], bool(values[Register.BUSY])
+        return Registers(position, is_moving, values[Register.ERROR_CODE], values)
 
     @property
     def busy(self) -> bool:
@@ -156,8 +156,8 @@ class Pcl601Client(MotionClient[Registers]):
     def clear(self) -> None:
         """Clear the error register, and read it; raise RefusedError for errors that stay."""
         self.command(Code.CLEAR_ERRORS)
-        if left := self.errors:
-            raise RefusedError(f"the errors were cleared and are still set{_meanings(left)}")
+        if errors_left := self.errors:
+            raise RefusedError(f"the errors were cleared and are still set{_meanings(errors_left)}")
 
     def start_move(self, steps: int) -> int:
         """Start a move over signed steps; return its target.
@@ -198,8 +198,8 @@ class Pcl601Client(MotionClient[Registers]):
         state = self.watch(progress)
         with stopped_when_lost(self.stop):
             if self.hard_limit:
-                ended = f"the search for home ended at {state.position}, not at home"
-                raise StoppedError(f"{ended}{self.reasons(state.errors)}")
+                end_text = f"the search for home ended at {state.position}, not at home"
+                raise StoppedError(f"{end_text}{self.reasons(state.errors)}")
             self.check_errors("search for home", state)
         return state.position
 
@@ -223,9 +223,12 @@ class Pcl601Client(MotionClient[Registers]):
         return self.begin(code.name, lambda: self._once(pdus.command(code)), moves=code in MOTIONS)
 
     def _check_encoder(self, seen: Registers, expected: int) -> None:
-        off, window = seen.values[Register.ENCODER_POSITION] - expected, seen.values[Register.ENCODER_WINDOW]
-        if abs(off) > window:
-            message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
+        deviation, window = (
+            seen.values[Register.ENCODER_POSITION] - expected,
+            seen.values[Register.ENCODER_WINDOW],
+        )
+        if abs(deviation) > window:
+            message = f"the move ended with the encoder {deviation:+} pulses off, its window is ±{window}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
     def _answer_to(self, request: ModbusPDU) -> ModbusPDU:
@@ -235,9 +238,9 @@ class Pcl601Client(MotionClient[Registers]):
     def _once(self, request: ModbusPDU) -> ModbusPDU:
         try:
             return self._line.ask(self.address, request)
-        except ModbusExceptionError as refused:
-            meaning = EXCEPTIONS.get(refused.code, "not one of its own")
-            raise ModbusExceptionError(refused.function, refused.code, meaning) from None
+        except ModbusExceptionError as error:
+            meaning = EXCEPTIONS.get(error.code, "not one of its own")
+            raise ModbusExceptionError(error.function, error.code, meaning) from None
         except (NoAnswerError, BadResponseError):
             self.faults += 1
             raise

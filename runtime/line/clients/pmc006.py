@@ -179,8 +179,10 @@ class Pmc006Client(MotionClient[ControllerView]):
         """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for stops that stay."""
         self.do("clear_ext1_flag")
         self.do("clear_ext2_flag")
-        if left := self.status1 & (Status1.EXT1 | Status1.EXT2):
-            raise RefusedError(f"the emergency stops were cleared and are still set{self.reasons(left)}")
+        if stops_left := self.status1 & (Status1.EXT1 | Status1.EXT2):
+            raise RefusedError(
+                f"the emergency stops were cleared and are still set{self.reasons(stops_left)}"
+            )
 
     def save(self) -> None:
         """Save the parameters in the EEPROM, whose write cycles are limited [4.3.17]."""
@@ -245,13 +247,13 @@ class Pmc006Client(MotionClient[ControllerView]):
             progress(position)
 
         state = self.watch(looked, 0 if search.began_on_switch else POLL_S)
-        ended = f"zero-back ended at {state.position}"
+        end_text = f"zero-back ended at {state.position}"
         with stopped_when_lost(self.stop):
             if not self._on_switch() or state.errors & (Status1.EXT2 | Status1.STALL):
-                raise StoppedError(f"{ended} without the switch{self.reasons(state.errors)}")
+                raise StoppedError(f"{end_text} without the switch{self.reasons(state.errors)}")
             if not search.was_free:
-                stuck = "with the switch active all the time, as if it were stuck"
-                raise StoppedError(f"{ended} {stuck}{self.reasons(state.errors)}")
+                switch_text = "with the switch active all the time, as if it were stuck"
+                raise StoppedError(f"{end_text} {switch_text}{self.reasons(state.errors)}")
         return state.position
 
     def run(self) -> None:

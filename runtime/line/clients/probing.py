@@ -87,10 +87,10 @@ def answer_to(link: Link, request: LineRequest) -> bool:
     """Ask once; return whether the received bytes are a valid answer."""
     drain(link, SILENCE_S)
     link.send(request.frame)
-    heard = b""
-    while len(heard) < request.size and (came := link.receive(1, ANSWER_S)):
-        heard += came
-        if isinstance(request.read(heard), Reply):
+    answer = b""
+    while len(answer) < request.size and (data := link.receive(1, ANSWER_S)):
+        answer += data
+        if isinstance(request.read(answer), Reply):
             return True
     return False
 
@@ -140,9 +140,9 @@ def _ascii(opened: Opened, chosen: tuple[int, ...] | None, on_request: Asked) ->
         on_request("AA ASCII", 0)
         drain(link, SILENCE_S)
         link.send(ascii.ASK)
-        heard = link.receive(ascii.ANSWER_MAX, ANSWER_S)
+        answer = link.receive(ascii.ANSWER_MAX, ANSWER_S)
     finally:
         link.close()
-    digits = heard.removesuffix(b"\r\n")
-    if digits != heard and digits.isdigit() and (chosen is None or int(digits) in chosen):
+    digits = answer.removesuffix(b"\r\n")
+    if digits != answer and digits.isdigit() and (chosen is None or int(digits) in chosen):
         yield FoundDevice("PCL601", int(digits), "AA ASCII", line_format)

@@ -226,13 +226,13 @@ class MotionClient(ABC, Generic[SeenType]):
         except (RefusedError, NoAnswerError, BadResponseError) as fault:
             failure = fault
         state = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
-        raised, self._errors_before = state.errors & ~before.errors, state.errors
+        new_errors, self._errors_before = state.errors & ~before.errors, state.errors
         if state.moving or state.position != before.position:  # even if the request was doubled on the line
             return None
         if failure is not None and not isinstance(failure, RefusedError):
             return UnconfirmedMotionError(f"{name} was not answered, and nothing moves; it is not repeated")
-        if failure is None and raised:
-            return RefusedError(f"{name} is refused{self.reasons(raised)}")
+        if failure is None and new_errors:
+            return RefusedError(f"{name} is refused{self.reasons(new_errors)}")
         if failure is None and moves:
             problem = f"no motion was seen: the position is {state.position} as before"
             return UnconfirmedMotionError(f"{name} was answered, but {problem}{self.reasons(state.errors)}")

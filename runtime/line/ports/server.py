@@ -155,9 +155,9 @@ class GatewayServer(PortServer[ModbusTcpPort]):
         for connection, frame in requests:
             unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
             self._notify(now_ns, received=frame[HEADER.size - 1 :])
-            refused = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
-            if refused is not None:
-                replies.append(((connection, frame), refused))
+            refusal = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
+            if refusal is not None:
+                replies.append(((connection, frame), refusal))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)

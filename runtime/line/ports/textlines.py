@@ -65,17 +65,17 @@ class TextLinePort:
             return
         if partial_line:
             self._pending[connection] = partial_line
-        answers, ends = [], False
+        answers, ends_client = [], False
         for line in filter(bytes.strip, lines):
             try:
                 answers.append(answer(line.decode(errors="replace"), connection in self._admitted))
                 self._admitted.add(connection)
             except EndOfTalkError as end:
                 answers.append(str(end))
-                ends = True
+                ends_client = True
                 break
         text = "".join(f"{line}\n" for line in answers).encode()
-        if (text and not self._listener.send(connection, text)) or ends:
+        if (text and not self._listener.send(connection, text)) or ends_client:
             self._end(connection)
 
     def _end(self, connection: socket.socket) -> None:

@@ -201,19 +201,19 @@ class Driver(Exchanges[Drive]):
 
     def accompany(self, task: Task[Drive]) -> Talk:
         """Poll a motion until the controller is idle; slow it down or mark it on request."""
-        slowed = marked = False
+        was_slowed = was_marked = False
         while not self.cut:
-            if task.stopping and not slowed:
-                slowed = True
+            if task.stopping and not was_slowed:
+                was_slowed = True
                 yield from self.slow_down(task)
                 if task.kind is TaskKind.INDEX:
                     return
-            elif task.marked and not marked:
-                marked = True
+            elif task.marked and not was_marked:
+                was_marked = True
                 yield from self.set_mark(task)
             for read_task in self.cycle:
                 yield from read_task()
-                if self._cut_meanwhile() or (task.stopping > slowed) or (task.marked > marked):
+                if self._cut_meanwhile() or (task.stopping > was_slowed) or (task.marked > was_marked):
                     break
             else:
                 yield from self.watch(task)
@@ -243,10 +243,10 @@ class Driver(Exchanges[Drive]):
         yield from self.slow_down(task)
         while not self.cut and not (yield from self.rest()):
             pass
-        left = task.steps - abs(self.position - mark)
-        if left > 0:
-            drive = self.drive_over(task.drive, left)
-            task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, left)
+        steps_left = task.steps - abs(self.position - mark)
+        if steps_left > 0:
+            drive = self.drive_over(task.drive, steps_left)
+            task.following = Task(TaskKind.INDEX, task.direction, drive, task.ramps_up, steps_left)
 
     def drive_over(self, drive: Drive, steps: int) -> Drive:
         """Return the speeds and ramps for an index over a number of steps."""

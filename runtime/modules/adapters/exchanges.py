@@ -134,11 +134,11 @@ class Exchanges(Generic[Drive]):
         which all polls agree is stored. The first poll that shows a motion ends the sequence, and so does a
         request for a hard stop, or `enough`.
         """
-        looks, cut = self.master.overdue + 1, self.cut
+        looks, cut_before = self.master.overdue + 1, self.cut
         agreed, position = 0, self.position
         while agreed < looks:
             yield from self.read_status()
-            if self.busy or self.cut is not cut or enough():
+            if self.busy or self.cut is not cut_before or enough():
                 return False
             previous, position = position, (yield from self.ask_position())
             agreed = agreed + 1 if position == previous else 1
@@ -161,9 +161,9 @@ class Exchanges(Generic[Drive]):
             return
         self._settle_rebase(position)
         elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
-        way = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
+        reach = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
         previous, self.position = self.position, position
-        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > way:
+        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > reach:
             raise PowerLostError
 
     def rebase(self, position: int) -> Talk:
@@ -174,10 +174,10 @@ class Exchanges(Generic[Drive]):
 
     def _settle_rebase(self, seen: int) -> None:
         """Find out whether the counter was set: the answer may have been lost."""
-        goal, self._rebasing_to = self._rebasing_to, None
-        if goal is not None and abs(seen - goal) < abs(seen - self.position):
-            self.rebased += goal - self.position
-            self.position = goal
+        rebased_to, self._rebasing_to = self._rebasing_to, None
+        if rebased_to is not None and abs(seen - rebased_to) < abs(seen - self.position):
+            self.rebased += rebased_to - self.position
+            self.position = rebased_to
 
     def halt(self) -> Talk:
         """Stop at once, and read the position at rest; this ends every motion."""

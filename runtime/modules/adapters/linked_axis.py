@@ -166,15 +166,15 @@ class LinkedAxis(Generic[Drive]):
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
         """Index segment by segment, with a stop in between (option blend)."""
         start_sps = 1 if self.configuration is None else self.configuration.starting_speed
-        following: Task[Drive] | None = None
-        last = len(program.segments) - 1
+        next_task: Task[Drive] | None = None
+        last_index = len(program.segments) - 1
         for index, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
-            down = program.final_deceleration if index == last else rate
-            profile = Profile(start_sps, speed, rate, down, shape)
+            end_rate = program.final_deceleration if index == last_index else rate
+            profile = Profile(start_sps, speed, rate, end_rate, shape)
             task = self.task_for(TaskKind.INDEX, direction, profile, length)
-            task.following, following = following, task
-        assert following is not None
-        self.driver.tasks.append(following)
+            task.following, next_task = next_task, task
+        assert next_task is not None
+        self.driver.tasks.append(next_task)
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop, at the rate of the motion."""

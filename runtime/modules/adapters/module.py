@@ -272,21 +272,21 @@ class Adapter(Generic[Drive]):
 
         The tick at which a wait ends obeys no new words: a motion must end before the next one begins.
         """
-        waiting, obeyed = self._waiting, self.layer.state.command.words
-        ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
+        waiting_words, obeyed_words = self._waiting, self.layer.state.command.words
+        is_ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
         if not self._plc_running:
-            return obeyed  # outputs count as zero
-        if words != (waiting[-1] if waiting else obeyed):
-            waiting.append(words)
-        if len(waiting) > MOST_WAITING:
+            return obeyed_words  # outputs count as zero
+        if words != (waiting_words[-1] if waiting_words else obeyed_words):
+            waiting_words.append(words)
+        if len(waiting_words) > MOST_WAITING:
             self._miss_waiting()
-            waiting.append(words)
-        return waiting.popleft() if waiting and ready else obeyed
+            waiting_words.append(words)
+        return waiting_words.popleft() if waiting_words and is_ready else obeyed_words
 
     def _miss_waiting(self) -> None:
         """Drop waiting words; commands among them are refused."""
         images = (self.layer.state.command.words, *self._waiting)
-        self._missed = self._missed or any(_rises(*pair) for pair in pairwise(images))
+        self._missed = self._missed or any(_rises(*image_pair) for image_pair in pairwise(images))
         self._waiting.clear()
 
     def _refuse_missed(self, now_ns: int) -> None:
@@ -395,8 +395,8 @@ class Adapter(Generic[Drive]):
     def _publish(self) -> None:
         layer, words = self.layer, self._image.words
         if self.driver.state is ControllerState.ABSENT:
-            mode = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
-            words[0] = signed_word(POSITION_INVALID | mode)
+            mode_bit = layer.state.latches.bits & MODE_CONFIG if self._asks_for_configuration else 0
+            words[0] = signed_word(POSITION_INVALID | mode_bit)
             words[1] = 0
         elif layer.state.in_configuration_mode and self.driver.setup:
             words[0] = signed_word(MODE_CONFIG | MODULE_OK | CONFIG_ERROR)
@@ -435,8 +435,8 @@ class SimulatedAdapter(Adapter[Drive]):
 def _rises(before: Words, words: Words) -> bool:
     """Whether a command bit rises from one image to the next; configuration words have none."""
     lsw = before[1] if before[0] >= 0 else 0
-    risen = words[0] & ~before[0] & COMMAND_BITS or words[1] & ~lsw & COMMANDS_OF_LSW
-    return words[0] >= 0 and bool(risen)
+    risen_bits = words[0] & ~before[0] & COMMAND_BITS or words[1] & ~lsw & COMMANDS_OF_LSW
+    return words[0] >= 0 and bool(risen_bits)
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

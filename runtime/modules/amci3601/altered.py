@@ -165,6 +165,6 @@ class Altered3601(Amci3601):
         if not alteration.hidden or (alteration.during and alteration.during != layer.latest):
             return words
         hidden = alteration.hidden & (0xE000 if words[0] & MODE_CONFIG else ~0)
-        first = signed_word(words[0] & _WORD & ~hidden)
-        second = signed_word(words[1] & _WORD & ~(hidden >> 16))
-        return (first, second, *words[2:])
+        msw = signed_word(words[0] & _WORD & ~hidden)
+        lsw = signed_word(words[1] & _WORD & ~(hidden >> 16))
+        return (msw, lsw, *words[2:])

@@ -100,8 +100,8 @@ class CommandLayer(Host):
         """Return the instant of the next tick without a change of words or inputs, or None."""
         if self.operation is not None:
             return self.operation.next_wake_ns(now_ns)
-        waiting = self.state.command.configures and not self.state.in_configuration_mode
-        return now_ns + 1 if waiting and self.state.running else None
+        is_waiting = self.state.command.configures and not self.state.in_configuration_mode
+        return now_ns + 1 if is_waiting and self.state.running else None
 
     # -- the tick -----------------------------------------------------------------------------
 
@@ -175,18 +175,18 @@ class CommandLayer(Host):
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
         if self.profile.untold and self._refuses_untold(now_ns, command, previous):
             return
-        edges = command.msw & ~previous.msw & COMMAND_BITS
-        following = False
-        if not self._stops(command, edges):
-            following = obey_follower(self, now_ns, command, previous)
-            reads = not following and not isinstance(self.operation, EncoderFollower)
+        risen_bits = command.msw & ~previous.msw & COMMAND_BITS
+        is_following = False
+        if not self._stops(command, risen_bits):
+            is_following = obey_follower(self, now_ns, command, previous)
+            reads = not is_following and not isinstance(self.operation, EncoderFollower)
             obey_programming(self, now_ns, command, previous, reads=reads)
             if reads:
                 obey_store_minimum(self, now_ns, command, previous)
         elif self.state.blending is not None:  # a running session continues
             obey_programming(self, now_ns, command, previous)
-        if edges and not following:
-            self._command(now_ns, command, edges)
+        if risen_bits and not is_following:
+            self._command(now_ns, command, risen_bits)
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
 
@@ -242,9 +242,13 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        further = self.profile.further_refusals if command.msw & MOVES and not command.configures else ()
+        further_rules = (
+            self.profile.further_refusals if command.msw & MOVES and not command.configures else ()
+        )
         return faults + [
-            BrokenRule(rule) for rule, is_broken in further if is_broken(command.words, command.parameters)
+            BrokenRule(rule)
+            for rule, is_broken in further_rules
+            if is_broken(command.words, command.parameters)
         ]
 
     @override

@@ -114,9 +114,9 @@ def run_blend(host: Host, now_ns: int, command: CommandWords) -> None:
     program = host.state.blend
     if refused(host, now_ns, command) or program is None:
         return
-    run = BlendRun(host, now_ns, 1 if command.msw & RUN_CW else -1, program)
-    host.accept(run)
-    run.start(now_ns)
+    operation = BlendRun(host, now_ns, 1 if command.msw & RUN_CW else -1, program)
+    host.accept(operation)
+    operation.start(now_ns)
 
 
 def hold(host: Host, now_ns: int, command: CommandWords) -> None:
@@ -174,8 +174,8 @@ def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous:
     The error also locks the command out. Several rising bits are checked first (reading A-93).
     """
     several = command.many_bits and command.msw & ~previous.msw & COMMAND_BITS
-    risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
-    if not risen or not host.firmware.registration or host.state.locked or several:
+    risen_bit = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
+    if not risen_bit or not host.firmware.registration or host.state.locked or several:
         return
     if not refused(host, now_ns, command, refusals.STORE_MINIMUM):
         distance = command.parameters.target

@@ -93,8 +93,8 @@ class Latches:
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
         rule = self.profile.rules[rule_id]
-        new = bits & ~self.bits & self.profile.error_bits
-        self.causes.update((bit, rule_id) for bit in self.profile.masks.values() if bit & new)
+        new_bits = bits & ~self.bits & self.profile.error_bits
+        self.causes.update((bit, rule_id) for bit in self.profile.masks.values() if bit & new_bits)
         self.bits |= bits
         fields: dict[str, JsonValue] = {"bits": self._names(bits), "section": rule.section}
         self._events.append(Event(now_ns, "rule", rule_id, rule.event, fields))

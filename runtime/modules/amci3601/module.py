@@ -297,9 +297,9 @@ class Amci3601(SteppedModule):
         """Compute until when only the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
-        live = not self.layer.state.in_configuration_mode
-        self._counting = live and self.axis.counting
-        self._segment = self.axis.segment if live else None
+        is_live = not self.layer.state.in_configuration_mode
+        self._counting = is_live and self.axis.counting
+        self._segment = self.axis.segment if is_live else None
         if self.machine.events:
             self.events.extend(self.machine.events)
             self.machine.events.clear()
@@ -319,8 +319,8 @@ class Amci3601(SteppedModule):
         layer, trouble = self.layer, self.trouble
         lights = None if trouble is None else ANSWERS[trouble].lights
         if lights is None:
-            moving = layer.operation is not None
-            lights = indicators(layer.state.latches.bits, moving=moving, linked=trouble is None)
+            is_moving = layer.operation is not None
+            lights = indicators(layer.state.latches.bits, moving=is_moving, linked=trouble is None)
         if lights != self.indicators:
             self.indicators = lights
             fields: dict[str, JsonValue] = {

@@ -399,8 +399,8 @@ def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[Bro
     """Return the faults of several command bits: their number, and the faults of each new command (A-110)."""
     faults = [BrokenRule("CMD-02")]
     for bit in (1 << index for index in range(edges.bit_length()) if edges >> index & 1):
-        single = command.single(bit)
-        faults += faults_of(host, single, refusals_of(host, single))
+        single_command = command.single(bit)
+        faults += faults_of(host, single_command, refusals_of(host, single_command))
     return faults
 
 

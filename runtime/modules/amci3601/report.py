@@ -24,8 +24,8 @@ def report(host: Host, words: memoryview[int]) -> None:
     """Write the eight input words; the host's axis has been advanced to the present instant."""
     state = host.state
     if state.in_configuration_mode:
-        live = state.latches.bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK)
-        words[0] = signed_word(live | state.mirror[0] & 0x1FFF)
+        live_bits = state.latches.bits & (MODE_CONFIG | CONFIG_ERROR | MODULE_OK)
+        words[0] = signed_word(live_bits | state.mirror[0] & 0x1FFF)
         words[1], words[2], words[3] = state.mirror[1:4]
         words[4] = words[5] = 0
         words[6], words[7] = host.firmware.major, host.firmware.minor

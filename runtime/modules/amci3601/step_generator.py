@@ -136,8 +136,10 @@ class StepGenerator:
         new_steps = steps - self._steps_made
         if new_steps:
             if self._marker_watched:
-                ahead = self.machine.steps_to_marker(motion.direction)
-                self.marker_seen = self.marker_seen or (ahead is not None and ahead <= new_steps)
+                marker_steps = self.machine.steps_to_marker(motion.direction)
+                self.marker_seen = self.marker_seen or (
+                    marker_steps is not None and marker_steps <= new_steps
+                )
             self.machine.follow(motion.direction, new_steps, self.now_ns)
             self._steps_made = steps
             self.position = motion.origin + motion.direction * steps
@@ -183,14 +185,14 @@ class StepGenerator:
 
     def _when_counted(self, counts: int, direction: int) -> list[int | None]:
         """Return the instants at which the encoder reaches `counts`, or must be checked again."""
-        source = counts - self._encoder_offset
-        if (self._source_counts() - source) * direction >= 0:
+        source_counts = counts - self._encoder_offset
+        if (self._source_counts() - source_counts) * direction >= 0:
             return []
         if self.machine.turning(self.now_ns):
             return [self.now_ns + 1]  # by hand and by the shaft at once: check at every tick
         assert self.motion is not None
         sense = self.motion.direction
-        return [self._when_made(self.machine.steps_to_counts(sense, source, self.now_ns))]
+        return [self._when_made(self.machine.steps_to_counts(sense, source_counts, self.now_ns))]
 
     def watch_steps(self, steps: int) -> None:
         """Request a tick when the motion has made `steps` steps."""
@@ -222,9 +224,9 @@ class StepGenerator:
         still_ns = NEVER if turns_ns is None else turns_ns
         if self.motion is None:
             return still_ns
-        free = self.machine.free_steps(self.motion.direction)
-        beyond = self._when_made(free + 1) if free else 0
-        return still_ns if beyond is None else min(beyond, still_ns)
+        free_steps = self.machine.free_steps(self.motion.direction)
+        slip_ns = self._when_made(free_steps + 1) if free_steps else 0
+        return still_ns if slip_ns is None else min(slip_ns, still_ns)
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
@@ -233,10 +235,10 @@ class StepGenerator:
         direction, shaft = self.motion.direction, self.machine.shaft
         bounds = [bound for bound in (first, None if last is None else last + 1) if bound is not None]
         if direction > 0:
-            ends = [bound for bound in bounds if bound > shaft]
+            end_positions = [bound for bound in bounds if bound > shaft]
         else:
-            ends = [bound - 1 for bound in bounds if bound <= shaft]
-        nearest = min(ends, key=lambda end: abs(end - shaft), default=None)
+            end_positions = [bound - 1 for bound in bounds if bound <= shaft]
+        nearest = min(end_positions, key=lambda end: abs(end - shaft), default=None)
         steps = None if nearest is None else self.machine.steps_to_shaft(direction, nearest)
         instant = self._when_made(steps)
         return NEVER if instant is None else instant
@@ -379,9 +381,9 @@ class StepGenerator:
 
     def preset_position(self, value: int) -> None:
         """Set the present position to `value`; the encoder or diagnostic count is not changed."""
-        count = self.encoder
+        encoder_count = self.encoder
         self.position = value
-        self.preset_encoder(count)
+        self.preset_encoder(encoder_count)
 
     def preset_encoder(self, value: int) -> None:
         """Set the present encoder count to `value`."""

@@ -310,10 +310,10 @@ def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
 
 def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
-    last: dict[str, InputPress] = {}
+    last_presses: dict[str, InputPress] = {}
     for press in sorted(timeline, key=lambda other: other.begin_ns):
-        previous = last.get(press.input)
-        last[press.input] = press
+        previous = last_presses.get(press.input)
+        last_presses[press.input] = press
         if previous is None:
             continue
         end_ns = previous.begin_ns + 1 if previous.value is not None else previous.end_ns
@@ -344,11 +344,11 @@ def _check_names(field: str, names: Mapping[str, int]) -> None:
 
 
 def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
-    place = "channel" if kind.analog else "terminal"
+    place_noun = "channel" if kind.analog else "terminal"
     if names and not any(masks):
         raise ValueError(f"{field}: a {kind.name} has none")
     for name, terminal in names.items():
         if terminal not in terminals_in(masks):
             raise ValueError(
-                f"{field}: {name!r}: a {kind.name} has no {place} {terminal}: {numbers_of(masks)}"
+                f"{field}: {name!r}: a {kind.name} has no {place_noun} {terminal}: {numbers_of(masks)}"
             )

@@ -147,8 +147,8 @@ class GenericCard(Module):
         return there_are
 
     def _put_level(self, name: str, energized: bool) -> None:
-        place = self._place(name)
-        self._levels = self._levels | 1 << place if energized else self._levels & ~(1 << place)
+        terminal = self._place(name)
+        self._levels = self._levels | 1 << terminal if energized else self._levels & ~(1 << terminal)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
         """Set an analog input; it keeps that value.
@@ -159,16 +159,16 @@ class GenericCard(Module):
         Raises:
             ValueError: an unknown input, a digital one, or an illegal value.
         """
-        place = self._place(name)
+        channel_number = self._place(name)
         if not self.kind.analog:
             raise ValueError(f"input {name!r} is a contact: it has a level, no value")
-        exact = value if isinstance(value, Decimal) else Decimal(str(value))
-        self.options.check_value(name, exact)
+        exact_value = value if isinstance(value, Decimal) else Decimal(str(value))
+        self.options.check_value(name, exact_value)
         self.before_change()
-        if ("I", place) in self._channels:
-            self._take_signal(place, Fraction(exact))
+        if ("I", channel_number) in self._channels:
+            self._take_signal(channel_number, Fraction(exact_value))
         else:
-            self._image[place] = int(exact)
+            self._image[channel_number] = int(exact_value)
 
     def _take_signal(self, place: int, signal: Fraction) -> None:
         """Convert a signal of an input channel, and set its range bits."""
@@ -184,20 +184,20 @@ class GenericCard(Module):
 
     def _driving(self, outputs: Image) -> tuple[int, ...]:
         """Return the present words of the analog outputs; 0 while the PLC does not run."""
-        return tuple(outputs[place] if self._runs else 0 for place in range(self.kind.channels_out))
+        return tuple(outputs[index] if self._runs else 0 for index in range(self.kind.channels_out))
 
     def _drive(self, driven: tuple[int, ...]) -> None:
         """Set the analog outputs, their range bits and the echo."""
         self._driven = driven
-        for place, word in enumerate(driven):
-            channel = self._channels.get(("O", place))
+        for index, word in enumerate(driven):
+            channel = self._channels.get(("O", index))
             shown_word = word
             if channel is not None:
                 seen_word = word & ~self.kind.ignored
                 shown_word = channel.limited(seen_word)
-                self._show_range("O", place, *channel.word_beyond(seen_word))
+                self._show_range("O", index, *channel.word_beyond(seen_word))
             if self.kind.echo:
-                self._image[self.kind.echo_at + place] = shown_word
+                self._image[self.kind.echo_at + index] = shown_word
 
     def _place(self, name: str) -> int:
         if name not in self.options.inputs:
@@ -228,8 +228,8 @@ class GenericCard(Module):
             return
         energized = self._energized(name, change.acted_on)
         self._put_level(name, energized)
-        level = "energized" if energized else "de-energized"
-        text = f"The {name} input is {level}."
+        level_word = "energized" if energized else "de-energized"
+        text = f"The {name} input is {level_word}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energized": energized}))
 
     def _unit(self, name: str) -> str:

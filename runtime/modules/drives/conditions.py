@@ -88,8 +88,8 @@ class DriveConditions:
 
 def states() -> Mapping[str, Sequence[str]]:
     """Return the names of all models with their states, or with an example of their number."""
-    numbers = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
-    return {**{name: tuple(values) for name, values in STATES.items()}, **numbers}
+    number_examples = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
+    return {**{name: tuple(values) for name, values in STATES.items()}, **number_examples}
 
 
 def _parts(state: str) -> tuple[str, str]:
@@ -120,14 +120,14 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
             raise ValueError(f"{name}={state}: must be {' or '.join(STATES[name])}")
         return partial(STATES[name][state], drive)
     if name in NUMBERS:
-        first, last, _, act = NUMBERS[name]
+        lowest, highest, _, act_on = NUMBERS[name]
         try:
             number = int(state)
         except ValueError:
-            number = last + 1
-        if not first <= number <= last:
-            raise ValueError(f"{name}={state}: must be {first:,} to {last:,}")
-        return partial(act, drive, number)
+            number = highest + 1
+        if not lowest <= number <= highest:
+            raise ValueError(f"{name}={state}: must be {lowest:,} to {highest:,}")
+        return partial(act_on, drive, number)
     names = (*model.input_names, *STATES, *NUMBERS)
     raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")
 
@@ -139,11 +139,11 @@ def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callab
     if state in _ON_OFF:
         return partial(_hold_input, drive, bit, _ON_OFF[state])
     try:
-        first, last = range_of(state)
+        first_step, last_step = range_of(state)
     except ValueError:
         allowed = "on, off, or positions such as 9000.. or ..-3000 or 5..10"
         raise ValueError(f"{name}={state}: must be {allowed}") from None
-    return partial(drive.machine.rewire, bit, [Switch(bit, first, last)])
+    return partial(drive.machine.rewire, bit, [Switch(bit, first_step, last_step)])
 
 
 def _hold_input(drive: DriveUnit, bit: InputBit, energized: bool) -> None:

@@ -69,7 +69,7 @@ class DriveUnit(SteppedModule):
         self.model = model
         self.machine = Machine() if machine is None else machine
         self.options = options_of(model).of(options)
-        stored = self.options.stored_in(model)
+        stored_words = self.options.stored_in(model)
         self.terminals = self.options.terminals(model)
         self.events: list[Event] = []
         self.before_change: Callable[[], None] = unnoticed
@@ -81,7 +81,7 @@ class DriveUnit(SteppedModule):
         self._hot = False
         self._conditions = StatusBit(0)
         self._image = Image(size=WORDS)
-        self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
+        self._power_up(DriveMemory(configuration=stored_words) if memory is None else memory)
 
     def _power_up(self, memory: DriveMemory) -> None:
         self.axis = StepGenerator(self.machine)
@@ -148,9 +148,9 @@ class DriveUnit(SteppedModule):
     def _report_counts(self, now_ns: int) -> None:
         """Report position and encoder; nothing else can have changed."""
         self.axis.advance(now_ns)
-        words, split = self._image.words, self.layer.input_format.split
-        words[2], words[3] = split(self.axis.position)
-        words[4], words[5] = split(self.axis.encoder)
+        words, split_number = self._image.words, self.layer.input_format.split
+        words[2], words[3] = split_number(self.axis.position)
+        words[4], words[5] = split_number(self.axis.encoder)
 
     @override
     def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -196,12 +196,12 @@ class DriveUnit(SteppedModule):
 
     def inputs(self) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
-        further = int(self._conditions)
+        condition_bits = int(self._conditions)
         if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
-            further |= HEARTBEAT
+            condition_bits |= HEARTBEAT
         if not self._running:
-            further |= PLC_IN_PROGRAM_MODE
-        return self.layer.report(further)
+            condition_bits |= PLC_IN_PROGRAM_MODE
+        return self.layer.report(condition_bits)
 
     # -- the machine, the driver, the link -------------------------------------------------------
 
@@ -265,12 +265,12 @@ class DriveUnit(SteppedModule):
 
     def _pass(self, due_ns: int) -> None:
         """Process an instant at which something happens."""
-        ended = self.axis.advance(due_ns)
+        has_ended = self.axis.advance(due_ns)
         if due_ns == self._stall_due_ns and self._behind() >= self._stall_steps():
             self.layer.stall(due_ns)
-        if ended:
+        if has_ended:
             self.layer.settle(due_ns)
-        if ended or due_ns >= self._tick_due_ns:
+        if has_ended or due_ns >= self._tick_due_ns:
             self._tick(due_ns)
         else:
             self._plan(due_ns)
@@ -312,5 +312,5 @@ class DriveUnit(SteppedModule):
         if motion is None or configuration is None or not configuration.stall_detection:
             self._lead = self.axis.position - self.machine.shaft
             return NEVER
-        missing = self._stall_steps() - self._behind()
-        return self.axis.instant_after(self.machine.free_steps(motion.direction) + max(1, missing))
+        steps_missing = self._stall_steps() - self._behind()
+        return self.axis.instant_after(self.machine.free_steps(motion.direction) + max(1, steps_missing))

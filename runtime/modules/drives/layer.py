@@ -192,12 +192,12 @@ class DriveLayer:
         if self.in_configuration:
             return self._mirror
         axis = self.axis
-        split = self.input_format.split
+        split_number = self.input_format.split
         return (
             *self.model.status_words(int(self.status.bits) | further | self._present_bits()),
-            *split(axis.position),
-            *split(axis.encoder),
-            *split(self.state.captured),
+            *split_number(axis.position),
+            *split_number(axis.encoder),
+            *split_number(self.state.captured),
             self.current,
             self.jerk,
         )
@@ -300,12 +300,12 @@ class DriveLayer:
         self._fall(now_ns, previous.bits & ~command.bits)
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
-        risen = command.bits & ~previous.bits
-        unknown = self.model.unknown_commands(words[0]) & ~previous.words[0]
-        if unknown:
+        risen_bits = command.bits & ~previous.bits
+        unknown_bits = self.model.unknown_commands(words[0]) & ~previous.words[0]
+        if unknown_bits:
             self.fire(now_ns, "CMD-17")
-        elif risen:
-            self._command(now_ns, command, risen)
+        elif risen_bits:
+            self._command(now_ns, command, risen_bits)
 
     def _enable(self, now_ns: int) -> None:
         """Obey the enable bit; without it the current is off, and a motion is cut [reading R-33]."""
@@ -400,14 +400,14 @@ class DriveLayer:
         """Use a valid configuration; the encoder keeps its count."""
         configuration = configuration_of(words, self.model, self.build)
         self.status.clear(StatusBit.CONFIG_ERROR)
-        count = self.axis.encoder
+        encoder_count = self.axis.encoder
         self.state.configuration = configuration
         _, self.state.active = configuration.active(self._levels)  # makes no transition, as on a 3601
         if self.axis.machine.spec.encoder is None and configuration.counts_per_turn:
             ratio = Fraction(configuration.counts_per_turn, configuration.steps_per_turn)
             self.axis.machine.mount(EncoderSpec(ratio))
         self.axis.configure(configuration)
-        self.axis.preset_encoder(count)
+        self.axis.preset_encoder(encoder_count)
         self.current = configuration.current
         self.segments = []
 
@@ -484,15 +484,15 @@ class DriveLayer:
         profile = profile_of(command, self.start_sps)
 
         def go(now_ns: int) -> None:
-            goal = target()
-            assert goal is not None
+            target_steps = target()
+            assert target_steps is not None
             motion: Move | DriveEncoderMove
             if encoder:
-                motion = DriveEncoderMove(self, now_ns, goal, profile)
+                motion = DriveEncoderMove(self, now_ns, target_steps, profile)
                 heading = motion.heading
             else:
-                motion = Move(self, now_ns, name, goal, profile)
-                heading = (goal > self.axis.position) - (goal < self.axis.position)
+                motion = Move(self, now_ns, name, target_steps, profile)
+                heading = (target_steps > self.axis.position) - (target_steps < self.axis.position)
             if not self._toward_limit(now_ns, heading):
                 self._begin(command, motion)
                 motion.start(now_ns)
@@ -545,8 +545,8 @@ class DriveLayer:
 
     def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
         configuration = self.state.configuration
-        lost = configuration is not None and HOME not in configuration.roles
-        if self._may_move(now_ns, ("CMD-21", lost), ("CMD-03", not self._ranges_hold(command))):
+        home_missing = configuration is not None and HOME not in configuration.roles
+        if self._may_move(now_ns, ("CMD-21", home_missing), ("CMD-03", not self._ranges_hold(command))):
             motion = HomeSearch(self, now_ns, heading, profile_of(command, self.start_sps))
             self._begin(command, motion)
             motion.start(now_ns)
@@ -558,8 +558,10 @@ class DriveLayer:
             running.change(now_ns, command)  # interpretation R-38
             self._program(command)
             return
-        good = self._ranges_hold(command) and (not registers or self._distances_hold(command))
-        if not self._may_move(now_ns, ("CMD-03", not good)) or self._toward_limit(now_ns, heading, jog=True):
+        is_allowed = self._ranges_hold(command) and (not registers or self._distances_hold(command))
+        if not self._may_move(now_ns, ("CMD-03", not is_allowed)) or self._toward_limit(
+            now_ns, heading, jog=True
+        ):
             return
         if registers and self._refused(
             now_ns,
@@ -630,8 +632,8 @@ class DriveLayer:
             self.fire(now_ns, "CMD-16")
             return
         session.waiting = False
-        good = bool(command.target) and command.ranges_hold(self.start_sps)
-        if not good or len(session.segments) == SEGMENTS_MAX:
+        is_allowed = bool(command.target) and command.ranges_hold(self.start_sps)
+        if not is_allowed or len(session.segments) == SEGMENTS_MAX:
             self.fire(now_ns, "CMD-11")
             self.session, self.segments = None, []
         else:
@@ -683,17 +685,17 @@ class DriveLayer:
 
     def _obey_inputs(self, now_ns: int) -> None:
         """Obey emergency stop, end limits and the input of an armed move."""
-        risen, motion = self.state.risen, self.operation
-        if risen & ESTOP or (self.busy and self.state.active & ESTOP):
+        risen_bits, motion = self.state.risen, self.operation
+        if risen_bits & ESTOP or (self.busy and self.state.active & ESTOP):
             self.fire(now_ns, "INP-01")
             self.held = self.armed = None
             self.status.clear(StatusBit.HOLD_STATE)
             if self.busy:
                 self.cut(now_ns, "POS-03")
-        elif risen & LIMITS and motion is not None and self.busy and motion.stops_at_limits:
+        elif risen_bits & LIMITS and motion is not None and self.busy and motion.stops_at_limits:
             self.fire(now_ns, "INP-02")
             self.cut(now_ns, "POS-04")
-        if risen & INDEXED and self.armed is not None:
+        if risen_bits & INDEXED and self.armed is not None:
             go, self.armed = self.armed, None
             if self._may_move(now_ns):
                 go(now_ns)

@@ -127,8 +127,11 @@ class Move(DriveMotion):
     def on_hold(self, now_ns: int) -> None:
         """Ramp down into the hold state; a move that ends with its own ramp anyway completes."""
         axis, profile = self.axis, self.profile
-        left = abs(self.target - axis.position)
-        if self.holding or axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
+        steps_left = abs(self.target - axis.position)
+        if (
+            self.holding
+            or axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= steps_left
+        ):
             return
         self.holding = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)

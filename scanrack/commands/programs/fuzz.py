@@ -45,10 +45,10 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
         if _kind(name) not in possible:
             can = ", ".join(kind.value for kind in Kind if kind in possible)
             raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
-    left = (chosen or kinds_for(job.spec)) - excluded
-    if not left:
+    kinds = (chosen or kinds_for(job.spec)) - excluded
+    if not kinds:
         raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
-    return left
+    return kinds
 
 
 def _kind(name: str) -> Kind:
@@ -85,13 +85,13 @@ def _fuzz_command(
     can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
     Ctrl-C; the results so far are kept.
     """
-    with reported_mistakes(), ExitStack() as held:
+    with reported_mistakes(), ExitStack() as resources:
         if options.tests is not None:
             check_new(options.tests)
         folder = options.out or Path(f"{Path(options.rack.partition(':')[0]).stem}-fuzz")
         learned = None
         if options.rack.endswith(".mcap"):
-            held.enter_context(locked(folder))
+            resources.enter_context(locked(folder))
             learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
             print_notes(learned)
         searched = options.rack if learned is None else str(learned.rack)
@@ -102,7 +102,7 @@ def _fuzz_command(
         if options.scenario is not None:
             raise typer.Exit(_replay(setup, options.scenario, as_json=options.as_json))
         if learned is None:
-            held.enter_context(locked(folder))
+            resources.enter_context(locked(folder))
         session = Session(
             job=job,
             setup=setup,

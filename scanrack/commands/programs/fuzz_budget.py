@@ -66,8 +66,8 @@ class Spending:
     def searches(self) -> bool:
         """Whether the search may continue."""
         scans = self.budget.scans
-        left = scans is None or self.state.scans - self.scans_before < scans
-        return left and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used)
+        may_continue = scans is None or self.state.scans - self.scans_before < scans
+        return may_continue and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used)
 
     @property
     def explains(self) -> bool:

@@ -155,13 +155,13 @@ class Session:
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
         before = replace(state)
-        again = self._memory.known(tuple(options.begin_with or ()))
+        earlier_scenarios = self._memory.known(tuple(options.begin_with or ()))
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again()
-        again += tuple(self._shrink_what_is_left())
+        earlier_scenarios += tuple(self._shrink_what_is_left())
         self._keep(state.note(self._undisturbed()))
-        status = self._search(again) if self._can_be_searched() else DONE
+        status = self._search(earlier_scenarios) if self._can_be_searched() else DONE
         broken = [
             counterexample
             for _, counterexample in sorted(state.found.items())
@@ -206,11 +206,11 @@ class Session:
 
     def _cover(self) -> tuple[list[UnfiredRule], str]:
         """Write the page of coverage; return the rules that never fired, and its line of the summary."""
-        kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
+        runs_kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
 
         def runs() -> Iterator[Scenario]:
             nonlocal count
-            for scenario in kept:
+            for scenario in runs_kept:
                 if count and not self._spending.explains:
                     return
                 count += 1
@@ -229,7 +229,9 @@ class Session:
             {rule for rule, count in self._state.rules.items() if count}, went.given, oldest, profile
         )
         page = self.folder / COVERAGE
-        partly = f" in {count} of {len(kept)} runs, for the time is over" if count < len(kept) else ""
+        partly = (
+            f" in {count} of {len(runs_kept)} runs, for the time is over" if count < len(runs_kept) else ""
+        )
         title, rules = f"Coverage of {self.job.program.name}", len(error_rules(profile))
         save_coverage(page, title, went.lines, count, never, rules)
         return never, f"coverage      {coverage_line(went.lines)}{partly}, see {page}"

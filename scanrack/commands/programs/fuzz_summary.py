@@ -109,7 +109,7 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 
 def left_over(state: State, spending: Spending) -> str:
     """Return a line about the work for which the time did not suffice; "" if it did."""
-    left = [
+    reasons_left = [
         f"{count:,} of what was found {kind}"
         for count, kind in (
             (state.unshrunk, "not shrunk to the end"),
@@ -117,7 +117,7 @@ def left_over(state: State, spending: Spending) -> str:
         )
         if count
     ]
-    return f"time is over  {', '.join(left)}" if left else ""
+    return f"time is over  {', '.join(reasons_left)}" if reasons_left else ""
 
 
 def _rules(state: State, rules: ErrorRules) -> Iterator[str]:

@@ -40,13 +40,13 @@ def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
     """Return the program of `load_rungs`, and its files."""
     if file.endswith(".toml"):
         job = load_job(file)
-        logic, used = job.logic, in_use(job)
+        logic, files_in_use = job.logic, in_use(job)
     else:
         program = load_program(file)
-        logic, used = program.function, {program.path: "the program"}
+        logic, files_in_use = program.function, {program.path: "the program"}
     if not isinstance(logic, LadderLogic):
         raise ValueError(f"{file}: the program is a Python function; it has no rungs")
-    return logic, used
+    return logic, files_in_use
 
 
 def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
@@ -139,7 +139,7 @@ def ladder(
     Exit status: 0 drawn, 2 a file or an option can't be used, 3 the picture can't be written.
     """
     try:
-        program, used = rungs_and_files(file)
+        program, files_in_use = rungs_and_files(file)
         routines = chosen(program, routine)
         truths: Truths = {}
         if at is not None:
@@ -147,7 +147,7 @@ def ladder(
         captions = captions_of(program)
         numbered = with_rung(routines, rung)
         if svg is not None:
-            with new_file(svg, SVG, used=used) as out:
+            with new_file(svg, SVG, used=files_in_use) as out:
                 out.write(routines_svg(numbered, width or WIDTH, truths, captions))
         elif source:
             say(program.source(), whole=True)

@@ -34,10 +34,10 @@ def _new_command(
     from scanrack.terminal.complaints import reported_mistakes  # imports libraries, which help does not need
 
     with reported_mistakes():
-        written = new_project(folder, logic.value, example)
-    for path in written:
+        paths_written = new_project(folder, logic.value, example)
+    for path in paths_written:
         say(str(path))
-    say(f"\nSee it run:  scanrack watch {written[0]} --open")
+    say(f"\nSee it run:  scanrack watch {paths_written[0]} --open")
 
 
 def register(app: typer.Typer) -> None:

@@ -141,8 +141,8 @@ def _prove_command(
                 listener = AnswerListener() if as_json else _Printing(quiet=quiet)
                 answers = ask_questions(subject, folder, others, listener, work)
                 if html is not None:
-                    used = in_use(subject.job)
-                    save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
+                    files_in_use = in_use(subject.job)
+                    save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), files_in_use)
         except SolverMissingError as error:
             raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     if as_json:
@@ -169,8 +169,8 @@ def _compare(
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
         comparison = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
-        used = {Path(split_address(address)[0]): "one of the programs" for address in (old, new)}
-        save_page(html, f"{old} and {new}", parts_of_edit(comparison), used)
+        files_in_use = {Path(split_address(address)[0]): "one of the programs" for address in (old, new)}
+        save_page(html, f"{old} and {new}", parts_of_edit(comparison), files_in_use)
     if as_json:
         say_json(edited_as_json(comparison))
     else:

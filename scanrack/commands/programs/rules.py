@@ -94,8 +94,8 @@ def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> 
     prefixes = list(dict.fromkeys(map(prefix_of, table.rules)))
     for name in sorted(names - set(prefixes) - set(table.rules)):
         among = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
-        allowed = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
-        raise ValueError(_unknown("rule", name, among or prefixes, allowed))
+        legal_ids = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
+        raise ValueError(_unknown("rule", name, among or prefixes, legal_ids))
     return [rule for rule in rules if not names or names & {rule.id, prefix_of(rule.id)}]
 
 
@@ -232,17 +232,17 @@ def _rules_command(
 
     Exit status: 0 printed, 2 an option can't be used.
     """
-    known = TABLES[table]()
+    rule_table = TABLES[table]()
     with reported_mistakes():
-        rules = with_ids(known.rules.values(), ids or (), known)
-        rules = rules if bit is None else with_bit(rules, bit, known)
-        if firmware is not None and known is not AMCI3601:
+        rules = with_ids(rule_table.rules.values(), ids or (), rule_table)
+        rules = rules if bit is None else with_bit(rules, bit, rule_table)
+        if firmware is not None and rule_table is not AMCI3601:
             raise ValueError(f"--firmware {firmware}: the rules of a {table.value} do not differ by version")
         rules = rules if firmware is None else of_firmware(rules, firmware)
     if as_json:
-        say_json({"table": table.value, "rules": [as_row(rule, known) for rule in rules]})
+        say_json({"table": table.value, "rules": [as_row(rule, rule_table) for rule in rules]})
     else:
-        say(listing(rules, known))
+        say(listing(rules, rule_table))
 
 
 def register(app: typer.Typer) -> None:

@@ -146,7 +146,7 @@ def run_command(options: RunArguments) -> NoReturn:
         check_ports(job.spec, realtime=options.realtime, live=options.live)
         if options.spin and not options.realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
-        held = forces_to_hold(job, options.forces)
+        forces = forces_to_hold(job, options.forces)
         where = servers_at(options.server, options.ua_security, options.ua_users)
         retained = None if options.retain is None else retained_memory(job, options.retain, trace, keep)
     except ValueError as error:
@@ -158,7 +158,7 @@ def run_command(options: RunArguments) -> NoReturn:
         run_job,
         scans=count,
         options=RunOptions(
-            trace=trace, live=options.live, pacer=pacer, keep=keep, forces=held, handled=bool(where)
+            trace=trace, live=options.live, pacer=pacer, keep=keep, forces=forces, handled=bool(where)
         ),
         quiet=options.quiet,
         server=where,

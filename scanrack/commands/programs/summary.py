@@ -100,8 +100,8 @@ def _errors(result: RunResult) -> Iterator[str]:
 
 def _start(result: RunResult) -> Iterator[str]:
     """Yield a row with the bits that every start sets; they are not errors."""
-    for seen in result.every_start:
-        yield f"{_of(seen.slot, result)}{seen.text}"
+    for start in result.every_start:
+        yield f"{_of(start.slot, result)}{start.text}"
 
 
 def _of(slot: JsonValue, result: RunResult) -> str:

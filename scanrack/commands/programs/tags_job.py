@@ -64,8 +64,8 @@ def _print_file(software: str, rows: list[TagRow], title: str) -> int:
 def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
     if not names:
         return DONE
-    listed = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
-    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {listed}", NO)
+    missing_names = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
+    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {missing_names}", NO)
 
 
 def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:
@@ -103,8 +103,8 @@ def _csv(rows: list[TagRow]) -> str:
 
 def _print_table(rows: list[TagRow]) -> None:
     cells = [_cells(row) for row in rows]
-    used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
-    table = new_table(*(COLUMNS[place] for place in used))
+    columns_used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
+    table = new_table(*(COLUMNS[place] for place in columns_used))
     for row_cells in cells:
-        table.add_row(*(row_cells[place] for place in used))
+        table.add_row(*(row_cells[place] for place in columns_used))
     print_block(table)

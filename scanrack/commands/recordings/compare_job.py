@@ -64,11 +64,11 @@ def compare_traces(options: CompareOptions) -> None:
         typer.Exit: with the status of the command, unless it is 0.
     """
     with reported_mistakes():
-        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        tolerances = tolerance(options.tolerance_time, options.tolerance_counts)
         with open_trace(options.a) as trace_a, open_trace(options.b) as trace_b:
             clock = _clock(trace_a, trace_b, options.align_at, options.realign_at)
             with reading(trace_a, quiet=options.quiet) as progress:
-                comparison = compare(trace_a, trace_b, allowed, clock=clock, progress=progress)
+                comparison = compare(trace_a, trace_b, tolerances, clock=clock, progress=progress)
             for trace in (trace_a, trace_b):
                 trace.check_data()
             print_notes(trace_a, trace_b)

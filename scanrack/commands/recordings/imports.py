@@ -105,10 +105,10 @@ def _import_command(
             raise ValueError("--simulated does not apply to an amci3601: use scanrack replay")
         target = options.out or Path(options.capture.name).with_suffix(".mcap")
         outputs = [target] if options.simulated_to is None else [target, options.simulated_to]
-        used = {options.capture: "the capture"}
+        files_in_use = {options.capture: "the capture"}
         for output in outputs:
-            check_output(output, TRACE, used)
-            used[output] = "the other trace"
+            check_output(output, TRACE, files_in_use)
+            files_in_use[output] = "the other trace"
         over_enip = options.controller is CapturedController.COMPACTLOGIX
         at_port = options.port or (PORT if over_enip else MODBUS_PORT)
         capture = read_capture(
@@ -127,8 +127,8 @@ def _import_command(
         record(target, options.controller, real, names)
         if options.simulated_to is not None:
             record(options.simulated_to, options.controller, model, names)
-        done = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
-        _tell([], done, quiet=options.quiet)
+        summary_line = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
+        _tell([], summary_line, quiet=options.quiet)
     raise typer.Exit(DONE)
 
 

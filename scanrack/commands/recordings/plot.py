@@ -67,15 +67,20 @@ def _plot_command(
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()
         if kind not in _KINDS:
-            allowed = ", ".join(_KINDS)
-            raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
+            suffixes = ", ".join(_KINDS)
+            raise ValueError(f"{target}: the file's suffix says what to draw: {suffixes}")
         check_output(target, _KINDS[kind], itself(trace))
         with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
-            shown: Any = {"slots": slot or (), "tags": tag or (), "title": title, "progress": progress}
+            chart_options: Any = {
+                "slots": slot or (),
+                "tags": tag or (),
+                "title": title,
+                "progress": progress,
+            }
             if _KINDS[kind] is PAGE:
-                left_out = save_page(opened, target, selected, **shown).left_out
+                left_out = save_page(opened, target, selected, **chart_options).left_out
             else:
-                chart = read_chart(opened, Envelope, selected, **shown)
+                chart = read_chart(opened, Envelope, selected, **chart_options)
                 save_figure(chart, target)
                 left_out = chart.left_out
         if not quiet:

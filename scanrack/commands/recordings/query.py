@@ -36,12 +36,12 @@ def print_answer(answer: Answer, limit: int | None) -> None:
     if answer.aggregate == "count":
         say(answer.count)
         return
-    shown = answer.occurrences[:limit]
-    if shown:
-        print_block(_table(shown))
-    left = len(answer.occurrences) - len(shown)
-    if left:
-        say(f"... and {left:,} more")
+    occurrences = answer.occurrences[:limit]
+    if occurrences:
+        print_block(_table(occurrences))
+    further = len(answer.occurrences) - len(occurrences)
+    if further:
+        say(f"... and {further:,} more")
     if answer.aggregate is not None:
         say(f"of {answer.count:,}")
     elif answer.count != 1:

@@ -47,7 +47,7 @@ def replay_trace(options: ReplayOptions) -> None:
         typer.Exit: with the status of the command, unless it is 0.
     """
     with reported_mistakes():
-        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        tolerances = tolerance(options.tolerance_time, options.tolerance_counts)
         keeping = None
         if options.record is not None:
             keeping = None if options.replace else RecordingKeeper(options.record, KEPT_TRACES)
@@ -86,7 +86,7 @@ def replay_trace(options: ReplayOptions) -> None:
             period_ns = int(trace.head.metadata["scan_period_ns"])
             with _recorder(options.record, keeping, replay, recording, period_ns) as recorders:
                 follower = replay.run(
-                    allowed, to_the_end=options.to_the_end, observed=observed, recorders=recorders
+                    tolerances, to_the_end=options.to_the_end, observed=observed, recorders=recorders
                 )
         if follower.stopped:
             total = len(recording.scans)

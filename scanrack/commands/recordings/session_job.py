@@ -45,13 +45,13 @@ def rerun_trace(options: ReplayOptions) -> None:
 
 def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
     path, trust, quiet = options.path, options.trust, options.quiet
-    again, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
+    rerun_path, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
     try:
         job = job_of(trace, folder / "files", trust=trust)
     except ValueError:
         print_notes(trace)
         raise
-    check_recording(job, again, itself(path), keep)
+    check_recording(job, rerun_path, itself(path), keep)
     ends = extent(trace).scan.tolist()
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
@@ -63,15 +63,15 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
-    running = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
+    running = RunOptions(trace=rerun_path, orders=orders, editions=editions, metadata=parent, keep=keep)
     status = run_job(job, scans, running, quiet=quiet, summarized=False)
     if status not in (DONE, NO):
         return status
-    if not options.as_json and filecmp.cmp(path, again, shallow=False):
+    if not options.as_json and filecmp.cmp(path, rerun_path, shallow=False):
         if not quiet:
             say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
         return DONE
-    with open_trace(again) as other:
+    with open_trace(rerun_path) as other:
         with reading(trace, quiet=quiet) as progress:
             comparison = compare(trace, other, progress=progress)
         return print_comparison(comparison, (path.name, RERUN), as_json=options.as_json)

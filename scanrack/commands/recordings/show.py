@@ -133,8 +133,8 @@ class Contents:
                     self.events.add([entry])
             else:
                 self._scans += len(entry)
-                inside = self._selected.has(entry["scan"], entry["log_time"])
-                self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
+                is_selected = self._selected.has(entry["scan"], entry["log_time"])
+                self.rows.add(self._changes.rows_of(entry, is_selected, trace.as_scans))
 
 
 def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:

@@ -148,20 +148,20 @@ def _conform_command(
         if options.listed:
             _say_list(plan)
             raise typer.Exit(DONE)
-        out, used = _checked_outputs(options)
-        around = _with_result(used, out)
+        out, files_in_use = _checked_outputs(options)
+        around = _with_result(files_in_use, out)
         recorded = _recorded_scenes(options, plan)
         result = _judged(recorded, shown=not (options.quiet or options.as_json))
-        whole = as_object(recorded, result)
+        result_object = as_object(recorded, result)
         name = "" if out is None else out.name
         if out is not None:
-            with new_file(out, RESULT, used=used) as file:
-                json.dump(whole, file, separators=(", ", ": "))
+            with new_file(out, RESULT, used=files_in_use) as file:
+                json.dump(result_object, file, separators=(", ", ": "))
                 file.write("\n")
         if options.html is not None:
             save_report(options.html, recorded, result, around, name)
         if options.as_json or not options.quiet:
-            _say_result(whole, result, recorded, name, as_json=options.as_json)
+            _say_result(result_object, result, recorded, name, as_json=options.as_json)
         raise typer.Exit(NO if result.differs else DONE)
 
 
@@ -181,14 +181,14 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
     Raises:
         ValueError: an output can't be written, or would replace one of these files.
     """
-    used = {options.source: "the file that is judged"} if options.source is not None else {}
-    used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
+    files_in_use = {options.source: "the file that is judged"} if options.source is not None else {}
+    files_in_use |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
     out = options.out or (None if options.path is None else Path("conform.json"))
     if out is not None:
-        check_output(out, RESULT, used)
+        check_output(out, RESULT, files_in_use)
     if options.html is not None:
-        check_output(options.html, PAGE, _with_result(used, out))
-    return out, used
+        check_output(options.html, PAGE, _with_result(files_in_use, out))
+    return out, files_in_use
 
 
 def _with_result(used: dict[Path, str], out: Path | None) -> dict[Path, str]:

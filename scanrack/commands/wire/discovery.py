@@ -29,8 +29,8 @@ def list_command() -> None:
     """
     devices = sorted(comports(), key=lambda each: each.device)
     for device in devices:
-        about = [text for text in (device.description, device.manufacturer) if text and text != "n/a"]
-        say("  ".join([device.device, *about]))
+        descriptions = [text for text in (device.description, device.manufacturer) if text and text != "n/a"]
+        say("  ".join([device.device, *descriptions]))
     if not devices:
         raise typer.Exit(complain("no serial device", NO))
 

@@ -120,8 +120,8 @@ class ConsoleLines:
         # not `sys.stdin`: Python can't end while a thread is inside it
         typed = b""
         while data := os.read(0, 1 << 12):
-            *whole, typed = (typed + data).split(b"\n")
-            for line in whole:
+            *lines_read, typed = (typed + data).split(b"\n")
+            for line in lines_read:
                 lines.put(line.decode("utf-8", "replace") + "\n")
         lines.put("")
 
@@ -183,11 +183,15 @@ def _serve_command(
         check_options(context, options.controller)
         if options.controller is ServedDevice.AMCI3601:
             raise typer.Exit(serve_remote(options))
-        clock, kept = Clock(options.speed), None
+        clock, memory_kept = Clock(options.speed), None
         if options.memory is not None:
             memory = ControllerMemory(options.memory, options.controller, options.programs_in_use)
-            kept = stack.enter_context(memory)
-        line = _drives(options, clock, kept) if options.controller in MODELS else _line(options, kept)
+            memory_kept = stack.enter_context(memory)
+        line = (
+            _drives(options, clock, memory_kept)
+            if options.controller in MODELS
+            else _line(options, memory_kept)
+        )
         units = line.units
         choice = PortChoice(
             options.pty,
@@ -208,9 +212,9 @@ def _serve_command(
             also = "" if channel is None else f"; control at {channel.name}; key {channel.key}"
             say(f"{place}  {line.title}{also}; Ctrl-C ends")
             sys.stdout.flush()  # a reader of the path through a pipe waits for it
-            _serve(server, units, clock, _Watchers(recorder, channel, kept), quiet=options.quiet)
-        if kept is not None:
-            kept.look()
+            _serve(server, units, clock, _Watchers(recorder, channel, memory_kept), quiet=options.quiet)
+        if memory_kept is not None:
+            memory_kept.look()
         raise typer.Exit(INTERRUPTED)
 
 

@@ -249,9 +249,9 @@ class Bench:
             return self.program.edit(program)
         if not isinstance(program, Logic):
             raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
-        done = continue_as(self.logic, program, restart, self._fields, self._followers)
-        self._announce_edit(type(program).__name__, done)
-        return done
+        edit_result = continue_as(self.logic, program, restart, self._fields, self._followers)
+        self._announce_edit(type(program).__name__, edit_result)
+        return edit_result
 
     def _edit_files(self, rack: str, restart: SequenceOf[str]) -> Any:
         """Continue with the program of a rack file; record its files with the event, as in a session."""
@@ -263,11 +263,11 @@ class Bench:
         self._editions.keep(number, edition, job)
         self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
         try:
-            done = self.edit(job.logic, restart)
+            edit_result = self.edit(job.logic, restart)
         finally:
             self._order = {}
         self._edits = number
-        return done
+        return edit_result
 
     def _record_edit(self, edit: Any) -> None:
         self._announce_edit(self.logic.program.name, edit)
@@ -304,10 +304,10 @@ class Bench:
         """
         self._desk.tags[tag] = value
         if isinstance(self.logic, Logic):
-            held = self._fields[tag]
+            field_value = self._fields[tag]
             with suppress(ValueError):  # NaN and infinities are not JSON and are not recorded
-                order = {"order": text_of(Write(tag, held))}
-                self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {held!r}", order))
+                order = {"order": text_of(Write(tag, field_value))}
+                self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {field_value!r}", order))
 
     @property
     def _desk(self) -> Any:

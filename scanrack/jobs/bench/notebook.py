@@ -32,8 +32,8 @@ def _slot(slot: SlotBench, names: ModuleWords) -> str:
     status = line(str(slot.status)) if own is None else own()
     images = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
     table = (
-        (f"in {input_name}", f"{value:,}", f"out {other}", f"{sent:,}")
-        for input_name, value, other, sent in images
+        (f"in {input_name}", f"{value:,}", f"out {other}", f"{sent_value:,}")
+        for input_name, value, other, sent_value in images
     )
     return line(f"slot {slot.number}") + status + rows(table)
 

@@ -91,11 +91,11 @@ def lines_of_trace(
     from ..why.program_rerun import executed_lines
 
     (first, last), recording = scans, PackedTrace.of(trace, more)
-    written = {(event.scan, event.fields.get("order")) for event in recording.events}
+    orders_recorded = {(event.scan, event.fields.get("order")) for event in recording.events}
     orders = [
         TraceEvent(now_ns, 0, ORDERS.name, {"order": text})
         for now_ns, text in latest
-        if (now_ns, text) not in written
+        if (now_ns, text) not in orders_recorded
     ]
     recording = replace(recording, events=(*recording.events, *orders))
     job = job_of(trace, folder, trust=True)
@@ -135,10 +135,10 @@ def _of_ladder(
     moment = _without_images(question, Why(recording, 0, job.spec, None), debugger)
     until = moment.until
     last = len(recording.scans) - 1 if until is not None else moment.row(recording)
-    done = run_rungs(recording, job.spec, debugger, last, until, snapshots)
-    row = _reached(moment, done.row if done.met or until is None else None)
+    rungs_run = run_rungs(recording, job.spec, debugger, last, until, snapshots)
+    row = _reached(moment, rungs_run.row if rungs_run.met or until is None else None)
     why = Why(recording, row, job.spec, None, debugger)
-    return _answer(why, question, [*done.notes, *_departed(why, done.departs)])
+    return _answer(why, question, [*rungs_run.notes, *_departed(why, rungs_run.departs)])
 
 
 def _without_images(question: Question, images: Why, debugger: Debugger) -> ScanChoice:
@@ -159,7 +159,7 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
 
 
 def _departed(why: Why, row: int | None) -> list[str]:
-    """Return a note that the program deviated from the recording in the given row; [] if there is none."""
+    """Return a note about the program's deviation from the recording in a row; [] if it did not deviate."""
     if row is None:
         return []
     when = why.past.when(row)

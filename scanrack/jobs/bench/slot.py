@@ -134,8 +134,8 @@ class SlotBench:
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
         bits = " ".join(profile_of(self._slot.words).status_names(msw, lsw)) or "no bit"
         levels = self._device.machine.levels(self._now_ns())
-        held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
+        energized = [name for name, bit in INPUT_NAMES.items() if levels & bit]
         return (
             f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
-            f"energized {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
+            f"energized {', '.join(energized) or 'nothing'}; outputs {list(self.outputs)}"
         )

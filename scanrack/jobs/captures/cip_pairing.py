@@ -95,9 +95,9 @@ class CipPairing(Pairing):
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
-            elif (waiting := self._open.get(key)) and waiting[0][0] <= at_ns:
-                requested_ns, request = waiting.popleft()
-                if not waiting:
+            elif (requests_open := self._open.get(key)) and requests_open[0][0] <= at_ns:
+                requested_ns, request = requests_open.popleft()
+                if not requests_open:
                     del self._open[key]
                 yield from self._answered((requested_ns, at_ns), request, message, 0)
 

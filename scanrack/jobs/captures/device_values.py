@@ -33,9 +33,11 @@ def pcl601_values(exchange: PairedExchange, words: dict[int, int]) -> Values:
     if function == pdus.READ_INPUT_REGISTERS:
         return {"inputs": answer.registers[0]}
     holder = answer if function == pdus.READ_REGISTERS else request
-    known = {address: word for address, word in enumerate(holder.registers, first) if address < WORD_COUNT}
-    words.update(known)
-    return _registers(known, words)
+    read_words = {
+        address: word for address, word in enumerate(holder.registers, first) if address < WORD_COUNT
+    }
+    words.update(read_words)
+    return _registers(read_words, words)
 
 
 def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:

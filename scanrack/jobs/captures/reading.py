@@ -135,7 +135,7 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
 
 
 def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
-    """Return a sentence why a capture has no exchange at a port.
+    """Return the reason why a capture has no exchange at a port, as a sentence.
 
     Args:
         others: the ports with connections in the capture.
@@ -143,9 +143,9 @@ def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut
     """
     if cut.count:
         return f"no whole exchange at port {port}: {_cut(cut)}"
-    seen = f"; its ports are {', '.join(map(str, sorted(others)))}" if others else ""
+    ports_seen = f"; its ports are {', '.join(map(str, sorted(others)))}" if others else ""
     passed_over = next(filter(None, (pairing.passed_over for pairing in pairings)), "")
-    return passed_over or f"no exchange at port {port}{seen}"
+    return passed_over or f"no exchange at port {port}{ports_seen}"
 
 
 def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:

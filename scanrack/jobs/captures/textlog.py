@@ -57,6 +57,8 @@ class TextLog:
 
 
 def _at_ns(match: re.Match[str]) -> int:
-    whole, _, fraction = match["seconds"].replace(",", ".").partition(".")
+    whole_seconds, _, fraction = match["seconds"].replace(",", ".").partition(".")
     minutes = int(match["hours"] or 0) * 60 + int(match["minutes"] or 0)
-    return (minutes * 60 + int(whole)) * 1_000_000_000 + int(fraction.ljust(9, "0") if fraction else 0)
+    return (minutes * 60 + int(whole_seconds)) * 1_000_000_000 + int(
+        fraction.ljust(9, "0") if fraction else 0
+    )

@@ -48,7 +48,7 @@ class SentCommand:
 
 
 class Role(Enum):
-    """What a variable is."""
+    """The kind of a variable."""
 
     PLAIN = auto()  # memory of the program
     INPUT = auto()  # the module writes it
@@ -77,7 +77,7 @@ class Variable:
 
 
 class Touch(Enum):
-    """How an instruction or statement uses a variable."""
+    """The way in which an instruction or statement uses a variable."""
 
     READ = auto()
     COIL = auto()  # writes a bit whether its condition holds or not

@@ -211,10 +211,10 @@ def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> froz
     names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == number})
     if not names:
         return None
-    there = frozenset(
+    possible_steps = frozenset(
         step for step in steps if not never(AllOf((*(Compare(name, "=", step) for name in names), condition)))
     )
-    return None if there == steps else there
+    return None if possible_steps == steps else possible_steps
 
 
 def alternatives(condition: Condition) -> list[Term] | None:
@@ -285,15 +285,15 @@ def _done(name: str) -> str:
 
 def _is_unsatisfiable(compared: list[Compare]) -> bool:
     """Whether no number satisfies all comparisons."""
-    whole = compared[0].whole
-    limits = [BOUNDS[comparison.relation](comparison.number, whole) for comparison in compared]
+    is_whole = compared[0].whole
+    limits = [BOUNDS[comparison.relation](comparison.number, is_whole) for comparison in compared]
     lows, highs = zip(*limits, strict=True)
     least, most = max(compared[0].least, *lows), min(compared[0].most, *highs)
     if least > most:
         return True
     excluded = {comparison.number for comparison in compared if comparison.relation == "<>"}
     # few enough whole numbers that all may be excluded
-    if whole and math.isfinite(most - least) and most - least < len(excluded):
+    if is_whole and math.isfinite(most - least) and most - least < len(excluded):
         return excluded.issuperset(range(math.ceil(least), math.floor(most) + 1))
     return least == most and least in excluded
 

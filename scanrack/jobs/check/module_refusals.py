@@ -90,8 +90,8 @@ def broken(
         words: the eight signed words, with None for unknown ones; the first one is known.
         configuration: configuration of the module; None if it is unknown.
     """
-    used = configuration or ANY_CONFIGURATION
-    state = SimpleNamespace(configuration=used, start_sps=used.starting_speed)
+    used_configuration = configuration or ANY_CONFIGURATION
+    state = SimpleNamespace(configuration=used_configuration, start_sps=used_configuration.starting_speed)
     at_rest = SimpleNamespace(state=state, firmware=firmware, profile=profile)  # what these rules read
     host = cast("Host", at_rest)
     first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]

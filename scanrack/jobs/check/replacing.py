@@ -75,9 +75,9 @@ def _uses(subject: Subject) -> Iterator[Use]:
     facts = subject.facts
     yield from _of_tags(facts, slots)
     yield from _of_words(facts, slots)
-    for sent in facts.configurations:
-        if sent.slot is None or sent.slot in slots:
-            yield sent.place, "", 0, 0, "configuration"
+    for configuration in facts.configurations:
+        if configuration.slot is None or configuration.slot in slots:
+            yield configuration.place, "", 0, 0, "configuration"
     for command in facts.commands:
         if command.words and command.text in _COMMANDS:
             yield command.place, "O", 0, _COMMANDS[command.text].value, command.text

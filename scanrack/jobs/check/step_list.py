@@ -63,8 +63,8 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
 
 def _actions(slot: int, place: FileLine, step: Step, goes: int, words: Sequence[int]) -> Iterator[StepAction]:
     first = words[0] & UNSIGNED_MAX
-    here = frozenset((float(step.line),))
-    yield StepAction(MACHINE, here, place, axis=f"slot {slot}", **given_by(first, ~first & UNSIGNED_MAX))
+    steps = frozenset((float(step.line),))
+    yield StepAction(MACHINE, steps, place, axis=f"slot {slot}", **given_by(first, ~first & UNSIGNED_MAX))
     ends = bool(step.rise - MOVING or step.fall & OFF_AT_END or step.for_ns is not None)
     if goes and (step.rise or step.fall or step.for_ns is not None):
-        yield StepAction(MACHINE, here, place, float(goes), ends)
+        yield StepAction(MACHINE, steps, place, float(goes), ends)

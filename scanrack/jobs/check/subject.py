@@ -58,11 +58,13 @@ class Subject:
     def configurations(self, slot: int | None) -> list[Configuration]:
         """Return the valid configurations that a slot may get."""
         if slot not in self._read:
-            sent = self.sent_to(slot, self.facts.configurations)
-            if slot is None and not sent:
-                sent = self.facts.configurations
+            sent_commands = self.sent_to(slot, self.facts.configurations)
+            if slot is None and not sent_commands:
+                sent_commands = self.facts.configurations
             limits = self.profile(slot).limits
-            configurations = dict.fromkeys(_configuration(sent_command, limits) for sent_command in sent)
+            configurations = dict.fromkeys(
+                _configuration(sent_command, limits) for sent_command in sent_commands
+            )
             self._read[slot] = [
                 configuration for configuration in configurations if configuration is not None
             ]

@@ -73,5 +73,5 @@ def _in_file(file: str) -> dict[int, frozenset[str]]:
 
 
 def _names(pattern: re.Pattern[str], text: str) -> frozenset[str]:
-    listed = (name.strip().lower() for listing in pattern.findall(text) for name in listing.split(","))
-    return frozenset(filter(None, listed))
+    rule_names = (name.strip().lower() for listing in pattern.findall(text) for name in listing.split(","))
+    return frozenset(filter(None, rule_names))

@@ -86,7 +86,9 @@ def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> I
     by_machine = grouped(actions, lambda each: each.machine)
     for own in grouped(writes, lambda each: each.slot).values():
         steps = (pair for action in own for pair in action.steps.items())
-        machines = dict.fromkeys(machine for machine, (there, _) in steps if there is not None)
+        machines = dict.fromkeys(
+            machine for machine, (possible_steps, _) in steps if possible_steps is not None
+        )
         for machine in machines or ("",):
             yield from _Flow(own, machine, by_machine.get(machine, ())).images()
 
@@ -160,14 +162,14 @@ class _Flow:
 
     def _with(self, step: Step, command: WordWrite) -> _Words:
         """Return the words in the scan of a step that gives a command."""
-        here = self._in(step)
-        images = {write.place for write in here if write.word == 0}
-        others = [action for action in here if _is_another(action, command, images)]
+        step_actions = self._in(step)
+        images = {write.place for write in step_actions if write.word == 0}
+        others = [action for action in step_actions if _is_another(action, command, images)]
         on, cells = self._at(step)
         for other in others:  # another write may have acted in an earlier scan
             on &= ~other.clears if other.word == 0 else UNSIGNED_MAX
         return self._written(
-            _Words(on, cells), step, command.when, [action for action in here if action not in others]
+            _Words(on, cells), step, command.when, [action for action in step_actions if action not in others]
         )
 
     def _given_in(self, step: Step) -> Iterator[SentImage]:

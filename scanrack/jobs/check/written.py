@@ -80,5 +80,5 @@ class WordWrite:
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:
         """Return whether it may happen in a step, and whether it happens in each scan of that step."""
-        there, sure = self.steps.get(machine, (None, self.when == TRUE))
-        return there is None or step in there, sure
+        steps, sure = self.steps.get(machine, (None, self.when == TRUE))
+        return steps is None or step in steps, sure

@@ -148,11 +148,11 @@ class Branch:
             seen.window.high_ns + drift + GRID_NS,
         )
         self.advance(high + SAMPLE_NS)
-        shown = self.shown(low, high)
-        if not explained(shown, seen.words, self.play):
+        shown_words = self.shown(low, high)
+        if not explained(shown_words, seen.words, self.play):
             return False
-        in_command_mode = not (seen.words[0] | shown[0][0]) & MODE_CONFIG
-        rests = self.rests and all(words == shown[0] for words in shown)
+        in_command_mode = not (seen.words[0] | shown_words[0][0]) & MODE_CONFIG
+        rests = self.rests and all(words == shown_words[0] for words in shown_words)
         if self.play and in_command_mode and rests:
             self._settle(seen.words)
         return True
@@ -211,8 +211,10 @@ def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
     """Return what an operation remembers, and whether it begins now."""
     if operation is None:
         return None
-    known = vars(operation).items()
-    remembered = ((name, getattr(value, "__name__", value)) for name, value in known if name not in _OWNERS)
+    attributes = vars(operation).items()
+    remembered = (
+        (name, getattr(value, "__name__", value)) for name, value in attributes if name not in _OWNERS
+    )
     return operation.started_ns >= now_ns, *remembered
 
 

@@ -104,19 +104,21 @@ def search(
     if start is None:
         return result
     live, waiting, adopted = [start.branch], list[SeenImage](), start.is_whole
-    limits = [*(sent.window.low_ns for sent, _ in turns[1:]), None]
-    for place, ((sent, seen), limit) in enumerate(zip(turns, limits, strict=True)):
+    limits = [*(turn_sent.window.low_ns for turn_sent, _ in turns[1:]), None]
+    for place, ((transmission, seen), limit) in enumerate(zip(turns, limits, strict=True)):
         instants = (
-            _instants(sent, timing, single=place <= start.turn) if given is None else given[place : place + 1]
+            _instants(transmission, timing, single=place <= start.turn)
+            if given is None
+            else given[place : place + 1]
         )
-        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), result, most)
-        result.after = sent
+        live = _spread(live, transmission, instants, _earliest(waiting, transmission, timing), result, most)
+        result.after = transmission
         result.moving += 1
         if not live:
             return result
         waiting += start.judged(place, seen)
         adopted = adopted or (place > start.turn and _adopt(live, waiting))
-        live, waiting = _sift(live, waiting, limit, sent, timing, result)
+        live, waiting = _sift(live, waiting, limit, transmission, timing, result)
         if not live:
             return result
         if all(hypothesis.rests for hypothesis in live):
@@ -154,20 +156,23 @@ def _start_of(
     timing: Timing,
 ) -> _Start | None:
     """Return the start of a search: a known state, or the first configuration; None if there is neither."""
-    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
-    turn = 0 if known else _configured_at(turns)
+    known_state = moments[0] if moments and isinstance(moments[0], KnownState) else None
+    turn = 0 if known_state else _configured_at(turns)
     if turn == len(turns):
         return None
-    if known:
-        known_ns = known.window.high_ns
-        return _Start(Branch(model(), known_ns).resume(known), turn, known_ns, True)
+    if known_state:
+        known_ns = known_state.window.high_ns
+        return _Start(Branch(model(), known_ns).resume(known_state), turn, known_ns, True)
     known_ns = turns[turn][0].window.high_ns + 2 * timing.lag_ns
     return _Start(Branch(model(), turns[0][0].window.low_ns), turn, known_ns, False)
 
 
 def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
     """Return the number of the first turn that configures; the number of turns if none does."""
-    return next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
+    return next(
+        (n for n, (transmission, _) in enumerate(turns) if transmission.words and transmission.words[0] < 0),
+        len(turns),
+    )
 
 
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
@@ -283,7 +288,7 @@ def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch
         return live
     for branch in live:
         branch.advance(now_ns)
-        kept = states.setdefault(branch.state(since_ns), branch)
-        kept.fired &= branch.fired
-        kept.play = max(kept.play, branch.play)
+        equal_branch = states.setdefault(branch.state(since_ns), branch)
+        equal_branch.fired &= branch.fired
+        equal_branch.play = max(equal_branch.play, branch.play)
     return list(states.values())

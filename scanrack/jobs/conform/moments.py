@@ -156,8 +156,10 @@ def _moment(number: int, row: Any) -> Moment:
 
 
 def _known_state(window: Window, numbers: tuple[int, ...]) -> KnownState:
-    shown, sent, configuration = (numbers[offset : offset + WORDS] for offset in range(0, 3 * WORDS, WORDS))
-    return KnownState(window, shown, sent, configuration, numbers[-1] & ALL_INPUTS)
+    shown, sent_words, configuration = (
+        numbers[offset : offset + WORDS] for offset in range(0, 3 * WORDS, WORDS)
+    )
+    return KnownState(window, shown, sent_words, configuration, numbers[-1] & ALL_INPUTS)
 
 
 _KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | None]] = {

@@ -218,10 +218,10 @@ def _step(words: list[str]) -> SceneStep:
 
 def _is_configured(steps: tuple[SceneStep, ...]) -> bool:
     """Whether the first words are zero and the second ones configure."""
-    written = []
+    images_written = []
     for step in steps[:2]:
         image = Image([1] * 8)
         if step.step is not None:
             step.step.write(image)
-        written.append(tuple(image))
-    return len(written) == 2 and not any(written[0]) and written[1][0] < 0
+        images_written.append(tuple(image))
+    return len(images_written) == 2 and not any(images_written[0]) and images_written[1][0] < 0

@@ -78,15 +78,15 @@ class _Player:
 
     def play(self, scene: PlannedScene) -> PlayedScene:
         self._played = PlayedScene(scene.name)
-        whole = False
+        is_complete = False
         try:
             for step in scene.steps:
                 self._step(step)
                 if self._played.note:
                     break
-            whole = not self._played.note
+            is_complete = not self._played.note
         finally:
-            if not whole:
+            if not is_complete:
                 halt(self._path)
         return self._played
 
@@ -109,9 +109,9 @@ class _Player:
     def _send(self, before: ImageWords, words: ImageWords) -> None:
         """Send words. Parameters are sent before a new command bit, so that a torn write does no harm."""
         rises = words[0] & ~before[0] or words[1] & ~before[1]
-        ahead = (before[0], before[1], *words[2:])
-        if rises and ahead != before and not before[0]:
-            self._write(ahead)
+        words_before = (before[0], before[1], *words[2:])
+        if rises and words_before != before and not before[0]:
+            self._write(words_before)
             least = self._path.now_ns()
             wait_ns = min(2 * self._plan.timing.lag_ns, AHEAD_NS)
             self._read_until(lambda _image, lasted: lasted >= wait_ns, least, None)

@@ -72,16 +72,16 @@ def load_played(path: Path) -> PlayedPlan:
         ValueError: the file is not a result, or is damaged.
     """
     try:
-        whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
-        if not isinstance(whole, dict) or whole.get("format") != FORMAT:
+        document = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
+        if not isinstance(document, dict) or document.get("format") != FORMAT:
             raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
-        timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
+        timing = Timing(**{name: _whole(value) for name, value in document["timing"].items()})
         scenes = [
             PlayedScene(str(scene_row["scene"]), from_rows(scene_row["rows"]), str(scene_row["note"]))
-            for scene_row in whole["moments"]
+            for scene_row in document["moments"]
         ]
-        texts = {name: str(whole.get(name, "")) for name in ("controller", "date", "plan")}
-        return PlayedPlan(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
+        texts = {name: str(document.get(name, "")) for name in ("controller", "date", "plan")}
+        return PlayedPlan(str(document["firmware"]), timing, scenes, _whole(document.get("slot", 1)), **texts)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
     except (KeyError, TypeError, AttributeError) as error:
@@ -98,11 +98,11 @@ def _whole(value: Any) -> int:
 
 def lines(result: ConformResult, reads: int) -> Iterator[str]:
     """Yield the lines of the result as text."""
-    shown = result.scenes
-    if len(shown) > MOST_SCENES:
-        shown = [row for row in shown if row.verdict is not ConformVerdict.AS_MANUAL]
-        yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
-    for scene in shown:
+    scenes = result.scenes
+    if len(scenes) > MOST_SCENES:
+        scenes = [row for row in scenes if row.verdict is not ConformVerdict.AS_MANUAL]
+        yield f"{len(result.scenes) - len(scenes):,} scenes are as the manual"
+    for scene in scenes:
         yield from _scene_lines(scene, result)
     yield ""
     yield from _counts("rules", {rule: rule_finding.verdict for rule, rule_finding in result.rules.items()})
@@ -183,14 +183,14 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
 
 
 def _explanations(scene: SceneVerdict) -> list[object]:
-    """Return what explains a scene that differs."""
+    """Return the explanation of a scene that differs."""
     return [*scene.readings, *scene.rules, *scene.scales]
 
 
 def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
-    again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
+    retry = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
     return (
-        f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
+        f"{scene.name}: nothing known explains it. {retry}Does a program write the words, too, is an "
         f"input wired, is the firmware {recorded.firmware}?"
     )
 

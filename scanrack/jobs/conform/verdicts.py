@@ -50,10 +50,10 @@ class Judge:
 
     def __init__(self, firmware: str, timing: Timing, most: int = MOST) -> None:
         self._firmware, self._timing, self._most = firmware, timing, most
-        known = Firmware.parse(firmware)
+        version = Firmware.parse(firmware)
         self.result = ConformResult()
         for rule in RULES.values():
-            if rule.applies_to(known):
+            if rule.applies_to(version):
                 why = rule.untestable_because and f"in no image: {rule.untestable_because}"
                 self.result.rules[rule.id] = RuleFinding(
                     ConformVerdict.NOT_IN_PLAN, why=why or self._unseen(rule.id)
@@ -133,19 +133,19 @@ class Judge:
     def _confirm_reading(
         self, number: str, rivals: Sequence[Alteration], finding: RuleFinding, scene: _Trail
     ) -> None:
-        done = self._contradicted[number]
+        places = self._contradicted[number]
         for place, rival in enumerate(rivals):
-            if place not in done and self._contradicts(scene, rival):
-                done.add(place)
+            if place not in places and self._contradicts(scene, rival):
+                places.add(place)
                 finding.scene = scene.played.name
             if finding.verdict is ConformVerdict.NOT_IN_PLAN and scene.touches(rival):
                 finding.verdict = ConformVerdict.OPEN
                 finding.why = "a module of the other interpretation shows the same"
-        if len(done) == len(rivals):
+        if len(places) == len(rivals):
             finding.verdict = ConformVerdict.AS_MANUAL
             finding.why = "contradicted: " + " ".join(rival.sentence for rival in rivals)
-        elif done:
-            finding.why = f"{len(done)} of its {len(rivals)} rivals are contradicted"
+        elif places:
+            finding.why = f"{len(places)} of its {len(rivals)} rivals are contradicted"
 
     def _contradicts(self, scene: _Trail, alteration: Alteration) -> bool:
         """Whether no instants explain a scene with an alteration; those of the model are tried first."""
@@ -184,12 +184,12 @@ class Judge:
     def conclude(self) -> ConformResult:
         """Return the result once all scenes are judged; only together do they show which factors remain."""
         scenes = [scene_result for scene_result in self.result.scenes if scene_result.scales]
-        for scene, left in zip(
+        for scene, scales_left in zip(
             scenes, without_lesser([scene_result.scales for scene_result in scenes]), strict=True
         ):
-            scene.scales = left
-            for scale in left:
-                self._differs(self.result.rules[scale.rule], scene.name, either(left))
+            scene.scales = scales_left
+            for scale in scales_left:
+                self._differs(self.result.rules[scale.rule], scene.name, either(scales_left))
         return self.result
 
     def _may_explain(
@@ -244,15 +244,15 @@ def _moves(result: Search) -> bool:
 
 def _too_many(result: Search, played: PlayedScene, timing: Timing) -> str:
     """Return why a scene has too many hypotheses: the time, what was sent, and how to have fewer."""
-    sent = result.after
-    assert sent is not None
-    at_ns = sent.window.low_ns - played.moments[0].window.low_ns
-    width_ns = sent.window.high_ns - sent.window.low_ns + timing.lag_ns
+    transmission = result.after
+    assert transmission is not None
+    at_ns = transmission.window.low_ns - played.moments[0].window.low_ns
+    width_ns = transmission.window.high_ns - transmission.window.low_ns + timing.lag_ns
     fewer = "a counter of scans, see --print-counter," if timing.scan_ns else "a longer wait at rest before"
     return (
-        f"too many hypotheses: {result.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, which may act "
-        f"within {width_ns / 1e6:.1f} ms; it is number {result.moving} since the axis was at rest; "
-        f"{fewer} leaves fewer"
+        f"too many hypotheses: {result.many:,} after {at_ns / 1e9:.3f} s, with {_sent(transmission)}, "
+        f"which may act within {width_ns / 1e6:.1f} ms; it is number {result.moving} since the axis "
+        f"was at rest; {fewer} leaves fewer"
     )
 
 
@@ -281,11 +281,13 @@ def _status(words: ImageWords) -> int:
 
 
 def _difference(result: Search) -> Difference:
-    seen, sent = result.unexplained, result.after
+    seen, transmission = result.unexplained, result.after
     assert seen is not None
-    assert sent is not None
+    assert transmission is not None
     shown = (result.shown[0], result.shown[-1]) if result.shown else (seen.words, seen.words)
-    return Difference(seen.window.low_ns - sent.window.low_ns, sent.words or (), seen.words, shown)
+    return Difference(
+        seen.window.low_ns - transmission.window.low_ns, transmission.words or (), seen.words, shown
+    )
 
 
 def _all_rivals() -> Iterator[tuple[str, Alteration]]:

@@ -78,10 +78,12 @@ class CardBench:
         return self._reply() | ({"changes": changes} if request.changes else {})
 
     def _set_inputs(self, levels: dict[str, int]) -> None:
-        known = self.words.groups.get("input", {})
+        input_signals = self.words.groups.get("input", {})
         for name in levels:
-            if name not in known or not isinstance(self.module, NamedInputs):
-                raise RequestError(f"inputs.{name}: unknown key; choose from {', '.join(known) or 'none'}")
+            if name not in input_signals or not isinstance(self.module, NamedInputs):
+                raise RequestError(
+                    f"inputs.{name}: unknown key; choose from {', '.join(input_signals) or 'none'}"
+                )
             self.module.set_input(name, bool(levels[name]))
 
     def _run(self, scans: int) -> list[list[Any]]:

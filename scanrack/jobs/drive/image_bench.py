@@ -171,8 +171,8 @@ def _names_one_of(errors: Set[str], event: Event) -> bool:
 
 def time_ms(now_ns: int) -> int | float:
     """Return a time as an exact JSON number in ms, an integer if possible."""
-    whole, part_ns = divmod(now_ns, NS_PER_MS)
-    return whole if part_ns == 0 else float(Decimal(now_ns) / NS_PER_MS)
+    whole_ms, part_ns = divmod(now_ns, NS_PER_MS)
+    return whole_ms if part_ns == 0 else float(Decimal(now_ns) / NS_PER_MS)
 
 
 def on_bench(record: ModuleRecord, options: ImageBenchOptions) -> Any:

@@ -113,8 +113,8 @@ class Until(Strict):
         profile: Profile = info.context or WORDS_3601
         for name in names:
             if name not in profile.masks:
-                near = difflib.get_close_matches(name.upper(), sorted(profile.masks), n=1)
-                hint = f"; did you mean {near[0]}?" if near else ""
+                closest = difflib.get_close_matches(name.upper(), sorted(profile.masks), n=1)
+                hint = f"; did you mean {closest[0]}?" if closest else ""
                 raise ValueError(f"{name} is not the name of a status bit{hint}")
         return names
 
@@ -200,8 +200,8 @@ def _explain(fault: Any, model: type[BaseModel]) -> str:
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
         table = _table(model, fault["loc"][:-1])
-        allowed = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
-        return f"{key}: unknown key{allowed}"
+        choices_text = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
+        return f"{key}: unknown key{choices_text}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = fault.get("ctx", {}).get("error") or fault["msg"]
     return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"

@@ -147,12 +147,12 @@ class WireBench(Generic[New, Env]):
         if request.reset and not self.target.has_reset:
             raise RequestError("reset: this controller has no reset button; power_cycle is allowed")
         marks = {MARKED + name for name in (*(() if fresh else self._marks), request.mark or "")}
-        known = marks.union(self.target.signals)
+        signal_names = marks.union(self.target.signals)
         for name in request.observe or ():
-            if name not in known:
-                allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
+            if name not in signal_names:
+                choices_text = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
-                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {allowed}'
+                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {choices_text}'
                 )
         return fresh
 

@@ -83,9 +83,9 @@ class FirstRun:
             "modules it wants, memory here": modules,
             "in place of what is not here": self.stubs,
         }
-        for title, listed in sections.items():
-            shown = [f"    {row}" for row in listed]
-            yield from (f"{title}:", *shown) if shown else ()
+        for title, section_rows in sections.items():
+            row_lines = [f"    {row}" for row in section_rows]
+            yield from (f"{title}:", *row_lines) if row_lines else ()
 
 
 def first_run(
@@ -165,18 +165,18 @@ class _Inputs:
 
 def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
     """Yield tags that are read but never written, as named in rungs; skip computed subscripts."""
-    written: set[str] = set()
+    paths_written: set[str] = set()
     read: dict[str, Place] = {}
     for mention in debugger.cross_reference.mentions:
         where = mention.where
         if mention.writes:
-            written.add(path_of(where))
+            paths_written.add(path_of(where))
         elif isinstance(where, Place) and not where.frame and _is_fixed(where):
             read.setdefault(mention.text, where)
     for text, where in read.items():
         parts = where.path.upper().split(".")
         above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        if above.isdisjoint(written) and not parts[0].startswith("S:"):
+        if above.isdisjoint(paths_written) and not parts[0].startswith("S:"):
             yield text, where
 
 

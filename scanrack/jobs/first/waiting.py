@@ -107,10 +107,10 @@ def _condition(
         value, why = values[tag], _why(debugger, tag, values[tag])
     except (LadderError, ValueError):
         return None
-    written = f"{step.name}({','.join(map(_text, step.operands))})"
+    step_text = f"{step.name}({','.join(map(_text, step.operands))})"
     if routine.body is not None:
-        written = line.text.strip() or written
-    return Condition(routine.name, line.number, routine.unit, written, tag, value, why)
+        step_text = line.text.strip() or step_text
+    return Condition(routine.name, line.number, routine.unit, step_text, tag, value, why)
 
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:

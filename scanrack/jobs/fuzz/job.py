@@ -212,28 +212,28 @@ def write_failure(
         OSError: a file can't be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    used = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
+    files_in_use = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
     scans = min(bench.scans, found.broken.scan + RESERVE)
     scenario = write_text(
-        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", used
+        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", files_in_use
     )
     check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
-    again = []
+    commands = []
     if job.rack_file.suffix == ".toml":
         text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
-        rack_file = write_text(folder / "rack.toml", text, used)
+        rack_file = write_text(folder / "rack.toml", text, files_in_use)
         job = load_job(str(rack_file))
-        again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+        commands.append(shlex.join(["scanrack", "run", str(rack_file)]))
         if found.scenario.tears:
-            again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
+            commands.append("(without the inputs that come in the middle of a scan: no rack file has them)")
         if found.scenario.orders:
-            again.append("(without what an operator's panel writes: no rack file has it)")
-    again += _record(job, bench, found.scenario, scans, folder)
+            commands.append("(without what an operator's panel writes: no rack file has it)")
+    commands += _record(job, bench, found.scenario, scans, folder)
     late = find_point_of_no_return(bench, found, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
         cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
     chart = _draw_chart(found, late, folder)
-    write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
+    write_text(folder / "report.txt", report(found, late, cause, chart, commands, check), files_in_use)
     return late is not None
 
 
@@ -282,8 +282,8 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
     """Run one scenario and show the program's output; return each failure once."""
     failures: list[Counterexample] = []
-    known: set[str] = set()
-    while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
+    keys_found: set[str] = set()
+    while (broken := bench.run(scenario, without=keys_found, aloud=not keys_found).broken) is not None:
         failures.append(Counterexample(scenario, broken, 1))
-        known.add(broken.key)
+        keys_found.add(broken.key)
     return failures

@@ -41,8 +41,8 @@ def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
     """Yield the actions on the inputs; of real hardware, they are derived from status bits."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     noted = [stimulus for stimulus in recorded_stimuli(recording) if stimulus.slot not in live]
-    shown = [level for level in recorded_levels(recording) if level.slot in live]
-    yield from sorted([*noted, *shown], key=lambda each: each.at_ns)
+    level_changes = [level for level in recorded_levels(recording) if level.slot in live]
+    yield from sorted([*noted, *level_changes], key=lambda each: each.at_ns)
 
 
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:

@@ -109,14 +109,14 @@ class _Uses:
 
 def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
     """Yield the even timers that are not in arrays, including those in add-on instruction instances."""
-    written: dict[str, int] = defaultdict(int)
+    writes_by_path: dict[str, int] = defaultdict(int)
     for mention in mentions:
-        written[_path(mention)] += mention.writes
+        writes_by_path[_path(mention)] += mention.writes
     timers = {_path(timer): timer.where for timer in mentions if _is_single_timer(timer)}
     uses = _uses_of(timers, mentions)
     for path, group in timers.items():
         use = uses[path]
-        if use.even and all(_is_written_once(leaf, written) for leaf in use.copies):
+        if use.even and all(_is_written_once(leaf, writes_by_path) for leaf in use.copies):
             assert isinstance(group, Group)
             count, last, preset, counting = (group.member(name).leaf for name in MEMBERS)
             yield EvenTimer(count, last, preset, counting, frozenset(use.constants), tuple(use.copies))

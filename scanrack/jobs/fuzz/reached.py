@@ -74,11 +74,11 @@ def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
 
 def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
     lines = branch_lines(program.read_bytes(), program.name)
-    taken = bytearray(len(lines))
+    taken_lines = bytearray(len(lines))
     for group, kind in seen:
         if group == "path" and isinstance(kind, bytes) and len(kind) == len(lines):
-            taken = bytearray(map(or_, taken, kind))
-    gaps = [Gap(f"{program.name}:{line}") for line, was in zip(lines, taken, strict=True) if not was]
+            taken_lines = bytearray(map(or_, taken_lines, kind))
+    gaps = [Gap(f"{program.name}:{line}") for line, was in zip(lines, taken_lines, strict=True) if not was]
     return ProgramReach("branches of the program were taken", len(lines), tuple(gaps))
 
 

@@ -157,5 +157,5 @@ def stops_of(instants_ns: Iterable[int], period_ns: int) -> list[int]:
     >>> stops_of([4_000_000, 6_000_000], 2_000_000)
     [1, 2, 3, 4]
     """
-    scans = {max(0, at_ns // period_ns + near) for at_ns in instants_ns for near in (-1, 0, 1)}
+    scans = {max(0, at_ns // period_ns + offset) for at_ns in instants_ns for offset in (-1, 0, 1)}
     return sorted(scans)

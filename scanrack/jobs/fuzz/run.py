@@ -290,10 +290,10 @@ def _no_listeners(_spec: RackSpec, _rack: Rack, _logic: ScanLogic) -> Iterable[S
 
 
 def _state_of(logic: ScanLogic) -> ProgramState:
-    inside = unwrapped(logic)
-    if isinstance(inside, Engine):
+    program = unwrapped(logic)
+    if isinstance(program, Engine):
         return ProgramState()
-    return ProgramState(getattr(inside, "__dict__", {}), namespace_of(inside))
+    return ProgramState(getattr(program, "__dict__", {}), namespace_of(program))
 
 
 UNPLACED = "?"
@@ -419,9 +419,11 @@ class _Run:
             logic = probe.prepared(logic)
             probe.watch(logic, self._rack)
         self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
-        called: ScanLogic = self._torn or logic
-        self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
-        self._timed = _TimedLogic(self._output_line or called)
+        logic_called: ScanLogic = self._torn or logic
+        self._output_line = (
+            None if traced_since is None else OutputLine(logic_called, self._rack, traced_since)
+        )
+        self._timed = _TimedLogic(self._output_line or logic_called)
         invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
         watches = [_WatchedInvariant(invariant, invariant.start()) for invariant in invariants]
         self._watcher = _Watcher(watches, without, self._place)
@@ -526,10 +528,11 @@ class _Run:
         return self._output_line.last or self._waits() or self._commands()
 
     def _waits(self) -> str:
-        """Return where the sequences of the program wait; empty if it has none."""
-        waiting = [sequence for sequence in self._watcher.sequences if not sequence.over]
+        """Return the sequences of the program with the lines at which they wait; empty if none waits."""
+        waiting_sequences = [sequence for sequence in self._watcher.sequences if not sequence.over]
         return " ".join(
-            f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}" for sequence in waiting
+            f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}"
+            for sequence in waiting_sequences
         )
 
     def _commands(self) -> str:

@@ -244,12 +244,12 @@ def shrunk(
         report: counts the runs.
         has_time: returns whether there is time for more than `LEAST_SHRINKING` runs.
     """
-    runs, whole = 0, True
+    runs, within_time = 0, True
 
     def breaks(scenario: Scenario) -> BrokenInvariant | None:
-        nonlocal runs, whole
-        whole = whole and (runs < LEAST_SHRINKING or has_time())
-        if not whole:
+        nonlocal runs, within_time
+        within_time = within_time and (runs < LEAST_SHRINKING or has_time())
+        if not within_time:
             return None
         runs += 1
         verdict = bench.run(scenario, without=without, every_scan=False)
@@ -259,7 +259,7 @@ def shrunk(
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
     scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
-    report.unshrunk += not whole
+    report.unshrunk += not within_time
     return Counterexample(scenario, broken, found.after)
 
 
@@ -288,8 +288,8 @@ class _Runner:
         if broken is None:
             return None
         counterexample = Counterexample(scenario, broken, self.report.runs)
-        again = self._run(scenario, None, every_scan=True)
-        if again is not None and again.key == broken.key:
+        repeated = self._run(scenario, None, every_scan=True)
+        if repeated is not None and repeated.key == broken.key:
             return counterexample
         if broken.cause == HANGS:  # the computer may have been busy
             return None

@@ -66,7 +66,7 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
         why = f"--stepper {stepper} says so"
         slots_found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
     if left:
-        there = (
+        module_list = (
             ", ".join(
                 f"{found_slot.name or found_slot.catalog} in slot {found_slot.number}"
                 for found_slot in slots_found
@@ -74,25 +74,25 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
             or "none"
         )
         raise ValueError(
-            f"--stepper {next(iter(left.values()))}: the export has no such module; it has {there}"
+            f"--stepper {next(iter(left.values()))}: the export has no such module; it has {module_list}"
         )
     return slots_found
 
 
 def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
     """Yield the lines of a rack file's slots, with the decisions as comments."""
-    taken: set[int] = set()
+    numbers_taken: set[int] = set()
     for slot in sorted(slots, key=lambda each: each.number):
         yield ""
-        if slot.number in taken:
+        if slot.number in numbers_taken:
             yield comment(f"{slot}: left out, the slot has another module already")
         elif slot.module is None:
             yield comment(f"{slot}: not simulated, its tags are memory{slot.tags and f': {slot.tags}'}")
         else:
             yield from _table(slot)
-        taken.add(slot.number)
+        numbers_taken.add(slot.number)
     if not any(slot_found.module for slot_found in slots):
-        free = next(number for number in range(1, len(taken) + 2) if number not in taken)
+        free = next(number for number in range(1, len(numbers_taken) + 2) if number not in numbers_taken)
         yield ""
         yield comment("The export has no module that is simulated here: this one is in the first free slot.")
         yield from _table(ExportSlot(free, "", module=STEPPER))
@@ -132,9 +132,9 @@ def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) ->
     Args:
         rack: number and module of each slot in the rack.
     """
-    there = {slot_found.number: slot_found for slot_found in slots}
+    slots_by_number = {slot_found.number: slot_found for slot_found in slots}
     for number, module in rack:
-        slot = there.get(number)
+        slot = slots_by_number.get(number)
         if slot is None or slot.module == module or simulated(slot.catalog) == module:
             continue
         if slot.module is None and simulated(slot.catalog) is None and slot.catalog in ANY:

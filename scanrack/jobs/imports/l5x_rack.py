@@ -99,8 +99,8 @@ def _stub_lines(imported: L5xImport) -> dict[str, str]:
     """Return the stubs for unimplemented instructions and missing routines of an export."""
     report = imported.report
     stubs = {name: text(stub) for name, stub in report.stubs.items()}
-    called = dict.fromkeys(map(_instruction, report.refused))
-    for name in (name for name in called if name and name not in BY_NAME):
+    instructions = dict.fromkeys(map(_instruction, report.refused))
+    for name in (name for name in instructions if name and name not in BY_NAME):
         stubs.setdefault(name, text("false"))
     for name in (refused_object.routine for refused_object in report.objects if refused_object.routine):
         stubs.setdefault(name, f"{text('false')}    # a routine that is not imported")

@@ -504,16 +504,20 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
         return builder  # type: ignore[no-any-return]
     if builder is not None:
         raise ProgramError(f"{path}: {name} is {type(builder).__name__}, not a function")
-    there = [
+    function_names = [
         key
         for key, value in vars(module).items()
         if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
     import difflib  # most names are correct
 
-    close = difflib.get_close_matches(name, there, n=1)
+    close = difflib.get_close_matches(name, function_names, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
-    named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
+    named = (
+        f"no function {name} among {', '.join(function_names)}"
+        if function_names
+        else f"no function {name} in it"
+    )
     raise MissingNameError(f"{path}: {named}{hint}")
 
 

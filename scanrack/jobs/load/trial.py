@@ -48,9 +48,9 @@ def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
 
 
 def _note_axis(report: Report, axis: str, names: list[str]) -> None:
-    done, not_done = ([name for name in names if (name in IDEAL) is ideal] for ideal in (True, False))
-    if done:
-        report.note(axis, f"{', '.join(done)} move an ideal axis, unless [axes] binds it to a 3601")
+    ideal_names, not_done = ([name for name in names if (name in IDEAL) is ideal] for ideal in (True, False))
+    if ideal_names:
+        report.note(axis, f"{', '.join(ideal_names)} move an ideal axis, unless [axes] binds it to a 3601")
     if not_done:
         report.note(axis, f"{', '.join(not_done)} end with ER, ERR 25: no ideal axis does them")
 

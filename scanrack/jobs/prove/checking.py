@@ -201,12 +201,12 @@ def _cvc5(text: str) -> str:
 
 def _program(words: list[str], text: str) -> str:
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             words, input=text, capture_output=True, encoding="utf-8", timeout=2 * SECONDS, check=False
         )
     except subprocess.TimeoutExpired:
         return "unknown"
-    return next(iter(done.stdout.split("\n")), "").strip() or "no answer"
+    return next(iter(process.stdout.split("\n")), "").strip() or "no answer"
 
 
 _PACKAGES: tuple[tuple[str, str, Callable[[str], str]], ...] = (

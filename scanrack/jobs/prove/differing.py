@@ -58,7 +58,7 @@ class ChangedTag:
 
 @dataclass(frozen=True, slots=True)
 class EditedSubject:
-    """What can differ between two programs."""
+    """The possible differences between two programs."""
 
     compared: int  # values that both programs have and at least one writes
     changed: tuple[ChangedTag, ...]
@@ -93,7 +93,7 @@ def edited(
     prove_spec = job.spec.prove
     bounds = bounds_of(job)
     layout = logic.build().layout
-    allowed = [_named(layout, text, "--may-differ") for text in only]
+    allowed_places = [_named(layout, text, "--may-differ") for text in only]
     places = [_named(layout, output, "--outputs") for output in outputs]
     difference = compare(
         before[1],
@@ -103,14 +103,14 @@ def edited(
         written_outside=prove_spec.written_outside,
         is_output=lambda key: not places or any(_is_in(key, place) for place in places),
     )
-    held = {number.named(tag_text(layout, number.key)): number.value for number in difference.held}
+    held_values = {number.named(tag_text(layout, number.key)): number.value for number in difference.held}
     changed = []
     for changed_tag in (*difference.changed, *([] if difference.fault is None else [difference.fault])):
-        may_differ = any(_is_in(changed_tag.key, place) for place in allowed)
+        may_differ = any(_is_in(changed_tag.key, place) for place in allowed_places)
         changed.append(_with_scenario(job, before[1], layout, changed_tag, folder, allowed=may_differ))
     names = tuple(difference.removed), tuple(difference.added)
     return EditedSubject(
-        difference.compared, tuple(changed), *names, bounds, held, tuple(_left_open(difference))
+        difference.compared, tuple(changed), *names, bounds, held_values, tuple(_left_open(difference))
     )
 
 

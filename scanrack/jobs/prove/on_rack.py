@@ -40,7 +40,7 @@ MORE = 5
 
 @dataclass(frozen=True, slots=True)
 class OnRack:
-    """What a scenario did on the rack.
+    """The effect of a scenario on the rack.
 
     Attributes:
         confirmed: whether the scenario showed the expected result.

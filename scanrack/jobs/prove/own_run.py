@@ -85,7 +85,7 @@ class _ValueNotes(QuietListener):
         self._times: list[int] = []
 
     def _places_of(self, variables: Iterable[T]) -> list[_Variable]:
-        """Return where the variables are in memory; variables that are not modeled are left out."""
+        """Return the places of variables in memory; leave out variables that are not modeled."""
         problem, places = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
         for variable in dict.fromkeys(variables):

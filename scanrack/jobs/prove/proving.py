@@ -234,8 +234,8 @@ def ask_questions(
         listener=writer,
     )
     answers.open.update(writer.refused)
-    made = [writer.made[id(finding)] for finding in answers.findings if id(finding) in writer.made]
-    return Questions(tuple(made), answers.counts, answers.open)
+    results = [writer.made[id(finding)] for finding in answers.findings if id(finding) in writer.made]
+    return Questions(tuple(results), answers.counts, answers.open)
 
 
 class _FindingWriter(Listener[Finding]):
@@ -266,12 +266,12 @@ class _FindingWriter(Listener[Finding]):
 
     def found(self, answer: Finding) -> None:
         """Report a finding."""
-        made = self._with_files(answer)
-        if made is None:
+        result = self._with_files(answer)
+        if result is None:
             self.refused.append(answer.rule)
         else:
-            self.made[id(answer)] = made
-            self._listener.found(made)
+            self.made[id(answer)] = result
+            self._listener.found(result)
 
     def _with_files(self, each: Finding) -> FoundAnswer | None:
         """Write the files of a finding, and return it with them; None if another solver refuses it."""

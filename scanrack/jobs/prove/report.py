@@ -118,17 +118,17 @@ def question_lines(answers: Questions) -> Iterator[str]:
 
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return the assumptions of the answers, one sentence each."""
-    held: dict[str, Any] = {}
+    held_values: dict[str, Any] = {}
     sentences = dict.fromkeys(assumed(subject.problem.happens))  # also those of the built-in questions
     for result in results:
-        held |= dict(result.answer.held)
+        held_values |= dict(result.answer.held)
         sentences |= dict.fromkeys(result.answer.assumed)
     bounds = subject.problem.bounds
     wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
     late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
     apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}{late}"
     lines = [apart, *subject.assumed, *sentences]
-    return [*lines, held_text(held)] if held else lines
+    return [*lines, held_text(held_values)] if held_values else lines
 
 
 def held_text(held: Mapping[str, Any]) -> str:

@@ -39,7 +39,7 @@ class RackScenario:
         return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
-        """Return the same without forces on module words."""
+        """Return the scenario without forces on module words."""
         kept = tuple(order for order in self.orders if not isinstance(order[1], Force))
         return RackScenario(kept, self.scans, self.left_out)
 

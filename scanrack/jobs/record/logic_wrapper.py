@@ -20,13 +20,13 @@ class LogicWrapper:
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
         """Attach the inner logic, if it supports that."""
-        if (inside := attached(self._logic)) is not None:
-            inside.__attach_logic__(slots)
+        if (inner_logic := attached(self._logic)) is not None:
+            inner_logic.__attach_logic__(slots)
 
     def __close_logic__(self) -> None:
         """Close the inner logic, if it supports that."""
-        if (inside := attached(self._logic)) is not None:
-            inside.__close_logic__()
+        if (inner_logic := attached(self._logic)) is not None:
+            inner_logic.__close_logic__()
 
 
 def unwrapped(logic: ScanLogic) -> ScanLogic:

@@ -25,8 +25,8 @@ from .logic_wrapper import unwrapped
 
 def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
     """Return the sequences of a program in order of definition; none if it is not a `Logic`."""
-    inside = unwrapped(logic)
-    return sequences_of(inside) if isinstance(inside, Logic) else ()
+    program = unwrapped(logic)
+    return sequences_of(program) if isinstance(program, Logic) else ()
 
 
 Waiting = Sequence | Steps
@@ -35,8 +35,8 @@ Waiting = Sequence | Steps
 
 def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:
     """Return the sequences of a program, or its list of steps."""
-    inside: object = unwrapped(logic)
-    return (inside,) if isinstance(inside, Steps) else sequences_in(logic)
+    program: object = unwrapped(logic)
+    return (program,) if isinstance(program, Steps) else sequences_in(logic)
 
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:

@@ -142,12 +142,12 @@ class InputReplay:
         They are sorted by what makes them due: a change by its time, see `run`; an order by its scan.
         """
         now_ns = self.view.now_ns if self.row >= 0 else -1  # before the first scan, changes at 0 are to come
-        coming = [
+        later_changes = [
             (slot, change) for slot, changes in links.items() for change in changes if change.now_ns > now_ns
         ]
-        self._links = deque(sorted(coming, key=lambda pair: pair[1].now_ns))
-        coming_orders = [order for order in orders if order.scan > self.scan]
-        self._orders = deque(sorted(coming_orders, key=lambda order: order.scan))
+        self._links = deque(sorted(later_changes, key=lambda pair: pair[1].now_ns))
+        later_orders = [order for order in orders if order.scan > self.scan]
+        self._orders = deque(sorted(later_orders, key=lambda order: order.scan))
 
     def hold(self, slot: int, image: bytes) -> None:
         """From the next scan on, show the program this input image of a slot instead of the recorded one."""

@@ -249,10 +249,10 @@ def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> lis
         ValueError: trace and rack have different slots, or lack the requested slot.
     """
     recorded = sorted(slot.number for slot in recording.slots)
-    there = sorted(slot.number for slot in spec.slot)
-    if recorded != there:
+    rack_numbers = sorted(slot.number for slot in spec.slot)
+    if recorded != rack_numbers:
         raise ValueError(
-            f"the trace has {_slots(recorded)}, the rack {_slots(there)}: they have to be the same"
+            f"the trace has {_slots(recorded)}, the rack {_slots(rack_numbers)}: they have to be the same"
         )
     if only is None:
         return recorded

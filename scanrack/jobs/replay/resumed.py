@@ -162,27 +162,27 @@ class ResumedModule:
         while row < self._last and self._times[row + 1] <= now_ns:
             row += 1
         is_new, self._row = row != self._row, row
-        raw, sent = self._images[row], outputs.raw.tobytes()
-        shown, command = words_of(raw), words_of(sent)
+        raw, output_bytes = self._images[row], outputs.raw.tobytes()
+        shown, command = words_of(raw), words_of(output_bytes)
         if self._is_state_known and (why := self._loss(shown, command)):
             self._keep_programs()
             self._is_state_known, self._why = False, why
         self._note_stored_settings(shown, command)
-        same = (sent, raw[:8]) == (self._before[0], self._before[1][:8])
+        same = (output_bytes, raw[:8]) == (self._before[0], self._before[1][:8])
         self.rests = is_new and same and self._at_rest(shown, command)
         if self._is_state_known:
             self.why = ""
             image = self.module.update(now_ns, outputs)
             if shown[1] & ~words_of(self._before[1])[1] & _CAPTURE and not self._exact_inputs:
                 self._capture(image, shown)
-            self._before = sent, raw
+            self._before = output_bytes, raw
             return image
         if is_new:
             self.why = self._why if self._has_configuration(shown) else NO_CONFIGURATION
             self.unknown[self.why] += 1
             if self.rests:
                 self._take(now_ns, shown, outputs)
-            self._before = sent, raw
+            self._before = output_bytes, raw
         self._image.raw[:] = raw
         return self._image
 
@@ -250,7 +250,7 @@ class ResumedModule:
                 self._minimum_known = self._is_state_known
 
     def _loss(self, shown: Words, command: Words) -> str:
-        """Return why the state is unknown from this row; "" if it is known."""
+        """Return the reason why the state is unknown from this row; "" if it is known."""
         before = words_of(self._before[1])
         if not shown[0] & _OK:
             return NO_ANSWER

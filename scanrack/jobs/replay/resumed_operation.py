@@ -73,7 +73,7 @@ class ResumedOperation:
         """Return the replacement for the module of a slot, or the module itself."""
         if number not in self.slots or not isinstance(module, Amci3601):
             return module
-        made = ResumedModule(
+        resumed = ResumedModule(
             module,
             self._recording.images((number, "in")),
             self._recording.images((number, "out")),
@@ -83,8 +83,8 @@ class ResumedOperation:
             exact_inputs=exact_inputs,
             sampled=self._sampled,
         )
-        self.modules[number] = made
-        return made
+        self.modules[number] = resumed
+        return resumed
 
     def notes(self, compared: Sequence[int]) -> list[str]:
         """Return sentences about assumptions and about scans that are not compared.
@@ -110,10 +110,10 @@ class ResumedOperation:
             why = ", ".join(module.unknown)
             yield f"slot {slot}: the trace begins in the middle of operation; it is not compared: {why}"
             return
-        taken = module.taken[0]
+        snapshot = module.taken[0]
         yield (
             f"slot {slot}: the trace begins in the middle of operation; the module's state is that of scan "
-            f"{numbers[taken.row]:,}, position {taken.position:,}{self._source(slot, taken.row)}; "
+            f"{numbers[snapshot.row]:,}, position {snapshot.position:,}{self._source(slot, snapshot.row)}; "
             "it is compared from the next scan on"
         )
         rows = sum(module.unknown.values())

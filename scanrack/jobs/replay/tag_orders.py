@@ -85,9 +85,9 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
     for event in events:
         if event.topic == "/forces":
             after = forced_in(event)
-            gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
+            releases: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
             come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
-            for order in gone + come:
+            for order in releases + come:
                 yield AppliedAction(event.scan, order)
             before = after
 

@@ -142,7 +142,7 @@ class RunProgram:
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
-        """Return what an edit to the program of a job would do, without changing anything.
+        """Return the effect of an edit to the program of a job, without making the edit.
 
         Raises:
             ValueError: the run can't continue with that program.
@@ -171,14 +171,14 @@ class RunProgram:
         """Continue with the program of a job; return its name, a sentence, and the affected tags."""
         logic = job.logic
         if self.debugger is not None and is_rungs(logic):
-            done: rung_editing.Edit | LogicEdit = self.debugger.edit(logic)
-            return logic.name, str(done), tags_in(done)
+            edit_result: rung_editing.Edit | LogicEdit = self.debugger.edit(logic)
+            return logic.name, str(edit_result), tags_in(edit_result)
         if self.debugger is not None or is_rungs(logic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
         if self._continues(logic, cpu, restart):
-            done = continue_as(self._own_logic(), logic, restart, self._fields, self._followers)
+            edit_result = continue_as(self._own_logic(), logic, restart, self._fields, self._followers)
             self._edits += 1
-            return job.program.name, str(done), tags_in(done)
+            return job.program.name, str(edit_result), tags_in(edit_result)
         text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
@@ -241,12 +241,12 @@ def continue_as(
     from scanrack.ladder.python.online.editing import edit_logic
 
     forces = fields.forces
-    done = edit_logic(logic, edited, restart)
+    edit_result = edit_logic(logic, edited, restart)
     if fields.forces != forces:
         fields.on_outside()
     for follower in followers:
         follower.watch(waiting_in(logic))
-    return done
+    return edit_result
 
 
 class RecordsEdits:

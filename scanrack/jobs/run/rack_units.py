@@ -37,9 +37,9 @@ class UnitsBeside(QuietListener):
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Advance the line to this scan and record its traffic."""
-        sent = self._line.advance(now_ns)
-        if sent and self._recorder is not None:
-            self._recorder.sent(now_ns, sent)
+        bytes_sent = self._line.advance(now_ns)
+        if bytes_sent and self._recorder is not None:
+            self._recorder.sent(now_ns, bytes_sent)
         self._record(now_ns)
 
     def draft(self) -> None:

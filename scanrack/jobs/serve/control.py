@@ -98,5 +98,5 @@ class ControlChannel:
         for unit in self._line.units:
             if unit.address == address:
                 return {"at_ns": self._clock.now_ns(), "state": unit.values()}
-        there = ", ".join(str(unit.address) for unit in self._line.units)
-        raise ValueError(f"no unit at address {address}: there is {there}")
+        addresses = ", ".join(str(unit.address) for unit in self._line.units)
+        raise ValueError(f"no unit at address {address}: there is {addresses}")

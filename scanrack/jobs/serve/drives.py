@@ -52,8 +52,8 @@ class DriveService(LineService):
         self, model: Model, clock: Clock, axes: int, machines: Sequence[str], memory: ControllerMemory | None
     ) -> None:
         if not 1 <= axes <= model.axes:
-            allowed = f"1 to {model.axes}" if model.axes > 1 else "1"
-            raise ValueError(f"--axes {axes}: a stack of the {model.title} has {allowed}")
+            axis_range = f"1 to {model.axes}" if model.axes > 1 else "1"
+            raise ValueError(f"--axes {axes}: a stack of the {model.title} has {axis_range}")
         self.model = model
         self._clock = clock
         self._tap = LineTap(clock, None)

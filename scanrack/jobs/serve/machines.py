@@ -72,16 +72,16 @@ class DeviceOnMachine(ControllerDevice):
     @override
     def advance(self, now_ns: int) -> bytes:
         """Advance through all events of controller and machine; return the bytes for the line."""
-        sent = b""
+        reply = b""
         while (due_ns := self.next_wake_ns) is not None and self._now_ns < due_ns < now_ns:
-            sent += self._step(due_ns)
-        return sent + self._step(now_ns)
+            reply += self._step(due_ns)
+        return reply + self._step(now_ns)
 
     def _step(self, now_ns: int) -> bytes:
-        sent = self._device.advance(now_ns)
+        reply = self._device.advance(now_ns)
         self._plant.sense(now_ns)
         self._now_ns = now_ns
-        return sent
+        return reply
 
     @override
     def power_cycle(self, now_ns: int) -> None:
@@ -111,8 +111,8 @@ def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
     address, colon, file = text.partition(":")
     if colon and address.isdecimal():
         if int(address) not in addresses:
-            there = ", ".join(map(str, addresses))
-            raise ValueError(f"--machine {text}: no unit {address}; there is {there}")
+            addresses_text = ", ".join(map(str, addresses))
+            raise ValueError(f"--machine {text}: no unit {address}; there is {addresses_text}")
         return int(address), file
     if len(addresses) > 1:
         raise ValueError(f"--machine {text}: of several units it must be ADDRESS:FILE")

@@ -154,10 +154,12 @@ def _unknown(_scan: LogicScan) -> None: ...
 
 
 def _slot_of(modules: dict[int, str], slot: int | None) -> int:
-    there = [number for number, module in modules.items() if module == CATALOG]
-    if slot is None and len(there) == 1:
-        return there[0]
-    if slot is None or slot not in there:
+    numbers = [number for number, module in modules.items() if module == CATALOG]
+    if slot is None and len(numbers) == 1:
+        return numbers[0]
+    if slot is None or slot not in numbers:
         problem = "must be given" if slot is None else f"{slot}: no {CATALOG}"
-        raise ValueError(f"--slot {problem}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
+        raise ValueError(
+            f"--slot {problem}; the rack has one in slot {', '.join(map(str, numbers)) or 'none'}"
+        )
     return slot

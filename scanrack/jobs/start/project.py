@@ -85,8 +85,8 @@ def _example(name: str) -> Traversable:
 def _refuse_what_is_there(folder: Path) -> None:
     if folder.exists() and not folder.is_dir():
         raise ProjectError(f"{folder} is a file: a new project takes a new or empty folder")
-    if there := sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []:
-        shown = ", ".join(there[:3]) + (", ..." if len(there) > 3 else "")
+    if existing := sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []:
+        shown = ", ".join(existing[:3]) + (", ..." if len(existing) > 3 else "")
         raise ProjectError(f"{folder} has {shown} in it: a new project takes a new or empty folder")
 
 

@@ -101,8 +101,8 @@ def _racks_beside(job: LoadedRack) -> dict[str, Path]:
         named = {other.rack_file.name: other.rack_file, program: other.program}
         named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
         folder = relative(other.folder, job.folder)
-        inside = {name: path for name, path in named.items() if not _leads_out(name)}
-        files |= {PurePosixPath(folder, name).as_posix(): path for name, path in inside.items()}
+        files_inside = {name: path for name, path in named.items() if not _leads_out(name)}
+        files |= {PurePosixPath(folder, name).as_posix(): path for name, path in files_inside.items()}
     return {name: path for name, path in files.items() if not _leads_out(name)}
 
 
@@ -164,10 +164,10 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     """Yield the imported modules of a folder: name, relative path, full path."""
     prefix = f"{folder}{os.sep}"
     modules = list(sys.modules.items())
-    near = {name for name, module in modules if "." not in name and _may_be_below(prefix, name, module)}
-    for name, module in modules if near else ():  # must be fast: a search calls this before each run
+    packages = {name for name, module in modules if "." not in name and _may_be_below(prefix, name, module)}
+    for name, module in modules if packages else ():  # must be fast: a search calls this before each run
         top = name.partition(".")[0]
-        if top not in near:
+        if top not in packages:
             continue
         file = getattr(module, "__file__", None) or ""
         if file.startswith(prefix) and file.endswith(PYTHON):

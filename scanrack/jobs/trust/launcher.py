@@ -68,8 +68,8 @@ def launch(
         own_session: whether to shield it from the terminal's Ctrl-C; Windows' Ctrl-Break never ends it.
     """
     path = [entry for entry in sys.path if entry]  # "" is the current folder
-    allowed = limits()
-    words = [*path, allowed.chunk_bytes, allowed.records, len(handed), main, *arguments]
+    server_limits = limits()
+    words = [*path, server_limits.chunk_bytes, server_limits.records, len(handed), main, *arguments]
     python, environment = _python(environment)
     process = subprocess.Popen(
         [python, *_flags(), "-c", BOOT, str(len(path)), *map(str, words)],
@@ -141,6 +141,6 @@ def begin(words: list[str]) -> None:
         signal.signal(signal.SIGBREAK, signal.SIG_IGN)
     chunk_bytes, records, handed, main, *arguments = words
     set_limits(Limits(int(chunk_bytes), int(records)))
-    taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # from our own parent
+    arguments_taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # from our own parent
     module, _, function = main.partition(":")
-    getattr(import_module(module), function)(*taken, *arguments)
+    getattr(import_module(module), function)(*arguments_taken, *arguments)

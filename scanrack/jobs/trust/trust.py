@@ -140,10 +140,10 @@ def _check_trust(files: Mapping[str, bytes]) -> None:
     """Raise UntrustedError if the current folder lacks one of the files."""
     foreign = {name: data for name, data in files.items() if not _is_own(name, data)}
     if foreign:
-        listed = "\n".join(f"  {line}" for line in fingerprints(foreign))
+        fingerprints_text = "\n".join(f"  {line}" for line in fingerprints(foreign))
         raise UntrustedError(
             "this would run Python that came with the trace, which may do anything that you may:\n"
-            f"{listed}\n"
+            f"{fingerprints_text}\n"
             "read these files (scanrack show TRACE --extract FOLDER), then say --trust"
         )
 

@@ -215,12 +215,12 @@ class Why:
         """Return the waits of every module, and the lines that last changed its output words."""
         last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
         rows = frozenset(row for changes in last.values() for row, _ in changes)
-        again = self._again(rows, max(rows, default=0))
+        rerun = self._again(rows, max(rows, default=0))
         lines = [str(step) for step in self.past.sequences]
         for slot in self.recording.slots:
             lines += self._of_slot(slot)
             for row, words in last[slot.number]:
-                lines += [f"  {line}" for line in self._of_words(slot, row, words, again)]
+                lines += [f"  {line}" for line in self._of_words(slot, row, words, rerun)]
         return "\n".join(lines)
 
     # --- the words of a slot
@@ -249,8 +249,8 @@ class Why:
             yield f"{head}: {again.no_line(self.past)}"
         else:
             offset = self._offset(slot, word)
-            made = [change for change in again.changes.get(row, ()) if _differs(change, offset)]
-            yield from self._lines_of_changes(head, made, row, slot)
+            changes = [change for change in again.changes.get(row, ()) if _differs(change, offset)]
+            yield from self._lines_of_changes(head, changes, row, slot)
 
     def _rung(self, slot: int, word: int, row: int) -> str:
         """Return a colon and the rung that last changed a word; "." if the rung is unknown."""
@@ -264,10 +264,10 @@ class Why:
         self, head: str, made: Sequence[TracedChange], row: int, slot: int = 0
     ) -> Iterator[str]:
         """Yield sentences about the last of the given changes in a scan, with the names of `slot`."""
-        sent = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
-        if sent:
-            self.lines.append(sent[0].line)
-            yield from sender_lines(head, sent[0])
+        senders_here = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
+        if senders_here:
+            self.lines.append(senders_here[0].line)
+            yield from sender_lines(head, senders_here[0])
         elif not made or not made[-1].line.number:
             yield f"{head}: {NO_LINE}"
         else:

@@ -355,9 +355,9 @@ class RackChain:
     def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain a change of an input image: an action on the module, a terminal, or the module itself."""
         slot = self.slot(bits.slot)
-        done = next(self._done(slot, bits, row), None)
-        if done is not None:
-            kind, text = done
+        operation = next(self._done(slot, bits, row), None)
+        if operation is not None:
+            kind, text = operation
             return self.link(kind, bits, name, row, text)
         if self._is_terminal(slot, bits):
             return self.link("input", bits, name, row, self._terminal(slot, bits))

@@ -170,7 +170,7 @@ def command_on(past: SlotPast, commands: Mapping[str, int], rest: str) -> str:
 
 
 def still_on(past: SlotPast, commands: Mapping[str, int]) -> str:
-    """Return that command bits are still on; "" if none is."""
+    """Return a phrase about command bits that are still on; "" if there are none."""
     if not commands:
         return ""
     names, since = " ".join(commands), past.since("out", 0, sum(commands.values()))

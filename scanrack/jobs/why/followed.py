@@ -205,7 +205,7 @@ class _RecordedInputs:
     def _made(self, columns: Columns) -> list[ScanInputs]:
         own, faults, flags = self._own, self._faults, columns.flags.tolist()
         meant = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
-        made = []
+        inputs_of_scans = []
         scans = zip(
             memory_blocks(columns), flags, columns.scan.tolist(), columns.time_ns.tolist(), strict=True
         )
@@ -213,8 +213,8 @@ class _RecordedInputs:
             runs, first = meant[flag]
             images = [block[span] for span in own] if runs else None
             writes = faults.get(number, ())
-            made.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
-        return made
+            inputs_of_scans.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
+        return inputs_of_scans
 
 
 def _faults(debugger: Debugger) -> list[Leaf]:

@@ -58,8 +58,8 @@ def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outran
     for force_event in events:
         if force_event.topic != "/forces" or force_event.scan > scan:
             continue
-        held: Mapping[str, object] = {**image_forces(force_event), **forced_in(force_event)}
-        value = next((held[name] for name in held if name in names), None)
+        forced_values: Mapping[str, object] = {**image_forces(force_event), **forced_in(force_event)}
+        value = next((forced_values[name] for name in forced_values if name in names), None)
         if value is None:
             since = None
         elif since is None or since[1] != value:

@@ -66,8 +66,8 @@ def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) ->
     """Return the values of names that have not been shown yet, as ` [a = 1, b = 2]`."""
     new = [name for name in dict.fromkeys(names) if name in values and name not in known]
     known.update(new)
-    listed = ", ".join(f"{name} = {values[name]}" for name in new)
-    return f" [{listed}]" if listed else ""
+    values_text = ", ".join(f"{name} = {values[name]}" for name in new)
+    return f" [{values_text}]" if values_text else ""
 
 
 def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs: Words) -> str:
@@ -83,13 +83,13 @@ def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs
 
 def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
     numbers = {quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1}
-    whole = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
+    whole_words = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
     for word, mask in sorted(masks.items()):
-        if word not in whole:
+        if word not in whole_words:
             yield from _bits(slot, word, mask, words[word])
-        elif word in numbers and word + 1 in whole:
+        elif word in numbers and word + 1 in whole_words:
             yield f"{numbers[word].name} {in_thousands(numbers[word], words):,}"
-        elif word - 1 in numbers and word - 1 in whole:
+        elif word - 1 in numbers and word - 1 in whole_words:
             continue
         else:
             yield f"{slot.words.inputs[word]} {words[word]}"

@@ -41,7 +41,7 @@ LOOKED_AT = 20_000
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """How to load the program again."""
+    """Loads the program again."""
 
     program: Path  # its file; modules imported from its folder are also reloaded
     logic: Callable[[], ScanLogic]  # returns a fresh instance
@@ -87,7 +87,7 @@ class TracedRun:
         return all(end is None or row < end for end in (self.departs, self.lost))
 
     def no_line(self, past: Past) -> str:
-        """Return why the line of a change is not known, as a sentence."""
+        """Return the reason why the line of a change is unknown, as a sentence."""
         if self.lost is not None and (self.departs is None or self.lost <= self.departs):
             reason = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
             return f"no line can be named: {reason}"
@@ -231,6 +231,6 @@ class _Tracer:
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
-        sent = () if line.number else senders(self._replay.logic, self._program)
-        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, sent)
+        writers = () if line.number else senders(self._replay.logic, self._program)
+        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, writers)
         self.found.changes[self._replay.row].append(change)

@@ -127,19 +127,19 @@ class Catalog:
     def _aliases(self) -> Iterator[Json]:
         """Yield the aliases of single values; an alias of an image word or bit has its address."""
         for declaration in self._layout.declarations.values():
-            where = (
+            place = (
                 self._resolver.address(Address(declaration.name)) if isinstance(declaration, Alias) else None
             )
             if (
                 not isinstance(declaration, Alias)
-                or not isinstance(where, Place)
+                or not isinstance(place, Place)
                 or not self.has(declaration.name)
             ):
                 continue
-            meant = {} if where.address is None else {"address": where.address}
+            address_field = {} if place.address is None else {"address": place.address}
             described = declaration.comment or str(declaration.target)
-            row = {"name": declaration.name, "type": where.type.name, "description": described}
-            yield row | {"writable": not meant} | meant
+            row = {"name": declaration.name, "type": place.type.name, "description": described}
+            yield row | {"writable": not address_field} | address_field
 
     def _groups(self) -> Iterator[Json]:
         """Yield the structures; `tags` has only their members."""
@@ -179,21 +179,21 @@ class Catalog:
             names = ", ".join(candidate.name for candidate in self._program.routines)
             raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
-            shown, answer = self._chart(routine, routine.chart)
+            page_routine, answer = self._chart(routine, routine.chart)
         elif routine.drawing is not None:
-            shown, answer = self._diagram(routine, routine.drawing)
+            page_routine, answer = self._diagram(routine, routine.drawing)
         elif routine.statements is not None:
-            shown, answer = self._text(routine)
+            page_routine, answer = self._text(routine)
         else:
-            shown, answer = self._rungs(routine, columns, operands=operands)
-        return shown, answer | {"addresses": self.addresses(shown.names)}
+            page_routine, answer = self._rungs(routine, columns, operands=operands)
+        return page_routine, answer | {"addresses": self.addresses(page_routine.names)}
 
     def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
         program = program_of(routine.name)
         resolver = Resolver(self._layout, program)
-        live = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
-        answer = {"routine": routine.name, "chart": live.svg, "notes": list(chart.notes)}
-        return PageRoutine(routine.name, {}, (), live.names), answer
+        drawn = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
+        answer = {"routine": routine.name, "chart": drawn.svg, "notes": list(chart.notes)}
+        return PageRoutine(routine.name, {}, (), drawn.names), answer
 
     def _diagram(self, routine: Routine, drawing: Drawing) -> tuple[PageRoutine, Json]:
         program = program_of(routine.name)
@@ -207,12 +207,12 @@ class Catalog:
             name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
             if name is None or not isinstance(address, Address):
                 return None
-            where = resolver.address(address)
-            return name, isinstance(where, Place) and (where.type.is_bool or where.bit is not None)
+            place = resolver.address(address)
+            return name, isinstance(place, Place) and (place.type.is_bool or place.bit is not None)
 
-        live = live_diagram(drawing.sheets, routine.name, tag_of)
-        answer = {"routine": routine.name, "diagram": live.svg}
-        return PageRoutine(routine.name, {}, (), live.names), answer
+        drawn = live_diagram(drawing.sheets, routine.name, tag_of)
+        answer = {"routine": routine.name, "diagram": drawn.svg}
+        return PageRoutine(routine.name, {}, (), drawn.names), answer
 
     def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
         names: dict[str, None] = {}
@@ -231,8 +231,8 @@ class Catalog:
                     "text": str(rung),
                 }
             )
-        shown = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
-        return shown, {"routine": routine.name, "rungs": drawn}
+        page_routine = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        return page_routine, {"routine": routine.name, "rungs": drawn}
 
     def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
         """Draw a rung of a routine; `ident` is the prefix of its elements' ids."""
@@ -248,36 +248,36 @@ class Catalog:
         lines = []
         for statement in routine.statements or ():
             for number, text in statement.numbered():
-                own = self._names_in(text, program_of(routine.name))
-                names.update(dict.fromkeys(own))
-                lines.append({"number": number, "text": text, "names": own})
-        shown = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
-        return shown, {"routine": routine.name, "text": lines}
+                own_names = self._names_in(text, program_of(routine.name))
+                names.update(dict.fromkeys(own_names))
+                lines.append({"number": number, "text": text, "names": own_names})
+        page_routine = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
+        return page_routine, {"routine": routine.name, "text": lines}
 
     def _names_in(self, text: str, program: str) -> list[str]:
         names: dict[str, None] = {}
         for name in _words(text):
-            full = self._full(program, name)
-            if full is not None and self._is_single(full):
-                names[full] = None
+            qualified = self._full(program, name)
+            if qualified is not None and self._is_single(qualified):
+                names[qualified] = None
         return list(names)
 
     def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
         try:
-            where = resolver.address(address)
+            place = resolver.address(address)
         except LadderError:
             return None
-        if isinstance(where, Group):
+        if isinstance(place, Group):
             return None
-        full = self._full(program, address.name) or address.name
-        return str(Address(full, address.steps))
+        qualified = self._full(program, address.name) or address.name
+        return str(Address(qualified, address.steps))
 
     def _full(self, program: str, name: str) -> str | None:
-        own = scoped(program, name) if program else name
+        scoped_name = scoped(program, name) if program else name
         declared = self._layout.declarations
         stem = name.partition(".")[0].partition("[")[0]
         if program and scoped(program, stem).upper() in declared:
-            return own
+            return scoped_name
         return name if stem.upper() in declared else None
 
     def _is_single(self, name: str) -> bool:
@@ -312,8 +312,8 @@ class Catalog:
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a major fault, such as Main.3; None if unknown."""
         routine, rung = element_of(self._program.routines, fault.site)
-        known = any(candidate.name == routine for candidate in self._program.routines)
-        return f"{routine}.{rung}" if known and rung is not None else None
+        is_known = any(candidate.name == routine for candidate in self._program.routines)
+        return f"{routine}.{rung}" if is_known and rung is not None else None
 
     def tags_of_fault(self, fault: Fault) -> list[str]:
         """Return the tags that the rung or line of a major fault reads."""
@@ -332,8 +332,8 @@ class Catalog:
 
     def type_of(self, name: str) -> str | None:
         """Return the type of a tag; "" for a structure or array; None if there is no such tag."""
-        where = self._known.where(name) if self.has(name) else None
-        return None if where is None else where.type.name if isinstance(where, Place) else ""
+        place = self._known.where(name) if self.has(name) else None
+        return None if place is None else place.type.name if isinstance(place, Place) else ""
 
 
 def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
@@ -344,12 +344,12 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     """
     folded, hits = text.casefold(), []
     for tag in tags:
-        name, says = tag["name"].casefold(), f"{tag['type']}  {tag['description']}".strip()
+        name, details = tag["name"].casefold(), f"{tag['type']}  {tag['description']}".strip()
         if folded in f"{name} {tag['description']} {tag.get('address', '')}".casefold():
-            own = name.rpartition(".")[2] if name.startswith("\\") else name
-            ranks = name == folded, own == folded, own.startswith(folded), folded in name, True
+            own_name = name.rpartition(".")[2] if name.startswith("\\") else name
+            ranks = name == folded, own_name == folded, own_name.startswith(folded), folded in name, True
             order = ranks.index(True)
-            row = {"text": f"{tag['name']} : {says}", "says": says, "rung": None, "tag": tag["name"]}
+            row = {"text": f"{tag['name']} : {details}", "says": details, "rung": None, "tag": tag["name"]}
             hits.append((order, row))
     return [hit for _order, hit in sorted(hits, key=lambda ranked: ranked[0])]
 

@@ -179,8 +179,8 @@ class EventLog:
             case Write(tag, value, by):
                 self._pressed.put(scan, tag, [value, by])
             case Store(tag=tag, client=client, part=part):
-                where = self._pressed if tag + part in self._pressed.latest else self._stored
-                where.put(scan, tag + part, [None, client])
+                store = self._pressed if tag + part in self._pressed.latest else self._stored
+                store.put(scan, tag + part, [None, client])
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
@@ -199,11 +199,11 @@ class EventLog:
 
     def up_to(self, scan: int, most: int) -> list[Json]:
         """Return the latest known events up to a scan, in order."""
-        own = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
-        if len(own) == most or self.earlier is None or self.begin:
-            return own
+        own_events = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
+        if len(own_events) == most or self.earlier is None or self.begin:
+            return own_events
         before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
-        return [*self.earlier.up_to(before, most - len(own)), *own]
+        return [*self.earlier.up_to(before, most - len(own_events)), *own_events]
 
     def missing(self) -> int:
         """Return how many events are no longer kept, or chunks of an earlier recording not read yet."""
@@ -226,7 +226,7 @@ class EventLog:
         return forces or {}
 
     def reported_forces(self, scan: int) -> Json | None:
-        """Return the last reported forces up to a scan; None without any."""
+        """Return the last reported forces up to a scan; None if there are none."""
         return self._forces.at(scan)
 
     def lines_at(self, scan: int | None) -> Json:
@@ -244,10 +244,10 @@ class EventLog:
         """Return the rule that last set each bit, up to a scan."""
         earlier = [] if self.earlier is None else self.earlier.rules_at(self._before(scan))
         if scan is None:
-            own: Iterable[Json] = self._latest_rules.values()
+            own_rules: Iterable[Json] = self._latest_rules.values()
         else:
-            own = (rule for rule in self._rules if rule["scan"] <= scan)
-        return list({(rule["slot"], rule["bit"]): rule for rule in (*earlier, *own)}.values())
+            own_rules = (rule for rule in self._rules if rule["scan"] <= scan)
+        return list({(rule["slot"], rule["bit"]): rule for rule in (*earlier, *own_rules)}.values())
 
 
 class _StateHistory:
@@ -284,10 +284,10 @@ class _StateHistory:
 
 
 def _fault_of(event: Mapping[str, Any]) -> Fault:
-    cause = next((known for known in Cause if known.value == event.get("cause")), Cause.PROGRAM)
-    where, text = str(event.get("where", "")), str(event.get("text", ""))
+    cause = next((candidate for candidate in Cause if candidate.value == event.get("cause")), Cause.PROGRAM)
+    place, text = str(event.get("where", "")), str(event.get("text", ""))
     site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
-    return Fault(event["scan"], event["t"], cause, where, text, site)
+    return Fault(event["scan"], event["t"], cause, place, text, site)
 
 
 def _row_of(event: Mapping[str, Any]) -> Json:

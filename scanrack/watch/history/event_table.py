@@ -57,9 +57,9 @@ def piece_of(
         skip: number of latest events to skip.
         most: largest number of events to return.
     """
-    shown = np.array([not kinds <= set(hidden) for kinds in table.kinds], bool)
+    is_shown = np.array([not kinds <= set(hidden) for kinds in table.kinds], bool)
     end = int(np.searchsorted(table.scans, scan, "right"))
-    places = np.flatnonzero(shown[table.of[:end]]) if end else table.of[:0]
+    places = np.flatnonzero(is_shown[table.of[:end]]) if end else table.of[:0]
     total = len(places)
-    chosen = places[max(0, total - skip - most) : max(0, total - skip)]
-    return [table.events[place] for place in chosen.tolist()], total
+    piece_places = places[max(0, total - skip - most) : max(0, total - skip)]
+    return [table.events[place] for place in piece_places.tolist()], total

@@ -54,9 +54,9 @@ class Indexer:
         recorded: RecordedEvents,
         keep: Callable[[Values | Inputs], None],
     ) -> None:
-        program, *edited = programs
+        program, *editions = programs
         modules = [SlotInfo(number, "", words=words) for number, words in slots.items()]
-        self._replay = InputReplay(spec, modules, edited=lambda _number: edited.pop(0))
+        self._replay = InputReplay(spec, modules, edited=lambda _number: editions.pop(0))
         self._debugger = Debugger(program, remembered=0)
         self._replay.attach(self._debugger)
         self._notes = LadderNotes(self._debugger, keep, EVERY)

@@ -123,7 +123,7 @@ class ValueHistory:
                 del changes[:MOST_KEPT]
 
     def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
-        """Return the scan of a value's last change up to a scan, and the value before; None without one."""
+        """Return the scan of a value's last change up to a scan, and the old value; None if there is none."""
         changes = [change for change in self._changes.get(name, []) if change[0] <= scan]
         return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
 
@@ -131,9 +131,9 @@ class ValueHistory:
         """Return the points of a value between two scans; the first point may be from an earlier read."""
         changes = self._changes.get(name, [])
         before = [change for change in changes if change[0] < first][-1:]
-        now = [change for change in changes if first <= change[0] <= last]
-        starts = [(first, value) for _, value in before if not now or now[0][0] > first]
-        shown = [*starts, *now]
+        within = [change for change in changes if first <= change[0] <= last]
+        starts = [(first, value) for _, value in before if not within or within[0][0] > first]
+        shown = [*starts, *within]
         return points_of([scan * self.period_ns for scan, _ in shown], [value for _, value in shown])
 
 
@@ -159,13 +159,13 @@ class TagLanes:
         Args:
             all_names: tags of all pages, so that pages with the same scans share one repetition.
         """
-        images, plain = self._parted(names)
+        images, plain_names = self._parted(names)
         if self._replica is None or self._replica.is_impure:
-            return self._with_images(self._observed(plain, first, last), images)
+            return self._with_images(self._observed(plain_names, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
         distinct = tuple(dict.fromkeys(self._parted(all_names)[1]))
         piece = (
-            self._piece(plain, *self._repeated(distinct, start, last))
+            self._piece(plain_names, *self._repeated(distinct, start, last))
             if distinct
             else self._observed((), start, last)
         )
@@ -175,8 +175,8 @@ class TagLanes:
         """Return a piece of past scans, and the scan of the next piece; None at the end."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
-        images, plain = self._parted(names)
-        return self._with_images(self._past(plain, first, end), images), following
+        images, plain_names = self._parted(names)
+        return self._with_images(self._past(plain_names, first, end), images), following
 
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
         if not names:

@@ -84,8 +84,8 @@ def save(file: Path, data: bytes) -> Path:
 
 def write(file: Path, data: bytes) -> None:
     """Replace a program's file; raise OSError if it can't be written and is unchanged."""
-    with new_file(file.resolve(), PROGRAM, "wb") as out:
-        out.write(data)
+    with new_file(file.resolve(), PROGRAM, "wb") as output:
+        output.write(data)
 
 
 def _kept(file: Path) -> Path:
@@ -96,8 +96,8 @@ def _kept(file: Path) -> Path:
             copy = open(backup, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
         except FileExistsError:
             continue
-        with copy, file.open("rb") as old:
-            shutil.copyfileobj(old, copy)
+        with copy, file.open("rb") as source:
+            shutil.copyfileobj(source, copy)
             copy.flush()
             os.fsync(copy.fileno())
         shutil.copymode(file, backup)

@@ -167,20 +167,20 @@ class SessionScans(Source):
         return len(rows), map(self._inputs, scans_in(rows))
 
     def _inputs(self, scan: RecordedScan) -> ScanInputs:
-        known = self._kept.inputs.get(scan.number)
+        known_inputs = self._kept.inputs.get(scan.number)
         images: Sequence[bytes] | None = None
         if runs_logic(scan.flags):
-            images = None if known is None else known.images
+            images = None if known_inputs is None else known_inputs.images
             images = images or [scan.memory[image] for image in self._images]
         first = bool(scan.flags & _FIRST)
-        if known is None:
+        if known_inputs is None:
             return ScanInputs(scan.now_ns, first, images)
         writes = tuple(
             (self._leaves[ident], index, value)
-            for ident, index, value in known.writes
+            for ident, index, value in known_inputs.writes
             if ident in self._leaves  # may be missing after an edit
         )
-        return ScanInputs(scan.now_ns, first, images, writes, known.forces)
+        return ScanInputs(scan.now_ns, first, images, writes, known_inputs.forces)
 
 
 class ProgramReplica(Replayer):

@@ -42,8 +42,8 @@ def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
         for token in tokenize.generate_tokens((f"{line}\n" for line in lines).__next__):
             kind = "string" if token.type in _F_STRING else _KINDS.get(token.type, "")
             if token.type == tokenize.NAME:
-                known = keyword.iskeyword(token.string)
-                kind = "keyword" if known else "defined" if before in ("def", "class") else ""
+                is_keyword = keyword.iskeyword(token.string)
+                kind = "keyword" if is_keyword else "defined" if before in ("def", "class") else ""
             if kind:
                 yield token, kind
             before = token.string
@@ -132,9 +132,9 @@ def _dotted(node: ast.expr) -> str:
 
 def _names_in(line: str) -> Iterator[str]:
     """Yield the names and attributes that a line of Python reads; none if it is not a whole statement."""
-    head = line.strip()
+    statement = line.strip()
     try:
-        tree = ast.parse(f"{head} pass" if head.endswith(":") else head)
+        tree = ast.parse(f"{statement} pass" if statement.endswith(":") else statement)
     except SyntaxError:
         return
     for node in ast.walk(tree):

@@ -44,7 +44,7 @@ class RecordedEvents:
         self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
         self.read = 0
         self.formats = NumberFormats.of(trace)
-        self.edits: set[int] = set()  # scans before which the program was edited, as far as known
+        self.edits: set[int] = set()  # known scans before which the program was edited
         self._find()
 
     def _find(self) -> None:
@@ -159,7 +159,7 @@ class RecordedEvents:
         return places[: bisect_right(places, self._trace.place_of(scan))]
 
     def _back_from(self, scan: int) -> Iterator[EventLog]:
-        """Yield the events of chunks backwards from a scan's chunk, as far as known or readable at once."""
+        """Yield the events of a scan's chunk and of earlier ones; stop after a few that have to be read."""
         self._go_on()
         budget = 0 if scan == self._last_scan else AT_ONCE
         self._last_scan = scan

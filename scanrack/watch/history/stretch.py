@@ -109,9 +109,9 @@ class Stretch:
         """Return the image word or bit to which a name refers; None for any other name."""
         with suppress(ValueError):
             return parse_address(name, self.words)
-        meant = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
+        address = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
         with suppress(ValueError):  # a connection fault is not a word
-            return None if meant is None else parse_address(meant, self.words)
+            return None if address is None else parse_address(address, self.words)
         return None
 
     @cached_property
@@ -166,8 +166,8 @@ class Stretch:
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""
-        known = self.catalog or self.source
-        return None if known is None else known.place_of_fault(fault)
+        source = self.catalog or self.source
+        return None if source is None else source.place_of_fault(fault)
 
     def tags_of_fault(self, fault: Fault, values: Mapping[str, object]) -> list[str]:
         """Return the tags or values that the rung or line of a fault reads, the most relevant first."""
@@ -192,9 +192,11 @@ class Stretches:
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan."""
         number, store = len(self.all), self.kept(len(self.all))
-        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._history, store)
-        self.all.append(own)
-        return own
+        stretch = Stretch(
+            number, first, logic, file, lacks, self._words, self._timeline, self._history, store
+        )
+        self.all.append(stretch)
+        return stretch
 
     def lose(self, first: int) -> None:
         """Show no program from a scan, since an unknown one ran there."""

@@ -98,9 +98,9 @@ def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
 
 def _shown_bits(words: ModuleWords) -> list[tuple[str, BitPlace]]:
     """Return the bits of a module; if both images have a bit, such as MODE_CONFIG, use the input's."""
-    named = [(name, place) for names in words.groups.values() for name, place in names.items()]
-    inputs = {name for name, place in named if place.image == "I"}
-    return [(name, place) for name, place in named if place.image == "I" or name not in inputs]
+    named_bits = [(name, place) for names in words.groups.values() for name, place in names.items()]
+    inputs = {name for name, place in named_bits if place.image == "I"}
+    return [(name, place) for name, place in named_bits if place.image == "I" or name not in inputs]
 
 
 def piece_of(
@@ -160,19 +160,19 @@ def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[st
     for word, names in signals.bits.items():
         column = _column(rows, word, signals)
         previous = column[:1] if begins[0] else _column(before[-1:], word, signals)
-        changed = column ^ np.concatenate([previous, column[:-1]])
-        changed[begins] = EVERY_BIT
-        places = np.flatnonzero(changed)
+        changed_bits = column ^ np.concatenate([previous, column[:-1]])
+        changed_bits[begins] = EVERY_BIT
+        places = np.flatnonzero(changed_bits)
         if not len(places):
             continue
         for bit, name in names.items():
-            own = places[(changed[places] >> bit & 1).astype(bool)]
-            if len(own) > MOST_EDGES:
+            edge_places = places[(changed_bits[places] >> bit & 1).astype(bool)]
+            if len(edge_places) > MOST_EDGES:
                 edges[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
-            elif len(own):
-                levels = (column[own] >> bit & 1).tolist()
+            elif len(edge_places):
+                levels = (column[edge_places] >> bit & 1).tolist()
                 edges[name] = [
-                    [moment, level] for moment, level in zip(times[own].tolist(), levels, strict=True)
+                    [moment, level] for moment, level in zip(times[edge_places].tolist(), levels, strict=True)
                 ]
     return edges
 
@@ -199,9 +199,10 @@ def _positions(
         is_position = words[:, signals.modes[inputs.start]] >= 0  # bit 15 means that these words are a mirror
         values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
         points = _envelope(times, values, begins | np.diff(is_position, prepend=is_position[:1]), most)
-        known = is_position[np.searchsorted(times, [point[0] for point in points])].tolist()
+        known_flags = is_position[np.searchsorted(times, [point[0] for point in points])].tolist()
         positions[name] = [
-            point if is_known else [point[0], None] for point, is_known in zip(points, known, strict=True)
+            point if is_known else [point[0], None]
+            for point, is_known in zip(points, known_flags, strict=True)
         ]
     return positions
 

@@ -48,8 +48,8 @@ class Timeline:
             return self._recorded()
         first = int(numbers[0])
         if first and self.path is not None:
-            recorded = self._recorded()
-            first = first if recorded is None else min(first, recorded[0])
+            recorded_extent = self._recorded()
+            first = first if recorded_extent is None else min(first, recorded_extent[0])
         return first, int(numbers[-1])
 
     def row(self, scan: int) -> Row | None:
@@ -64,9 +64,11 @@ class Timeline:
         if self.path is None or len(rows) == last - first + 1:
             return rows
         if begins <= first:  # rows are lost if the session runs faster than the monitor
-            written = self._read(first, last)
+            stored_rows = self._read(first, last)
             return (
-                np.concatenate([written, rows[rows["scan"] > written["scan"][-1]]]) if len(written) else rows
+                np.concatenate([stored_rows, rows[rows["scan"] > stored_rows["scan"][-1]]])
+                if len(stored_rows)
+                else rows
             )
         return np.concatenate([self._read(first, begins - 1), rows])
 
@@ -194,14 +196,14 @@ def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
     if plan is None or rows is None or not len(rows):
         return {}
     texts = trace.texts() if plan.has_texts else {}
-    whole = {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
+    whole_tags = {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
     elements = {
         address: _shown(field, values[0].item(), texts)
         for field in plan.fields
         if field.tag.length
         for address, values in field.columns(rows)
     }
-    return whole | elements
+    return whole_tags | elements
 
 
 def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:

@@ -94,8 +94,8 @@ class LadderNotes:
     def _note(self, debugger: Debugger, scan: int) -> None:
         entry, forces = debugger.latest, debugger.engine.memory.forces
         fresh = None if entry is self._entry else entry
-        written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
-        if written or forces is not self._forces:
+        is_written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
+        if is_written or forces is not self._forces:
             self._write(_inputs_of(debugger, scan))
         self._entry, self._forces, self._news = entry, forces, debugger.news
 

@@ -78,11 +78,15 @@ class PythonNotes:
             self._find()
         self._looks += 1
         values = {name: self._value(code) for name, code in self._codes.items()}
-        known = self._known
-        new = {name: value for name, value in values.items() if name not in known or value != known[name]}
+        known_values = self._known
+        new_values = {
+            name: value
+            for name, value in values.items()
+            if name not in known_values or value != known_values[name]
+        }
         self._known = values
-        if new:
-            self._tell({"values": {"scan": scan, "values": new}})
+        if new_values:
+            self._tell({"values": {"scan": scan, "values": new_values}})
 
     def _value(self, code: CodeType) -> object:
         """Return a value for a page; None if it can't be read now."""

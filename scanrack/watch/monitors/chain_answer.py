@@ -67,8 +67,8 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
         SlotInfo(slot.number, slot.module, words=words[slot.number])
         for slot in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
     )
-    reported = monitor.states.up_to(scan, BACK)
-    events = tuple(_event(event, monitor.states.forces_at(event["scan"])) for event in reported)
+    known_events = monitor.states.up_to(scan, BACK)
+    events = tuple(_event(event, monitor.states.forces_at(event["scan"])) for event in known_events)
     recording = PackedTrace(slots, PackedScans.of(block_layout(slots).words, [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:

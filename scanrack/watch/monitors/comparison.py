@@ -104,15 +104,18 @@ class Comparison:
         if self.other.subject.timeline.row(scan) is None:
             return {"there": False, "words": {}, "power": {}, "tags": {}}
         self._follow(page, scan)
-        shown = self.other.whole(self._page)
+        recorded_picture = self.other.whole(self._page)
         return {
             "there": True,
-            "known": shown.get("known", True) and picture.get("known", True),
-            **{part: _differing(picture.get(part, {}), shown.get(part, {})) for part in ("power", "tags")},
+            "known": recorded_picture.get("known", True) and picture.get("known", True),
+            **{
+                part: _differing(picture.get(part, {}), recorded_picture.get(part, {}))
+                for part in ("power", "tags")
+            },
             "words": {
                 slot: differing
                 for slot, words in picture["words"].items()
-                if (differing := _words(words, shown["words"].get(slot)))
+                if (differing := _words(words, recorded_picture["words"].get(slot)))
             },
         }
 
@@ -122,11 +125,11 @@ class Comparison:
         own_page.past = scan
         if own_page.program is not program or self._routine != page.shown.name:
             own_page.program, self._routine = program, page.shown.name
-            shown = NOTHING_SHOWN
+            routine = NOTHING_SHOWN
             if program.catalog is not None and self._routine:
                 with suppress(ValueError):  # the other program has no such routine
-                    shown, _ = program.catalog.show(self._routine, COLUMNS)
-            own_page.show(shown)
+                    routine, _ = program.catalog.show(self._routine, COLUMNS)
+            own_page.show(routine)
         own_page.watch(page.watched)
 
     def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
@@ -142,8 +145,8 @@ class Comparison:
             if len(scans) and scans[0] == low:  # before the first scan nothing differs
                 scans, differs = np.insert(scans, 0, low - 1), np.insert(differs, 0, False, axis=0)
             is_new = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
-            changed = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
-            matches = [int(scans[index]) for index in changed if first <= scans[index] <= last]
+            change_rows = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
+            matches = [int(scans[index]) for index in change_rows if first <= scans[index] <= last]
             if matches:
                 return (matches[0] if way > 0 else matches[-1]), searched
             searched = last if way > 0 else first
@@ -162,10 +165,10 @@ class Comparison:
     def _common(self) -> tuple[int, int]:
         """Return the first and last scan that both recordings may have; 0 and -1 if there are none."""
         extents = [monitor.subject.timeline.extent for monitor in (self._own, self.other)]
-        known = [extent for extent in extents if extent is not None]
-        if len(known) < len(extents):
+        known_extents = [extent for extent in extents if extent is not None]
+        if len(known_extents) < len(extents):
             return 0, -1
-        return max(extent[0] for extent in known), min(extent[1] for extent in known)
+        return max(extent[0] for extent in known_extents), min(extent[1] for extent in known_extents)
 
     def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Return the scans of a stretch that both have, with a row of flags for each: which words differ."""
@@ -173,14 +176,14 @@ class Comparison:
         own_rows, other_rows = (
             monitor.subject.timeline.between(first, last) for monitor in (self._own, self.other)
         )
-        scans, own_places, other_places = np.intersect1d(
+        scans, own_indices, other_indices = np.intersect1d(
             own_rows["scan"], other_rows["scan"], return_indices=True
         )
         pair = [
-            rows["words"][places][:, self._columns(monitor)]
-            for rows, places, monitor in (
-                (own_rows, own_places, self._own),
-                (other_rows, other_places, self.other),
+            rows["words"][indices][:, self._columns(monitor)]
+            for rows, indices, monitor in (
+                (own_rows, own_indices, self._own),
+                (other_rows, other_indices, self.other),
             )
         ]
         return scans.astype(np.int64), pair[0] != pair[1]
@@ -190,12 +193,12 @@ class Comparison:
         own_places, other_places = (side.subject.spec.layout.places for side in (self._own, self.other))
         slots = [
             slot
-            for slot, own in own_places.items()
-            if slot in other_places and _sizes(own) == _sizes(other_places[slot])
+            for slot, own_place in own_places.items()
+            if slot in other_places and _sizes(own_place) == _sizes(other_places[slot])
         ]
-        every = np.arange(monitor.subject.spec.layout.words)
-        own = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
-        return np.concatenate([*own, np.zeros(0, int)])
+        all_columns = np.arange(monitor.subject.spec.layout.words)
+        word_columns = [all_columns[monitor.subject.spec.layout.places[slot].words] for slot in slots]
+        return np.concatenate([*word_columns, np.zeros(0, int)])
 
 
 COLUMNS = 88

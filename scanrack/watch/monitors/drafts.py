@@ -56,16 +56,21 @@ def rungs(monitor: Monitor, _page: Page, question: Question) -> Json:
     assert program.file is not None
     edits = [read_edit(program.file.name, rung, program.ladder.specs) for rung in draft.rungs]
     tags = [NewTag(*tag) for tag in draft.tags]
-    edited = EditedProgram(program.ladder, edits, tags, program.rung_index)
-    drawn = [_drawn(catalog, rung, columns) for rung in edited.rungs]
-    declared = edited.missing if declares_tags(program.file) else []
+    edited_program = EditedProgram(program.ladder, edits, tags, program.rung_index)
+    drawn = [_drawn(catalog, rung, columns) for rung in edited_program.rungs]
+    declared = edited_program.missing if declares_tags(program.file) else []
     missing = [{"name": tag.name, "program": tag.program, "types": tag.types} for tag in declared]
-    return {"rungs": drawn, "missing": missing, "mistakes": edited.mistakes, "right": edited.is_right}
+    return {
+        "rungs": drawn,
+        "missing": missing,
+        "mistakes": edited_program.mistakes,
+        "right": edited_program.is_right,
+    }
 
 
 def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
     edit = checked.edit
-    reported = {
+    fields = {
         "routine": edit.routine,
         "rung": edit.rung,
         "text": checked.text,
@@ -73,9 +78,9 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
         "warnings": [_row_of(warning) for warning in checked.warnings],
     }
     if checked.rung is None:
-        return reported
-    live = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
-    return {**reported, "svg": live.svg, "gaps": live.gaps}
+        return fields
+    drawn = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
+    return {**fields, "svg": drawn.svg, "gaps": drawn.gaps}
 
 
 def _row_of(mistake: Mistake) -> Json:
@@ -86,12 +91,12 @@ def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the draft of an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
     draft = _parsed(question)
-    edited = next(
+    base_program = next(
         (candidate for candidate in monitor.subject.programs.all if candidate.digest == draft.base), None
     )
-    if edited is None or edited.catalog is None:
+    if base_program is None or base_program.catalog is None:
         raise ValueError("the program that was edited is no longer known")
-    rebased = moved(edited.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
+    rebased = moved(base_program.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
     declared = program.ladder.build().layout.declarations
     tags = [tag for tag in draft.tags if scoped(tag[2], tag[0]).upper() not in declared]
     moved_rungs = [(edit.routine, edit.rung, edit.texts) for edit in rebased.edits]
@@ -106,8 +111,8 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
     if row is None or ran is None:
         raise ValueError("no scan has run yet")
     last = int(row["scan"])
-    requested = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
-    place = program.kept.place(max(requested, program.first))
+    first_requested = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
+    place = program.kept.place(max(first_requested, program.first))
     start = place if place is not None else 0 if program.kept.scans else None
     if start is None or program.kept.scans[start] > last:
         raise ValueError("the values of the last scans are not known yet")

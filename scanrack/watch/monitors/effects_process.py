@@ -50,8 +50,8 @@ def answer(given: ReplayPackage) -> dict[str, Any]:
     groups: dict[str, dict[str, Any]] = {}
     for difference in sorted(differences(given, old, new), key=lambda each: (not each.output, each.scan)):
         name = tag_in(difference.path)
-        begun = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
-        group = groups.setdefault(name, begun)
+        new_group = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
+        group = groups.setdefault(name, new_group)
         member = difference.path[len(name) :].lstrip(".")
         group["members"] += [member] if member and len(group["members"]) < MOST_MEMBERS else []
     listed = list(groups.values())
@@ -60,9 +60,9 @@ def answer(given: ReplayPackage) -> dict[str, Any]:
 
 
 def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
-    edited = folder / "edited"
-    copytree(given.ran.place, edited)
-    file = edited / given.ran.program.partition(":")[0]
+    edited_folder = folder / "edited"
+    copytree(given.ran.place, edited_folder)
+    file = edited_folder / given.ran.program.partition(":")[0]
     old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
     assert isinstance(old, LadderLogic)
     edits, tags = (
@@ -70,7 +70,7 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
         [NewTag(*tag) for tag in given.tags],
     )
     file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs).data)
-    new = load_files(edited, given.ran.rack, given.ran.program).logic
+    new = load_files(edited_folder, given.ran.rack, given.ran.program).logic
     if not isinstance(new, LadderLogic) or old.functions or new.functions:
         raise ValueError("a program with routines in Python is not tried on earlier scans")
     return old, new

@@ -72,7 +72,7 @@ def _title(slot: SlotSpec) -> str:
 def bits_of(slot: int, words: ModuleWords) -> list[Json]:
     """Return the named bits of a module."""
     rows = []
-    known = words if is_stepper(words) else None
+    stepper = words if is_stepper(words) else None
     for group, names in words.groups.items():
         for name, place in names.items():
             rows.append(
@@ -80,7 +80,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
                     "name": name,
                     "address": f"Local:{slot}:{place.image}.Data[{place.word}].{place.bit}",
                     "meaning": f"slot{slot}.{group}.{name}",
-                    "section": SECTIONS.get(group, "") if known and name not in known.further else "",
+                    "section": SECTIONS.get(group, "") if stepper and name not in stepper.further else "",
                     "word": place.word,
                     "bit": place.bit,
                     "output": place.image == "O",
@@ -133,8 +133,8 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
     stationed = {input_name(station.input) for station in slot.machine.stations}
     kinds = dict.fromkeys(stationed, "station") | dict.fromkeys(switched, "switch")
     return [
-        {"name": name, "title": _titled(name, own), "kind": kinds.get(name, "button"), "rest": False}
-        for name, own in slot.record.machine_inputs(slot.options).items()
+        {"name": name, "title": _titled(name, own_title), "kind": kinds.get(name, "button"), "rest": False}
+        for name, own_title in slot.record.machine_inputs(slot.options).items()
     ]
 
 
@@ -210,11 +210,13 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
     """Yield the conditions around modules that can be set: named states as choices, others as text."""
-    slots = [record.number for record in spec.slot if not record.is_live and record.record.conditions]
+    slots = [
+        slot_spec.number for slot_spec in spec.slot if not slot_spec.is_live and slot_spec.record.conditions
+    ]
     if not slots:
         return
-    known = next(record.record.states() for record in spec.slot if record.number == slots[0])
-    choices = [f"{name}={state}" for name, states in known.items() for state in states]
+    conditions = next(slot_spec.record.states() for slot_spec in spec.slot if slot_spec.number == slots[0])
+    choices = [f"{name}={state}" for name, states in conditions.items() for state in states]
     slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
     state = {"name": "state", "title": "State", "kind": "text", "choices": choices}
     yield {"name": FaultKind.CONDITION.value, "title": "Condition of a drive", "fields": [slot, state]}

@@ -113,10 +113,10 @@ class Marks:
         groups: dict[int, list[Any]] = {}
         for mark in marks:
             place = (mark.scan - first) * SHOWN_MOST // (last - first + 1)
-            held = groups.setdefault(place, [mark.scan, mark.kind, 0])
-            held[2] += 1
-            if KINDS.index(mark.kind) < KINDS.index(held[1]):
-                held[:2] = mark.scan, mark.kind
+            group = groups.setdefault(place, [mark.scan, mark.kind, 0])
+            group[2] += 1
+            if KINDS.index(mark.kind) < KINDS.index(group[1]):
+                group[:2] = mark.scan, mark.kind
         return list(groups.values())
 
     # --- where they come from
@@ -124,11 +124,11 @@ class Marks:
     def _sorted(self) -> tuple[list[Mark], list[int]]:
         version = len(self._of_rows), *self._recorded.version
         if self._known[0] != version:
-            reported: dict[tuple[int, str], list[int]] = {}
-            marks = list(self._of_events(reported))
-            own = [mark for mark in self._of_rows if not _has_rule_mark(mark, reported)]
-            self.unexplained = [mark for mark in own if mark.kind == "error"]
-            marks += own
+            rule_scans: dict[tuple[int, str], list[int]] = {}
+            marks = list(self._of_events(rule_scans))
+            row_marks = [mark for mark in self._of_rows if not _has_rule_mark(mark, rule_scans)]
+            self.unexplained = [mark for mark in row_marks if mark.kind == "error"]
+            marks += row_marks
             marks.sort(key=attrgetter("scan"))
             self._known = version, marks, [mark.scan for mark in marks]
         return self._known[1:]
@@ -160,8 +160,8 @@ class Marks:
         skipped = len(joined) - len(rows)
         modes = joined["flags"] & MODE_MASK
         firsts = (joined["flags"] & ScanFlag.FIRST_SCAN) != 0
-        changed = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
-        for place in changed.tolist():
+        change_rows = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
+        for place in change_rows.tolist():
             row, old, new = joined[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
             scan, now_ns = int(row["scan"]), int(row["now_ns"])
             if old is not new:

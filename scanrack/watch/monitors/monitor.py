@@ -62,7 +62,7 @@ class SessionFacts:
     kind: str
     read_only: bool
     live: bool  # whether there are real ports
-    record: str | None  # path of the permanent recording; None without one
+    record: str | None  # path of the permanent recording; None if there is none
     branches: bool = False  # whether a page may begin a branch
 
 
@@ -203,7 +203,7 @@ class Monitor(ABC):
         page.compare(None)
 
     def let_go(self, page: Page) -> None:
-        """Give the orders that a page has deposited for the case that its connection is lost."""
+        """Give the orders that a page has left for when its connection is lost."""
         orders, page.holds = page.holds, []
         for order in orders:
             self.order(page, None, order)
@@ -229,8 +229,8 @@ class Monitor(ABC):
         frame = changed(picture, page.last)
         if row is not None and page.past is None:
             frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
-        if new := self.events(page):
-            frame["events"] = list(new)
+        if new_events := self.events(page):
+            frame["events"] = list(new_events)
         return frame
 
     def exchange_program(self, page: Page) -> None:
@@ -336,9 +336,14 @@ class Monitor(ABC):
         page.place = recent.count
         rows = recent.since(place)
         before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
-        most = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
+        most_points = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
         piece = piece_of(
-            rows, before, self.subject.signals, self.subject.spec.scan_ns, most, formats=self.states.formats
+            rows,
+            before,
+            self.subject.signals,
+            self.subject.spec.scan_ns,
+            most_points,
+            formats=self.states.formats,
         )
         return {"strip": piece} if piece else {}
 

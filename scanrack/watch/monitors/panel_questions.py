@@ -24,8 +24,8 @@ def panel(monitor: Monitor, page: Page, question: Question) -> Json:
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
     if "items" in question:
         return drafted(question["items"], bindings)
-    recorded = monitor.about.kind == "trace"
-    lacks = "this is a recording" if recorded else READ_ONLY if monitor.about.read_only else ""
+    is_recording = monitor.about.kind == "trace"
+    lacks = "this is a recording" if is_recording else READ_ONLY if monitor.about.read_only else ""
     return monitor.panel.described(bindings, lacks)
 
 
@@ -63,13 +63,13 @@ def left_pressed(monitor: Monitor) -> list[Json]:
     """Return the orders that release momentary buttons pressed by a panel but held by no page."""
     panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
     pressed, orders = monitor.states.pressed_at(None), []
-    held = [order for page in monitor.pages for order in page.holds]
+    held_orders = [order for page in monitor.pages for order in page.holds]
     for item, bound in zip(panel["items"], panel["bound"], strict=True):
         if item["kind"] != "momentary" or bound["broken"]:
             continue
         key, on, order = _release_of(bound)
         level, by = pressed.get(key, (None, ""))
-        if level is on and by.startswith("panel") and order not in held and order not in orders:
+        if level is on and by.startswith("panel") and order not in held_orders and order not in orders:
             orders.append(order)
     return orders
 

@@ -80,22 +80,22 @@ class Places:
                 only at intervals, and a trace has no figures.
         """
         words, scan = row["words"].tolist(), int(row["scan"])
-        shown: Json = {"words": {}, "values": {}, "machine": {}}
+        picture: Json = {"words": {}, "values": {}, "machine": {}}
         for slot, places in self.layout.places.items():
             images = {image: words[places.columns(image)] for image in ("I", "O")}
-            shown["words"][str(slot)] = images["I"] + images["O"]
+            picture["words"][str(slot)] = images["I"] + images["O"]
             if self.values[slot]:
                 value = formats.reader(slot, scan)
-                shown["values"][str(slot)] = {
+                picture["values"][str(slot)] = {
                     name: value(quantity, images[quantity.image])
                     for name, quantity in self.values[slot].items()
                 }
         past = past or not row["wall_ns"]  # a row from a trace
         for place, slot in enumerate(self.machines):
             figures = row["figures"][PER_SLOT * place :][:PER_SLOT].tolist()
-            machine = self._machine(slot, words, shown["values"].get(str(slot), {}), figures, past=past)
-            shown["machine"][str(slot)] = machine | {"speed": self._speed(slot, row, before, formats)}
-        return shown
+            machine = self._machine(slot, words, picture["values"].get(str(slot), {}), figures, past=past)
+            picture["machine"][str(slot)] = machine | {"speed": self._speed(slot, row, before, formats)}
+        return picture
 
     def _machine(
         self, slot: int, words: Sequence[int], values: Json, figures: Sequence[int], *, past: bool
@@ -106,8 +106,8 @@ class Places:
         inputs, outputs = words[places.columns("I")], words[places.columns("O")]
         configured = not module.configures("I", inputs)
         values = values if configured else {}
-        read = _levels(module, inputs) if past else levels
-        known = read if configured or not past else None  # the mirror of a configuration has no levels
+        read_levels = _levels(module, inputs) if past else levels
+        known = read_levels if configured or not past else None  # the mirror of a configuration has no levels
         return {
             "position": values.get("position"),
             "shaft": None if past else shaft,
@@ -153,13 +153,17 @@ def mode_of(flags: int) -> str:
 
 
 def changed(frame: Json, last: Json) -> Json:
-    """Return the differences from the last frame; then replace the contents of `last` by this frame."""
+    """Return the differences from the last frame; then replace the contents of `last` with this frame."""
     changes: Json = {}
     for key, value in frame.items():
         if key in DEEP:
-            known = last.setdefault(key, {})
-            new = {name: entry for name, entry in value.items() if name not in known or known[name] != entry}
-            known.update(new)
+            last_value = last.setdefault(key, {})
+            new = {
+                name: entry
+                for name, entry in value.items()
+                if name not in last_value or last_value[name] != entry
+            }
+            last_value.update(new)
             if new:
                 changes[key] = new
         elif key not in last or last[key] != value:

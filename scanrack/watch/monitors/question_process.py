@@ -107,10 +107,11 @@ class QuestionProcesses:
             self._end(running, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
-            with tempfile.TemporaryFile() as queried:  # not a pipe, since this must not wait for the process
-                pickle.dump(question.arguments, queried)
-                queried.seek(0)
-                process = launch(HELPER, question.module, stdin=queried, stdout=out, stderr=err)
+            # not a pipe, since this must not wait for the process
+            with tempfile.TemporaryFile() as stdin_file:
+                pickle.dump(question.arguments, stdin_file)
+                stdin_file.seek(0)
+                process = launch(HELPER, question.module, stdin=stdin_file, stdout=out, stderr=err)
             until = wall_ns() + question.patience_s * 1_000_000_000
             self._open.append(_Open(page, number, question, process, files.pop_all(), out, err, until))
 

@@ -40,14 +40,14 @@ def show(monitor: Monitor, page: Page, question: Question) -> Json:
     program = program_of(monitor, page)
     if program.catalog is not None:
         columns, operands = columns_in(question), question.get("operands") is True
-        shown, answer = program.catalog.show(text_in(question, "routine"), columns, operands=operands)
+        page_routine, answer = program.catalog.show(text_in(question, "routine"), columns, operands=operands)
         if monitor.about.kind == "rack":
             answer["base"] = program.digest
     elif program.source is not None:
-        shown, answer = program.source.show(tuple(monitor.subject.values))
+        page_routine, answer = program.source.show(tuple(monitor.subject.values))
     else:
         raise ValueError("the recording does not bring the program of this scan")
-    page.show(shown)
+    page.show(page_routine)
     return answer
 
 
@@ -115,19 +115,19 @@ def look(monitor: Monitor, page: Page, question: Question) -> Json:
 
 def stop(_monitor: Monitor, page: Page, question: Question) -> Json:
     """Make the page stop at the scan of each error bit of a module, or only name it."""
-    requested = question.get("at_errors")
-    if requested not in ("stop", "off"):
+    choice = question.get("at_errors")
+    if choice not in ("stop", "off"):
         raise ValueError("at_errors is stop or off")
-    page.stops = requested == "stop"
+    page.stops = choice == "stop"
     return {}
 
 
 def window(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the strip of past scans, as far as available."""
     piece = strip_in(monitor, question)
-    requested = question.get("signals")
-    if piece and isinstance(requested, list):
-        piece["bits"] = {name: points for name, points in piece["bits"].items() if name in requested}
+    signals = question.get("signals")
+    if piece and isinstance(signals, list):
+        piece["bits"] = {name: points for name, points in piece["bits"].items() if name in signals}
     return {"strip": piece}
 
 
@@ -189,8 +189,8 @@ def since(monitor: Monitor, page: Page, question: Question) -> Json:
     if change is None:
         extent = monitor.subject.timeline.extent
         return {"since": None, "from": None if unsearched <= (extent[0] if extent else 0) else unsearched}
-    changed = monitor.subject.timeline.row(change.scan)
-    now_ns = None if changed is None else int(changed["now_ns"])
+    change_row = monitor.subject.timeline.row(change.scan)
+    now_ns = None if change_row is None else int(change_row["now_ns"])
     return {"since": {"scan": change.scan, "t": now_ns, "before": change.before}, "from": unsearched}
 
 

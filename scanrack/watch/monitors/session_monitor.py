@@ -121,7 +121,7 @@ class SessionMonitor(Monitor):
     def state(self, *, past: bool) -> Json:
         session = self.session
         paused = bool(session["paused"])
-        shown: Json = {
+        fields: Json = {
             "state": "past" if past else "paused" if paused else "live",
             "paused": paused,
             "speed": {"requested": session["speed"], "reached": 0 if paused else self._reached},
@@ -131,13 +131,13 @@ class SessionMonitor(Monitor):
             "met": session["met"],
             "ran": session["ran"] if paused and not past else [],
         }
-        return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+        return fields | ({"mode": "fault"} if session["fault"] and not past else {})
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        new = self.log.since(self.log.first_of_page if page.events is None else page.events)
+        new_events = self.log.since(self.log.first_of_page if page.events is None else page.events)
         page.events = self.log.end
-        return new
+        return new_events
 
     @override
     def join(self, page: Page) -> None:
@@ -176,15 +176,15 @@ class SessionMonitor(Monitor):
             show_panel(self)
 
     def _take_rows(self) -> Rows:
-        taken = self._ring.take(self._rows_at)
-        self._rows_at = taken.end
-        self._missed += max(0, taken.lost) if self.latest is not None else 0
-        self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
-        self.subject.recent.add(taken.rows)
-        if len(taken.rows):
-            self.latest = taken.rows[-1]
+        batch = self._ring.take(self._rows_at)
+        self._rows_at = batch.end
+        self._missed += max(0, batch.lost) if self.latest is not None else 0
+        self._late += late_scans(batch.rows, ScanFlag.OVERRUN)
+        self.subject.recent.add(batch.rows)
+        if len(batch.rows):
+            self.latest = batch.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
-        return taken.rows
+        return batch.rows
 
     def _name_errors(self, rows: Rows) -> None:
         """Report an error bit to the pages that show the latest scan; pages that request it stop there."""
@@ -193,22 +193,22 @@ class SessionMonitor(Monitor):
             return
         row, bit = rows[first_error[0]], first_error[1]
         scan = int(row["scan"])
-        rule = next((event for event in self.log.rules_at(scan) if _is_of(event, bit)), None)
-        reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
-        reported |= {"tag": bit.address, "text": "", "rule": ""}
+        rule = next((known_rule for known_rule in self.log.rules_at(scan) if _is_of(known_rule, bit)), None)
+        report = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
+        report |= {"tag": bit.address, "text": "", "rule": ""}
         if rule is not None:
-            reported |= {"text": rule["text"], "rule": rule["rule"]}
-        self._error = bit, reported
+            report |= {"text": rule["text"], "rule": rule["rule"]}
+        self._error = bit, report
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
-            page.send({"error": {**reported, "stopped": page.stops}})
+            page.send({"error": {**report, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
         """Report the latest error bit to a new page if it is still on."""
         if self._error is not None and self.latest is not None:
-            bit, reported = self._error
+            bit, report = self._error
             if self._errors.is_on(self.latest, bit):
-                page.send({"error": {**reported, "stopped": False}})
+                page.send({"error": {**report, "stopped": False}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -308,12 +308,12 @@ class SessionMonitor(Monitor):
         if trace is None:
             return  # nothing has been written yet
         self._indexed = True
-        recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
-        self.log.formats = recorded.formats
+        recorded_events = self.log.earlier = self._earlier = RecordedEvents(trace)
+        self.log.formats = recorded_events.formats
         self._let_go_left()
         if self._index_to < 0:
             return
-        self._indexer = Indexer(programs, subject.words, subject.spec, recorded, subject.keep)
+        self._indexer = Indexer(programs, subject.words, subject.spec, recorded_events, subject.keep)
 
     def _read_earlier(self) -> bool:
         """Read more of the events that a dead monitor had; return whether more remain."""
@@ -345,9 +345,9 @@ class SessionMonitor(Monitor):
     @override
     def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
         if message.get("do") not in GIVEN:
-            known = ", ".join((*GIVEN, *QUESTIONS))
+            commands = ", ".join((*GIVEN, *QUESTIONS))
             raise ValueError(
-                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {known}"
+                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {commands}"
             )
         order = action_of({key: value for key, value in message.items() if key != "id"}, GIVEN)
         if self.about.read_only:

@@ -63,10 +63,10 @@ def _of_python(monitor: Monitor, name: str, scan: int) -> Found:
     """Search the recorded values, and the values that were read about thirty times a second."""
     subject = monitor.subject
     first = max(0, scan - BACK)
-    _times, recorded = subject.timeline.recorded([name], first, scan)
-    values = recorded.get(name, [])
+    _times, recorded_values = subject.timeline.recorded([name], first, scan)
+    values = recorded_values.get(name, [])
     for place in range(len(values) - 1, 0, -1):
         if not same(values[place], values[place - 1]):
             return LastChange(first + place, shown_value(values[place - 1])), first
-    reported = subject.history.last_change(name, scan)
-    return None if reported is None else LastChange(*reported), first if values else 0
+    change = subject.history.last_change(name, scan)
+    return None if change is None else LastChange(*change), first if values else 0

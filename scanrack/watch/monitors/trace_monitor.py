@@ -40,7 +40,7 @@ class Source(NamedTuple):
 
     first: int
     logic: ScanLogic | None  # None if the trace lacks it or it must not be run
-    file: Path | None  # file of the program; None without one
+    file: Path | None  # file of the program; None if it has none
     lacks: str = ""  # why it can't be shown; "" if it can
 
 
@@ -146,15 +146,15 @@ class TraceMonitor(Monitor):
     def all_events(self) -> Sequence[Json]:
         """Return the events, and events for error bits that no event reports."""
         marks = self.marks.unexplained if self.marks.all else ()
-        own = [mark._asdict() for mark in marks]
-        return sorted([*super().all_events(), *own], key=itemgetter("scan"))
+        trace_marks = [mark._asdict() for mark in marks]
+        return sorted([*super().all_events(), *trace_marks], key=itemgetter("scan"))
 
     def run_once(self) -> None:
         """Skip the indexer's run if the scans depend only on images, since a walk over all scans follows."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (link for slot in self.subject.words for link in recorded.links(slot, 0, self._last))
-        plain = all(link.good for link in links) and not recorded.orders(0, self._last)
-        if self._indexer is not None and past is not None and plain:
+        is_plain = all(link.good for link in links) and not recorded.orders(0, self._last)
+        if self._indexer is not None and past is not None and is_plain:
             self._indexer = None
             past.keep(0)
 

@@ -84,8 +84,8 @@ def _rises(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> list[int]:
     """Return the indices of the rows in which a bit comes on."""
     start, module = at
     images: Any = rows["words"]
-    on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
+    is_on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
     if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
-        on &= images[:, start + module.modes.input] >= 0  # the mirror of a configuration has no status
-    rises: list[int] = (np.flatnonzero(on[1:] & ~on[:-1]) + 1).tolist()
+        is_on &= images[:, start + module.modes.input] >= 0  # the mirror of a configuration has no status
+    rises: list[int] = (np.flatnonzero(is_on[1:] & ~is_on[:-1]) + 1).tolist()
     return rises

@@ -33,10 +33,10 @@ def answer(
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             orders = orders_of(trace.events())
-            recorded = [
+            recorded_orders = [
                 RecordedOrder(order_scan, action_of(parsed(text), RECORDED)) for order_scan, text in latest
             ]
-            orders += [order for order in recorded if order not in orders]
+            orders += [order for order in recorded_orders if order not in orders]
             answers = list(acts_in_trace(trace, Path(folder), tag, value, scan, orders, trust=True))
     except CpuFault as error:
         raise ValueError(f"the controller has faulted in {error}: ask before that scan") from error

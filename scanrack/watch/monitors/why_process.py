@@ -28,12 +28,12 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
     """
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         choice = ScanChoice(at=str(more.scan[-1]))
-        queried = why_of_trace(trace, Path(folder), Question(what, choice), trust=True, more=more)
-    lines = [{"file": Path(line.file).name, "line": line.number} for line in queried.lines if line.number]
-    chain = [] if queried.chain is None else links_of(queried.chain)
+        result = why_of_trace(trace, Path(folder), Question(what, choice), trust=True, more=more)
+    lines = [{"file": Path(line.file).name, "line": line.number} for line in result.lines if line.number]
+    chain = [] if result.chain is None else links_of(result.chain)
     return {
-        "text": "\n".join([queried.text, *queried.notes]),
-        "scan": queried.scan,
+        "text": "\n".join([result.text, *result.notes]),
+        "scan": result.scan,
         "lines": lines,
         "chain": chain,
     }

@@ -111,8 +111,8 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
 
 def want(monitor: Monitor, page: Page, question: Question) -> None:
     """Have a process find what an owner could do after the page's scan to give a tag a value."""
-    tag, requested = own_name(monitor, page, text_in(question, "tag")), question.get("value")
-    if not isinstance(requested, bool | int | float):
+    tag, target_value = own_name(monitor, page, text_in(question, "tag")), question.get("value")
+    if not isinstance(target_value, bool | int | float):
         raise ValueError("value is true, false or a number")
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
@@ -120,5 +120,5 @@ def want(monitor: Monitor, page: Page, question: Question) -> None:
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    wanting = question_process.want(str(trace), tag, requested, scan, monitor.latest_orders(scan))
+    wanting = question_process.want(str(trace), tag, target_value, scan, monitor.latest_orders(scan))
     monitor.processes.ask(page, question.get("id"), wanting)

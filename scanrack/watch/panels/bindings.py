@@ -72,11 +72,13 @@ class Bindings:
         hints, key = self._program.hints, (tag, len(self._names))
         if key not in hints and self._hints_left:
             self._hints_left -= 1
-            requested = tag.upper()
-            near = get_close_matches(requested, _likely(requested, self._names), NEAREST, 0.5)
+            name_key = tag.upper()
+            near_keys = get_close_matches(name_key, _likely(name_key, self._names), NEAREST, 0.5)
             if len(hints) >= HINTS_KEPT:
                 hints.clear()
-            hints[key] = f"; did you mean {', '.join(self._names[name] for name in near)}?" if near else ""
+            hints[key] = (
+                f"; did you mean {', '.join(self._names[name] for name in near_keys)}?" if near_keys else ""
+            )
         return hints.get(key, "")
 
     def _found(self, tag: str) -> Json | None:
@@ -85,13 +87,15 @@ class Bindings:
             return self._inputs[tag]
         address = self._program.address(tag)
         if address is not None:
-            known = {"read": str(address), "type": "INT" if address.bit is None else "BOOL"}
-            return self._at.get(known["read"], known)
-        own, catalog = self._tags.get(tag.upper()), self._program.catalog
-        kind = catalog.type_of(tag) if catalog is not None else None if own is None else own["type"]
+            source = {"read": str(address), "type": "INT" if address.bit is None else "BOOL"}
+            return self._at.get(source["read"], source)
+        tag_row, catalog = self._tags.get(tag.upper()), self._program.catalog
+        kind = catalog.type_of(tag) if catalog is not None else None if tag_row is None else tag_row["type"]
         if kind is None:
             return None
-        return {"read": tag, "type": kind} | ({"write": tag} if own is None or own["writable"] else {})
+        return {"read": tag, "type": kind} | (
+            {"write": tag} if tag_row is None or tag_row["writable"] else {}
+        )
 
 
 def _likely(name: str, names: Iterable[str]) -> list[str]:
@@ -104,9 +108,9 @@ def _likely(name: str, names: Iterable[str]) -> list[str]:
 
 def _pressed(slot: int, bit: Json) -> Json:
     """Return the binding of an input; an input of a card is read as a bit of its image."""
-    read = f"{slot}.input.{bit['name']}"
+    read_name = f"{slot}.input.{bit['name']}"
     if "word" in bit:
-        read = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
+        read_name = f"Local:{slot}:I.Data[{bit['word']}].{bit['bit']}"
     by_machine = "word" not in bit and bit["kind"] != "button"
     rest_level = None if by_machine else bit["rest"]
-    return {"read": read, "type": "BOOL", "press": [slot, bit["name"], rest_level]}
+    return {"read": read_name, "type": "BOOL", "press": [slot, bit["name"], rest_level]}

@@ -109,8 +109,8 @@ class KeptPanel:
             ValueError: an item is refused, or the file has changed since the page read it; it is not
                 replaced.
         """
-        for refused in refusals(panel.get("items")).values():
-            raise ValueError(refused)
+        for refusal in refusals(panel.get("items")).values():
+            raise ValueError(refusal)
         content, name = self.content(), self._path.name
         if _digest(content) != panel.get("base"):
             raise ValueError(f"{name} was changed meanwhile: discard your changes, then edit again")
@@ -126,11 +126,11 @@ class KeptPanel:
 
 def drafted(items: object, bindings: Bindings) -> Json:
     """Return the bindings of the items that a page edits, with the mistake in each, "" for none."""
-    wrong = refusals(items)
+    mistakes = refusals(items)
     assert isinstance(items, list)
     empty = {"read": "", "type": ""}
     bound = [
-        empty | {"broken": wrong[place]} if place in wrong else bindings.of(item)
+        empty | {"broken": mistakes[place]} if place in mistakes else bindings.of(item)
         for place, item in enumerate(items)
     ]
     return {"bound": bound}

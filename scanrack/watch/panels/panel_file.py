@@ -130,8 +130,8 @@ def parse_panel(text: str) -> Panel:
         if key != "item":
             raise ValueError(f"no key {key}: a panel has [[item]] tables only")
     items = tables.get("item", [])
-    for refused in refusals(items).values():
-        raise ValueError(refused)
+    for refusal in refusals(items).values():
+        raise ValueError(refusal)
     head, comments = _comments(text)
     if len(comments) == len(items):  # otherwise the items are written in another form
         for item, lines in zip(items, comments, strict=True):
@@ -242,8 +242,8 @@ def _check_together(item: Json, who: str) -> None:
     """Check that the fields of an item fit each other; raise ValueError if not."""
     (column, row), (width, height) = item["at"], item["size"]
     if column + width > COLUMNS or row + height > ROWS:
-        wrong = f"{who}: at {item['at']} size {item['size']}"
-        raise ValueError(f"{wrong}: must end within {COLUMNS} columns and {ROWS} rows")
+        subject = f"{who}: at {item['at']} size {item['size']}"
+        raise ValueError(f"{subject}: must end within {COLUMNS} columns and {ROWS} rows")
     if "least" in item and item["least"] >= item["most"]:
         raise ValueError(f"{who}: most {item['most']}: must be more than least, {item['least']}")
     if "values" in item and len(item["values"]) != len(item["positions"]):
@@ -253,11 +253,11 @@ def _check_together(item: Json, who: str) -> None:
 def _take(item: Json, cells: dict[tuple[int, int], str]) -> None:
     """Reserve the cells of an item; raise ValueError if one is taken."""
     (column, row), (width, height) = item["at"], item["size"]
-    own = [(x, y) for x in range(column, column + width) for y in range(row, row + height)]
-    for cell in own:
+    own_cells = [(x, y) for x in range(column, column + width) for y in range(row, row + height)]
+    for cell in own_cells:
         if cell in cells:
             raise ValueError(f"item {item['name']}: at {item['at']}: {cells[cell]} is there; must be free")
-    cells.update((cell, item["name"]) for cell in own)
+    cells.update((cell, item["name"]) for cell in own_cells)
 
 
 def _shown(value: object) -> str:

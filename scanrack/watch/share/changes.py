@@ -141,11 +141,11 @@ def take_recorded(
     lists: ChangeLists, number: int, timeline: Timeline, names: Iterable[str], scans: Sequence[int]
 ) -> None:
     """Collect the recorded values of a Python program."""
-    requested = list(names)
+    tag_names = list(names)
     for begin in range(0, len(scans), ROWS_AT_ONCE):
         piece = scans[begin : begin + ROWS_AT_ONCE]
-        _, values = timeline.recorded(requested, piece[0], piece[-1])
-        for name in requested:
+        _, values = timeline.recorded(tag_names, piece[0], piece[-1])
+        for name in tag_names:
             column = values.get(name) or _whole(name, values)
             for scan, value in zip(piece, column, strict=False):
                 lists.note(f"tags\n{number}\n{name}", scan, shown_value(value))

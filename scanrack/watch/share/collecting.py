@@ -61,7 +61,7 @@ def collect(
         failed: returns the page's data about a failed test.
     """
     subject, (first, last, scan) = monitor.subject, stretch
-    lists, lead, own, events, programs = gathered(monitor, stretch)
+    lists, lead, rows, events, programs = gathered(monitor, stretch)
     before = [event for event in events if event["scan"] < first][-EVENTS_MOST:]
     hello = subject.described(monitor.about, subject.programs.at(scan))
     if failed is not None:
@@ -71,7 +71,7 @@ def collect(
         "range": [first, last],
         "lead": lead,
         "scan": scan,
-        "holes": _holes(own["scan"]),
+        "holes": _holes(rows["scan"]),
         "hello": hello | {"branches": False, "incidents": [], "path": name, "record": name, "shared": True},
         "programs": programs,
         "modes": {
@@ -113,13 +113,13 @@ def gathered(monitor: TraceMonitor, stretch: SharedStretch) -> StretchValues:
     rows = subject.timeline.between(lead, stretch.last)
     take_words(lists, rows, subject.spec.layout)
     _take_times(lists, rows, subject.spec.scan_ns)
-    own = rows[np.searchsorted(rows["scan"], stretch.first) :]
+    own_rows = rows[np.searchsorted(rows["scan"], stretch.first) :]
     events = monitor.states.up_to(stretch.last, MOST_EVENTS)
-    _take_events(lists, monitor, own, events)
+    _take_events(lists, monitor, own_rows, events)
     programs = [
-        _program(monitor, lists, program, own["scan"].tolist()) for program in _shown(monitor, stretch)
+        _program(monitor, lists, program, own_rows["scan"].tolist()) for program in _shown(monitor, stretch)
     ]
-    return StretchValues(lists, lead, own, events, programs)
+    return StretchValues(lists, lead, own_rows, events, programs)
 
 
 def _is_impure(program: Stretch) -> bool:
@@ -137,12 +137,12 @@ def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
 
 
 def _take_times(lists: ChangeLists, rows: Rows, period_ns: int) -> None:
-    for scan, off in zip(
+    for scan, offset in zip(
         rows["scan"].tolist(),
         (rows["now_ns"] - rows["scan"].astype(np.int64) * period_ns).tolist(),
         strict=True,
     ):
-        lists.note("offset", scan, off)
+        lists.note("offset", scan, offset)
 
 
 def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: Sequence[Json]) -> None:
@@ -151,8 +151,8 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
     for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
         lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
     first, last = int(scans[0]), int(scans[-1])
-    reported = {event["scan"] + after for event in events for after in (0, 1)} | {first}
-    reported |= {fault.scan for fault in states.faults_at(last)}
+    noted_scans = {event["scan"] + after for event in events for after in (0, 1)} | {first}
+    noted_scans |= {fault.scan for fault in states.faults_at(last)}
     readers = {
         "forced": states.forces_at,
         "lines": states.lines_at,
@@ -160,9 +160,9 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    for scan in sorted(number for number in reported if first <= number <= last):
-        for key, read in readers.items():
-            lists.note(key, scan, read(scan))
+    for scan in sorted(number for number in noted_scans if first <= number <= last):
+        for key, reader in readers.items():
+            lists.note(key, scan, reader(scan))
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
@@ -181,22 +181,22 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
     subject, number = monitor.subject, program.number
     described = program.described(subject.values)
     end = subject.programs.end_of(program)
-    own = [scan for scan in scans if program.first <= scan <= end]
+    own_scans = [scan for scan in scans if program.first <= scan <= end]
     panel = monitor.panel.described(subject.bindings(program), "this is a recording")
-    shows, names, known = {}, [tag["name"] for tag in described["tags"]], own[-1] + 1
+    shows, names, known = {}, [tag["name"] for tag in described["tags"]], own_scans[-1] + 1
     names += [item["read"] for item in panel["bound"]]
     if program.catalog is None:
         if program.source is not None:
             _, answer = program.source.show(tuple(subject.values))
             shows[answer["routine"]] = {WIDTHS[0]: answer}
-        take_recorded(lists, number, subject.timeline, subject.values, own)
+        take_recorded(lists, number, subject.timeline, subject.values, own_scans)
     else:
         shows, drawn = _drawings(program.catalog, described["routines"])
         names += [name for drawing in drawn for name in drawing.names]
         replica = program.past
         assert replica is not None
         walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))
-        known = take_ladder(replica, walk, range(own[0], own[-1] + 1))
+        known = take_ladder(replica, walk, range(own_scans[0], own_scans[-1] + 1))
     return {
         "first": program.first,
         "known": known,
@@ -217,8 +217,10 @@ def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequen
     program = monitor.subject.programs.at(scan)
     if program.past is None:
         return {}
-    changed = lists.last_changes(f"tags\n{program.number}", scan)
-    latest = sorted((name for name in changed if changed[name] >= 0), key=lambda each: -changed[each])
+    change_scans = lists.last_changes(f"tags\n{program.number}", scan)
+    latest = sorted(
+        (name for name in change_scans if change_scans[name] >= 0), key=lambda each: -change_scans[each]
+    )
     page, answers, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
     for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:

@@ -88,13 +88,13 @@ def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
-        requested = wish.within(*extent, monitor.subject.spec.scan_ns)
+        stretch = wish.within(*extent, monitor.subject.spec.scan_ns)
         failed, failure = None, wish.failure
         if failure is not None:
             earlier = failure.passed
-            passed = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
-            failed = partial(failure.described, requested, passed)
-        data = collect(monitor, requested, wish.tags, wish.others, failed)
+            passed_monitor = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
+            failed = partial(failure.described, stretch, passed_monitor)
+        data = collect(monitor, stretch, wish.tags, wish.others, failed)
     return data, page_of(data, trace.read_bytes() if wish.recording else None)
 
 
@@ -103,9 +103,9 @@ def disclosed(data: Any, *, recording: bool) -> list[str]:
     first, last = data["range"]
     routines = [routine for program in data["programs"] for routine in program["described"]["routines"]]
     tags = {tag["name"] for program in data["programs"] for tag in program["described"]["tags"]}
-    reported = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
+    program_text = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
     lines = [
-        f"Whoever has it reads {reported}the words of scans {first:,} to {last:,}, "
+        f"Whoever has it reads {program_text}the words of scans {first:,} to {last:,}, "
         f"{_many(len(tags), 'tag')}, {_many(len(data['events']), 'event')}, "
         f"{_many(len(data['whys']), 'answer')} of why."
     ]

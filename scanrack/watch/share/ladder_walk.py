@@ -117,19 +117,19 @@ class LadderWalk:
     def _note_power(self, scan: int, truths: Truths) -> None:
         for ladder in self._shown:
             routine = ladder.name.upper()
-            now = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
-            if self._power_of.get(routine) != now:
-                self._power_of[routine] = now
+            powers = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
+            if self._power_of.get(routine) != powers:
+                self._power_of[routine] = powers
                 for key, value in ladder.power(truths).items():
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
         """Return a tag that is read when its variables change, or in every scan if they are unknown."""
         tags, memory = self._engine.tags, self._engine.memory
-        where = tags.where(name)
+        place = tags.where(name)
         scans, values = self._lists.of(f"tags\n{self._number}\n{name}")
-        tag = _Tag(_reader(where, memory) or (lambda: shown_value(value_of(tags, name))), scans, values)
-        for ident, elements in _places(where, memory):
+        tag = _Tag(_reader(place, memory) or (lambda: shown_value(value_of(tags, name))), scans, values)
+        for ident, elements in _places(place, memory):
             cell = memory.cells.get(ident)
             if cell is None:
                 self._always.append(tag)

@@ -43,6 +43,15 @@ def test_what_is_no_number_or_does_not_fit(text):
         starting(f"TAG T : {kind} := {text}")
 
 
+@pytest.mark.parametrize("value", ['"N": true', '"L": [1, true]', '"X": true', '"B": 2', '"N": 1.0'])
+@pytest.mark.parametrize("rung", ["NOP();", "MOV(T.N,T.L[0])MOV(T.X,T.L[1])XIC(T.B)OTE(T.B);", "COP(T,U,1);"])
+def test_a_value_of_another_type_is_refused_wherever_its_tag_is_stored(value, rung):
+    """A structure that no instruction takes apart is bytes, one whose members are used is variables."""
+    tags = f"TYPE S (N : DINT, L : DINT[2], X : REAL, B : BOOL)\nTAG T : S := {{{value}}}\nTAG U : S\n"
+    with pytest.raises(LadderError, match=r"T\.[NLXB]: .* is not (of type|a BOOL)"):
+        parse_program(f"PROGRAM p\n{tags}ROUTINE Main\n{rung}\nEND\n").build()
+
+
 def test_the_feeder_shows_its_configuration_in_hexadecimal():
     program = load_program("examples/feeder/feeder.rung")
     assert isinstance(program.function, Program)

@@ -2,9 +2,11 @@
 
 import pytest
 from ladder_bench import Named
+from scanrack.io_images.enip.listing import StructuredKind
 from scanrack.ladder import LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program, program_text
+from scanrack.ladder.state.listing import listing_of
 
 MEMBERS = (
     "Number : INT, Host : SINT HIDDEN, Ready : BOOL AT Host.0, Late : BOOL AT Host.7, "
@@ -123,3 +125,35 @@ def test_why_of_a_packed_bit():
     debugger.tags.Out = True
     debugger.scan(2)
     assert debugger.why("F.Ready").startswith("F.Ready is 1 since scan 0 (0 s): OTE(F.Ready)")
+
+
+PLACES = {  # bytes: Arr at 0, T at 16 with 12 each, J at 52 with 12 each (V at 0, W at 10), On at 76
+    "All : DINT[4] AT Arr": ((4,), 0, None),
+    "One : DINT AT Arr[1]": ((), 4, None),
+    "Bit : BOOL AT Arr[2].13": ((), 9, 5),
+    "Two : TIMER AT T[2]": ((), 40, None),
+    "Acc : DINT AT T[1].ACC": ((), 36, None),
+    "Vs : INT[5] AT J[1].V": ((5,), 64, None),
+    "W1 : INT AT J[1].W": ((), 74, None),
+    "Bits : BOOL[32] AT On": ((32,), 76, None),
+    "Bit9 : BOOL AT On[9]": ((), 77, 1),
+}
+
+
+@pytest.mark.parametrize("second", PLACES)
+def test_clients_see_a_second_name_at_the_place_of_what_it_names(second):
+    """Expected: number of an element times its size; bit n of a DINT is bit n % 8 of byte n / 8."""
+    own = "TYPE In (V : INT[5], W : INT)\nTYPE K (Arr : DINT[4], T : TIMER[3], J : In[2], On : BOOL[32], "
+    program = parse_program(f"PROGRAM p\n{own}{second})\nTAG X : K\nROUTINE Main\nNOP();\nEND\n")
+    (tag,) = listing_of(program.build().layout).tags
+    assert isinstance(tag.kind, StructuredKind)
+    part = tag.kind.parts[-1]
+    assert (part.name, part.dims, part.offset, part.bit) == (second.split()[0], *PLACES[second])
+
+
+@pytest.mark.parametrize("used", ["", "COP(X,Y,1);"])
+def test_an_initial_value_has_a_second_name_also_of_an_element(used):
+    kind = "TYPE K (Arr : DINT[4], All : DINT[4] AT Arr, One : DINT AT Arr[1], Bit : BOOL AT Arr[2].13)\n"
+    tags = f'{kind}TAG X : K := {{"All": [5], "One": 7, "Bit": true}}\nTAG Y : K\n'
+    for engine in engines(used or "NOP();", tags):
+        assert engine.tags["X.Arr"] == [5, 7, 1 << 13, 0], engine

@@ -51,6 +51,23 @@ def test_a_use_asks_for_a_type(rung, tags):
     assert found(rung) == tags
 
 
+@pytest.mark.parametrize(
+    ("rung", "tags"),
+    [
+        ("TON(T4:1,1.0,5,0);", ["T4 : SLC_TIMER[2]"]),
+        ("CTU(C5:0,5,0)RES(C5:0);", ["C5 : SLC_COUNTER[1]"]),
+        ("RES(T4:0);", ["T4 : SLC_TIMER[1]"]),
+        ("XIC(T4:2.DN)MOV(T4:2.ACC,N7:3);", ["T4 : SLC_TIMER[3]", "N7 : INT[4]"]),
+        ("BSL(B3:0,R6:0,B3:2/0,8);", ["B3 : INT[3]", "R6 : SLC_CONTROL[1]"]),
+        ("ADD(F8:0,1.5,F8:1);", ["F8 : REAL[2]"]),
+        ("MOV(L[N7:2],L[0]);", ["N7 : INT[3]", "L : INT[100]"]),
+        ("XIC(S:1/15)XIC(B3:0/3)OTE(Lamp);", ["B3 : INT[1]", "Lamp : BOOL"]),  # S is there
+    ],
+)
+def test_a_use_in_an_slc_asks_for_the_type_of_a_data_file(rung, tags):
+    assert found(rung, head="DIALECT slc\n") == tags
+
+
 def test_a_call_asks_for_the_types_of_its_parameters():
     assert found("Scale(One,Raw,Table);", head=BLOCK) == ["One : Scale", "Raw : INT", "Table : REAL[8]"]
 

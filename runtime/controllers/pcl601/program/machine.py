@@ -93,8 +93,8 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() == step.values[0])
 
     def _if_input(self, step: Step, axis: Axis601) -> bool:
-        number, level = (int(value) for value in step.values)
-        return self._if(axis.inputs_raw() >> (number - 1) & 1 == level)
+        number, is_on = (int(value) for value in step.values)
+        return self._if(axis.inputs_raw() >> (number - 1) & 1 == is_on)
 
     def _if(self, matches: bool) -> bool:
         """Continue with the next line, or skip one; after END the program ends."""
@@ -133,11 +133,11 @@ class ProgramMachine:
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
         """Go back to the label until the body has run the given number of times."""
-        left = self._passes.pop(self.line, int(step.values[0])) - 1
-        if left == 0:
+        passes_left = self._passes.pop(self.line, int(step.values[0])) - 1
+        if passes_left == 0:
             self.line += 1
             return True
-        self._passes[self.line] = left
+        self._passes[self.line] = passes_left
         return self._jump(step)
 
 

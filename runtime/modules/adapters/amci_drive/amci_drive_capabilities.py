@@ -32,8 +32,8 @@ HOME = InputBit.HOME.value
 
 
 def _not_wired(configuration: Configuration, options: AmciDriveOptions) -> bool:
-    first, second = options.wired
-    return options.unwired == "reject" and bool(configuration.inputs_used & ~(first | second))
+    first_input, second_input = options.wired
+    return options.unwired == "reject" and bool(configuration.inputs_used & ~(first_input | second_input))
 
 
 # One row of the table is one row here; the formatter would spread each over many lines.

@@ -60,7 +60,7 @@ class AmciDriveOptions(Options):
     @property
     def wired(self) -> tuple[int, int]:
         """The inputs of the 3601 that are wired to inputs 1 and 2, as masks; 0 = none."""
-        first, second = (
+        first_input, second_input = (
             0 if name == "none" else InputBit[name.upper()].value for name in (self.in1, self.in2)
         )
-        return first, second
+        return first_input, second_input

@@ -63,13 +63,13 @@ class DriveAxis(ProfileAxis[DriveProfile]):
     @property
     @override
     def levels(self) -> int:
-        first, second = self._wired
+        first_input, second_input = self._wired
         levels = self.driver.levels
-        shown_levels = (first if levels & 1 else 0) | (second if levels & 2 else 0)
+        shown_levels = (first_input if levels & 1 else 0) | (second_input if levels & 2 else 0)
         configuration = self.configuration
         if configuration is None:
             return shown_levels
-        unwired = configuration.inputs_used & ~(first | second)
+        unwired = configuration.inputs_used & ~(first_input | second_input)
         return shown_levels | unwired & ~configuration.active_high  # option unwired: inactive
 
     @override

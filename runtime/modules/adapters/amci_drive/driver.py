@@ -130,20 +130,20 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def note_configuration(self, configuration: Configuration) -> None:
         """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
-        options, bits, high = self._options, 0, 0
+        options, bits, high_inputs = self._options, 0, 0
         for index, role in enumerate(options.wired):
             is_used = role & configuration.inputs_used
             function = FUNCTIONS[role] if is_used else InputFunction.GENERAL_PURPOSE
             bits |= function << 3 * index
             if not is_used or configuration.active_high & role:
-                high |= 1 << index
+                high_inputs |= 1 << index
         if configuration.quadrature_encoder:
             bits |= Settings.USE_ENCODER.value
-        self._inverted = 3 & ~high
+        self._inverted = 3 & ~high_inputs
         self._start_sps = configuration.starting_speed
         self._configuration = (
             bits | CONFIGURES,
-            high,
+            high_inputs,
             *divmod(self._start_sps, 1000),
             options.steps_per_turn,
             0,
@@ -338,9 +338,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
             yield from self._reset_errors()
         yield from self.make_room(task)
         program = task.drive.program
-        good = program is None or (yield from self._store(task.drive))
+        is_stored = program is None or (yield from self._store(task.drive))
         began_at = self.position
-        if good and not (self.cut or task.stopping):
+        if is_stored and not (self.cut or task.stopping):
             self._zeroing, self.found_home = task.kind is TaskKind.HOME, False
             self._unseen, self._began_at = LOOKS, began_at
             yield from self._put(self._words_of(task))
@@ -362,9 +362,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         command = STARTS[task.kind][task.direction < 0]
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
-        last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
+        last_words = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
         return _command(
-            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last
+            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last_words
         )
 
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
@@ -372,16 +372,16 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         assert drive.program is not None
         programs = CommandBit.PROGRAM_ASSEMBLED
         yield from self._put(_command(programs, ENABLED, 0, (0, 0, 0), (0, 0)))
-        good = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=True)
+        is_ready = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=True)
         for steps, *values in segments_of(drive.program, drive.start_sps):
             for bits, waits in ((programs | CommandBit.READ_ASSEMBLED_DATA, False), (programs, True)):
-                if good and not self.cut:
+                if is_ready and not self.cut:
                     yield from self._keep(_command(bits, ENABLED, steps, values, (0, 0)))
-                    good = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=waits)
+                    is_ready = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=waits)
         yield from self._keep(IDLE)
-        if not good and not self.status & StatusBit.COMMAND_ERROR:
+        if not is_ready and not self.status & StatusBit.COMMAND_ERROR:
             self.findings.complain(COMMAND_ERROR, "the drive does not take the segments of a blend move")
-        return good
+        return is_ready
 
     def _wait_for(self, bit: StatusBit, *, on: bool) -> Generator[Step, Reply | None, bool]:
         """Wait for a bit of a handshake; return whether it came."""
@@ -399,8 +399,8 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         if program is None:
             super().model(task)
         else:
-            legs, down, shape = program.segments, program.final_deceleration, program.final_shape
-            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, down, shape)
+            legs, final_rate, shape = program.segments, program.final_deceleration, program.final_shape
+            task.model = plan_blend(now_ns, 0, task.direction, start_sps, legs, final_rate, shape)
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:
@@ -423,9 +423,9 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
         """Whether a drive at rest has processed the start, which it may do after its answer."""
-        moved = self.position != self._began_at
-        ended = self.status & FAILED or task.stopping or task.marked
-        return bool(ended) or (task.kind is not TaskKind.INDEX and moved) or self._is_there(task)
+        has_moved = self.position != self._began_at
+        has_ended = self.status & FAILED or task.stopping or task.marked
+        return bool(has_ended) or (task.kind is not TaskKind.INDEX and has_moved) or self._is_there(task)
 
     def _is_there(self, task: Task[DriveProfile]) -> bool:
         return task.kind is TaskKind.INDEX and self.position == self._began_at + task.direction * task.steps
@@ -490,6 +490,6 @@ def _command(
         last: words 8 and 9 of the output.
     """
     speed, *rates = values
-    split = NumberFormat.THOUSANDS.split
-    words = (bits.value, modifiers, *split(target), *split(speed), *rates, *last)
+    split_number = NumberFormat.THOUSANDS.split
+    words = (bits.value, modifiers, *split_number(target), *split_number(speed), *rates, *last)
     return tuple(word & 0xFFFF for word in words)

@@ -79,8 +79,8 @@ def drive_profile(profile: Profile, start_sps: int) -> DriveProfile:
     if not profile.has_ramps:
         return DriveProfile(start_sps, speed, 1, 1)
     jerk = min(JERK_MAX, int(exact_jerk(profile)))
-    up, down = int(profile.acceleration_spmss), int(profile.deceleration_spmss)
-    return DriveProfile(start_sps, speed, up, down, jerk)
+    up_rate, down_rate = int(profile.acceleration_spmss), int(profile.deceleration_spmss)
+    return DriveProfile(start_sps, speed, up_rate, down_rate, jerk)
 
 
 Segment = tuple[int, int, int, int]

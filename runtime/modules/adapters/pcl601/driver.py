@@ -188,8 +188,8 @@ class Pcl601Driver(ProfileDriver[Drive]):
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; complain about new error bits."""
         reply = yield from self._insist(pdus.read_registers(Register.ENCODER_POSITION, 5))
-        low, high, _, busy, errors = reply.words
-        self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
+        low_word, high_word, _, busy, errors = reply.words
+        self.encoder, self.busy = pdus.signed_pair(low_word, high_word), bool(busy)
         new_errors, self.errors = Error(errors) & ~self.errors, Error(errors)
         for error, bits in ERRORS.items():
             if error & new_errors:
@@ -221,8 +221,8 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     def _begins_to_capture(self, inputs: int) -> bool:
         """Return whether the capture input becomes active: the value is read before the input is shown."""
-        changed = (inputs ^ self.inputs) & CAPTURE_INPUT
-        return bool(changed) and bool(inputs & CAPTURE_INPUT) is self.captures
+        changed_bit = (inputs ^ self.inputs) & CAPTURE_INPUT
+        return bool(changed_bit) and bool(inputs & CAPTURE_INPUT) is self.captures
 
     @property
     @override
@@ -346,7 +346,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
     def _finish(self, task: Task[Drive], began_at: int) -> Talk:
         """Clear the mark; a limit that ended a slew, or blocked a search, lies in its direction."""
         yield from self._clear_marks()
-        ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
-        blocked = task.kind is TaskKind.HOME and self.position == began_at
-        if self.limit_side and (ended or blocked):
+        slew_ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
+        is_blocked = task.kind is TaskKind.HOME and self.position == began_at
+        if self.limit_side and (slew_ended or is_blocked):
             self.limit_side = task.direction

@@ -113,8 +113,8 @@ def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
     drive = drive_for(request.command.profile(request.configuration.starting_speed))
     stop = stopping_distance(MILLI * drive.max_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
     polled = polls_mark(request.configuration, request.minimum_registration, options)
-    late = PICO * drive.max_sps * LATE_S if polled else 0
-    return target * PICO < stop + late
+    late_steps = PICO * drive.max_sps * LATE_S if polled else 0
+    return target * PICO < stop + late_steps
 
 
 # One row of the table is one row here; the formatter would spread each over many lines.

@@ -127,14 +127,14 @@ class SimulatedPcl601(Plant):
     @override
     def wire(self, now_ns: int) -> None:
         """Connect every pin to its contacts."""
-        parts: dict[str, list[Contact]] = defaultdict(list)
+        contacts_of_pin: dict[str, list[Contact]] = defaultdict(list)
         for bit, pins in self._wiring.items():
             for pin in pins:
-                parts[pin] += () if (bit, pin) in self._left_open else self._contacts(bit)
+                contacts_of_pin[pin] += () if (bit, pin) in self._left_open else self._contacts(bit)
         for output, pins in self._jumpers.items():
             for pin in pins:
-                parts[pin] += (GROUND,) if self.feedback & _mask(output) else ()
-        for pin, contacts in parts.items():
+                contacts_of_pin[pin] += (GROUND,) if self.feedback & _mask(output) else ()
+        for pin, contacts in contacts_of_pin.items():
             self.device.controller.pins.connect(pin, Parallel(contacts=tuple(contacts)))
         self.device.controller.settle(now_ns)
 

@@ -68,11 +68,11 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     def note_configuration(self, configuration: Configuration) -> None:
         """Adopt the starting speed, the limits that stop the motor, and their edges; idle is high."""
         self._start_sps = configuration.starting_speed
-        inputs_used, high = configuration.inputs_used, configuration.active_high
+        inputs_used, active_high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
         self._limits = (EXT1_STOP if inputs_used & ccw else 0) | (EXT2_STOP if inputs_used & cw else 0)
         ext1 = ccw if inputs_used & ccw else InputBit.HOME.value
-        self._rising = (0 if high & ext1 else EXT1_STOP) | (0 if high & cw else EXT2_STOP)
+        self._rising = (0 if active_high & ext1 else EXT1_STOP) | (0 if active_high & cw else EXT2_STOP)
 
     def is_active(self, stop: int) -> bool:
         """Whether the pin of an external stop is at its active level."""
@@ -200,11 +200,11 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
         """Return the external stops that may end a motion, without a stop that the motion leaves."""
-        ahead, behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
+        stop_ahead, stop_behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
-            return self._limits & ahead
+            return self._limits & stop_ahead
         limits = self._limits & EXT2_STOP if task.kind is TaskKind.HOME else self._limits
-        return limits & ~behind if self.is_active(behind) else limits
+        return limits & ~stop_behind if self.is_active(stop_behind) else limits
 
     def _arm(self, stops: int) -> Talk:
         """Arm external stops, and clear latched ones that no longer matter."""

@@ -43,9 +43,9 @@ def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
     base = profile.base_sps
     if not profile.has_ramps:
         return Pmc006Speeds(base, base, base, 1, 1)
-    up = coefficient_for(profile.acceleration_spmss, nearest=nearest)
-    down = coefficient_for(profile.deceleration_spmss, nearest=nearest)
-    return Pmc006Speeds(base, profile.speed_sps, base, up, down)
+    up_coefficient = coefficient_for(profile.acceleration_spmss, nearest=nearest)
+    down_coefficient = coefficient_for(profile.deceleration_spmss, nearest=nearest)
+    return Pmc006Speeds(base, profile.speed_sps, base, up_coefficient, down_coefficient)
 
 
 def fitted(speeds: Pmc006Speeds, steps: int) -> Pmc006Speeds:

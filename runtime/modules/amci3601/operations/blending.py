@@ -180,14 +180,16 @@ def obey_programming(
         host.state.end_blend()
         return
     transmit = command.lsw & TRANSMIT
-    risen = transmit and not (previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures)
+    is_risen = transmit and not (
+        previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures
+    )
     if session is not None and not transmit:
         session.acknowledged = False
     if not reads:
         return
-    if risen and session is not None:
+    if is_risen and session is not None:
         BlendBlock(host, session, now_ns, command).read()
-    elif risen and not host.state.locked:
+    elif is_risen and not host.state.locked:
         _begin(host, now_ns, command)
 
 

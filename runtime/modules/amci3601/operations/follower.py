@@ -161,15 +161,15 @@ class EncoderFollower(Operation):
         """Ramp the speed toward that of the owed steps, within the rates."""
         target = self._allowed_speed(owed, deceleration)
         speed_before = self._speed_msps
-        growing = abs(target) > abs(speed_before) and target * speed_before >= 0
-        rate = acceleration if growing else deceleration
+        is_growing = abs(target) > abs(speed_before) and target * speed_before >= 0
+        rate = acceleration if is_growing else deceleration
         if rate == 0:
             self._speed_msps = target
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
         self._speed_msps = max(speed_before - change, min(speed_before + change, target))
         if 0 < change <= abs(target - speed_before):  # otherwise it only keeps up with the encoder
-            self.shown_ramp = 1 if growing else -1
+            self.shown_ramp = 1 if is_growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:
         """Return the signed speed that can stop within the owed steps; the top speed without deceleration."""
@@ -191,8 +191,8 @@ def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: Comm
         return command.msw != RESET or bool(command.lsw & FOLLOW)
     if not host.firmware.follower:
         return False
-    risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
-    if not risen or host.state.locked:
+    risen_bit = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not risen_bit or host.state.locked:
         return False
     if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
         host.accept(EncoderFollower(host, now_ns, command))

@@ -245,12 +245,12 @@ class Homing(Operation):
 
     def _after_ramp(self, now_ns: int) -> None:
         """Reverse, at once unless a pause is configured (reading A-72b)."""
-        turn = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
+        next_phase = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
         pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
         if pause_ns and self._alone:
-            self._wait(now_ns, pause_ns, turn)
+            self._wait(now_ns, pause_ns, next_phase)
         else:
-            self._turn_round(now_ns, turn)
+            self._turn_round(now_ns, next_phase)
 
     def _turn_round(self, now_ns: int, turn: Callable[[int], None]) -> None:
         """Start the next phase, unless it heads for an active limit."""

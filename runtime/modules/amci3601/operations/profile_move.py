@@ -57,8 +57,8 @@ class ProfileMove(Operation):
         axis, profile = self.axis, self.profile
         if self.holding or axis.ramp < 0:
             return  # it is already stopping
-        left = abs(self.target - axis.position)
-        if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= left:
+        steps_left = abs(self.target - axis.position)
+        if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= steps_left:
             return  # the ramp ends at the target, so the move completes
         self.holding = self.resumable = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)

@@ -101,7 +101,7 @@ def _element(node: ast.Subscript, reader: Reader) -> None:
 
 
 def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
-    """Return a message that a table lacks a key or index; "" if it may have it."""
+    """Return a message about a missing key or index of a table; "" if the table may have it."""
     if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
         return f"`{name}` has {len(table)} elements, and no [{key}]"
     if isinstance(table, dict) and table and key is not None:
@@ -113,11 +113,11 @@ def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
 
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
     """Return the keys that a table may have; None if other code may add keys."""
-    used = [node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.value) == name]
-    changed = {id(node.target) for node in nodes_in(tree, ast.AugAssign)}
-    stored = [node.slice for node in filter(is_stored, used) if id(node) not in changed]
+    subscripted = [node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.value) == name]
+    changed_ids = {id(node.target) for node in nodes_in(tree, ast.AugAssign)}
+    stored = [node.slice for node in filter(is_stored, subscripted) if id(node) not in changed_ids]
     constants = [node.value for node in stored if isinstance(node, ast.Constant)]
-    is_handed_on = list(names_in(tree)).count(name) - 1 > len(used)
+    is_handed_on = list(names_in(tree)).count(name) - 1 > len(subscripted)
     return None if is_handed_on or len(constants) < len(stored) else {*table, *constants}
 
 

@@ -92,7 +92,7 @@ class Calls:
                         yield call, parse_time(str(self._reader.value(node)))
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
-        """Return why the constants of a command are refused; "" if they are not."""
+        """Return the reason why the constants of a command are refused; "" if they are accepted."""
         starting_speed = axis.starting_speed
         neutral = {**NEUTRAL, "speed": starting_speed}
         arguments = self._arguments(axis, call, neutral)
@@ -187,7 +187,7 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
 
 
 def _fraction(call: ast.Call) -> str:
-    """Return which argument of a command is a fraction; "" if none is."""
+    """Return a message about an argument of a command that is a fraction; "" if there is none."""
     named = ((keyword.arg or "", keyword.value) for keyword in call.keywords)
     for _, node in (*(("", arg) for arg in call.args), *named):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):

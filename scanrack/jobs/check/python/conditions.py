@@ -109,7 +109,7 @@ def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Cond
 
 
 def constant_of(node: ast.expr) -> ast.Constant | None:
-    """Return the constant that an expression is, including negative numbers and members of enumerations."""
+    """Return an expression as a constant, including negative numbers and members of enumerations."""
     match node:
         case ast.Constant():
             return node

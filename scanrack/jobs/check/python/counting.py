@@ -101,11 +101,11 @@ def _never_set(reader: Reader) -> None:
     """Note a bit of a module's object that its class declares as False and that nothing assigns."""
     kinds = {name: type(value) for name, value in reader.names.items() if name not in reader.local}
     own = {name: kind for name, kind in kinds.items() if kind.__module__ == reader.names.get("__name__")}
-    seen = stored_attributes(reader.tree)
+    assigned_names = stored_attributes(reader.tree)
     for node in nodes_in(reader.tree, ast.Attribute):
         kind = own.get(node.value.id) if isinstance(node.value, ast.Name) else None
-        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in seen:
-            seen.add(node.attr)
+        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in assigned_names:
+            assigned_names.add(node.attr)
             text = f"{ast.unparse(node)} is read, and nothing writes it: it is always False"
             reader.remark("never-written", node, text)
 
@@ -139,10 +139,10 @@ def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables) -> None:
     """Note a local subscript that counts in an endless loop, if nothing in the loop limits it."""
     if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
-    changed = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
+    counting_targets = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
     for name in sorted({node.id for node in _counting(loop.body) if isinstance(node, ast.Name)}):
         own = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
-        if _only_counts(own, changed):
+        if _only_counts(own, counting_targets):
             _note_unbounded(name, own, tables.elements(loop.body, name), reader)
 
 

@@ -201,8 +201,8 @@ class Options:
         nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
         arguments = [self.of(node, names, depth) for node in nodes]
         if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not arguments:
-            made = self.of(call.func.value, names, depth)
-            return _each([made], lambda each: tuple(each.to_image()))
+            built = self.of(call.func.value, names, depth)
+            return _each([built], lambda each: tuple(each.to_image()))
         function = self._function(ast.unparse(call.func), depth)
         count = len(call.args)
         return _each(arguments, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))

@@ -74,15 +74,15 @@ def _note_commands(reader: Reader) -> None:
         if kind == "FindHome":
             facts.searches.append(SentCommand(place, None))
         try:
-            made = reader.make(kind, call)
+            built = reader.make(kind, call)
         except ValueError as error:
             facts.remark("out-of-range", place, f"{kind}: {error}")
             continue
-        if isinstance(made, Configuration):
-            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
-            least.append(made.starting_speed)
-        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
-            moves.append((place, kind, made.speed))
+        if isinstance(built, Configuration):
+            facts.configurations.append(SentCommand(place, None, tuple(built.to_image().words.tolist())))
+            least.append(built.starting_speed)
+        elif isinstance(built, Move | FindHome) and "speed" in reader.known(kind, call):
+            moves.append((place, kind, built.speed))
     facts.remarks["out-of-range"] += _too_slow(moves, least)
 
 

@@ -78,18 +78,18 @@ class Images:
             self._reader.remark("no-place", node, f"`{ast.unparse(node)}`: {text}")
 
     def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
-        """Return a message that an image lacks a word or bit; "" if it has it, or if that is unknown."""
-        known = [self._words[slot]] if slot in self._words else self._words.values()
-        words = max((len(words_of.named(image)) for words_of in known), default=WORDS)
+        """Return a message about a missing word or bit of an image; "" if it exists, or if unknown."""
+        slot_words = [self._words[slot]] if slot in self._words else self._words.values()
+        words = max((len(words_of.named(image)) for words_of in slot_words), default=WORDS)
         if not -words <= word < words:
             return f"the image has words 0 to {words - 1}"
         if bit is not None and not 0 <= bit < BITS:
             return f"a word has bits 0 to {BITS - 1}"
-        there = (
+        alternative = (
             self._words[slot].terminals_instead(image, word % words, bit or 0) if slot in self._words else ""
         )
-        is_lacking = there.startswith("no ") if bit is None else bool(there)
-        return f"the card in slot {slot} has {there}" if is_lacking else ""
+        is_lacking = alternative.startswith("no ") if bit is None else bool(alternative)
+        return f"the card in slot {slot} has {alternative}" if is_lacking else ""
 
     def _number(self, node: ast.expr) -> int | None:
         number = self._reader.number(node)
@@ -98,7 +98,7 @@ class Images:
     # --- what names are
 
     def _note_arguments(self, call: ast.Call, local: Mapping[str, What]) -> None:
-        """Note what a call passes to a function in this text."""
+        """Note the arguments that a call passes to a function in this text."""
         name = last_name(call.func)
         for function in self._functions:
             if function.name == name:
@@ -108,19 +108,19 @@ class Images:
                         self._given.setdefault((name, parameter), set()).add(content)
 
     def locals_of(self, function: Function) -> dict[str, What]:
-        """Return what the local names of a function are, if each is only one thing."""
+        """Return the kinds of the local names of a function, as far as each name has a single kind."""
         contents: dict[str, What] = {
             name: next(iter(kinds))
             for (owner, name), kinds in self._given.items()
             if owner == function.name and len(kinds) == 1
         }
         for name, values in grouped(_assigned(function), lambda pair: pair[0]).items():
-            whats = {NOTHING if value is None else self.what(value, contents) for _, value in values}
-            contents[name] = next(iter(whats)) if len(whats) == 1 else NOTHING
+            kinds_found = {NOTHING if value is None else self.what(value, contents) for _, value in values}
+            contents[name] = next(iter(kinds_found)) if len(kinds_found) == 1 else NOTHING
         return contents
 
     def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
-        """Return what an expression is, "scan", "slot", "inputs", "outputs" or "", and its slot."""
+        """Return the kind of an expression, "scan", "slot", "inputs", "outputs" or "", and its slot."""
         match node:
             case ast.Name(id=name):
                 return local.get(name, NOTHING)

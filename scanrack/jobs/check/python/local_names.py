@@ -34,8 +34,8 @@ class LocalNames:
 
     def swap(self, names: Names) -> Names:
         """Switch to the names of another place; return the names of the present one."""
-        self._names, here = names, self._names
-        return here
+        self._names, previous = names, self._names
+        return previous
 
     def join(self, other: Names, test: ast.expr) -> None:
         """Join the names after the two arms of a statement; `other` has those after the first arm."""
@@ -59,7 +59,7 @@ class LocalNames:
         self._names[name] = None
 
     def bind(self, target: ast.expr, value: ast.expr | None) -> None:
-        """Set what a target means; None for unknown."""
+        """Set the value of a target; None if it is unknown."""
         if isinstance(target, ast.Tuple):
             parts = [None] * len(target.elts) if value is None else self.parts(value, len(target.elts))
             for element, part in zip(target.elts, parts, strict=True):
@@ -90,7 +90,7 @@ class LocalNames:
         return expression
 
     def inputs(self, node: ast.expr) -> ast.expr:
-        """Return the same with bits of input images replaced by names."""
+        """Return an expression like `closed`, with bits of input images replaced by names."""
         expression = _InputNames(self._options).visit(self.closed(node))
         assert isinstance(expression, ast.expr)
         return expression

@@ -141,5 +141,5 @@ def missing(text: str, name: str, names: Collection[str]) -> str:
 
 def nearest(name: str, names: Collection[str]) -> str:
     """Return the end of a message about a name that does not exist: the closest existing name."""
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
+    closest = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {closest[0]}?" if closest else ""

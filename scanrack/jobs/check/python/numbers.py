@@ -61,8 +61,8 @@ class Numbers:
     def _evaluated(self, node: ast.expr) -> object:
         """Return the value of an expression whose calls only construct sequences; None for any other."""
         names = (ast.unparse(call.func) for call in nodes_in(node, ast.Call))
-        called = [self._reader.names.get(name, name) for name in names]
-        if not all(kind is BlendSegment or kind in ("range", "tuple", "list") for kind in called):
+        callees = [self._reader.names.get(name, name) for name in names]
+        if not all(kind is BlendSegment or kind in ("range", "tuple", "list") for kind in callees):
             return None
         if any(nodes_in(node, ast.Await, ast.Lambda, ast.Pow)):
             return None

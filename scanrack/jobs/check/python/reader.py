@@ -120,10 +120,10 @@ class Reader:
                 if name in NEUTRAL:
                     arguments[name] = (NEUTRAL[name],)
         try:
-            made = [] if unpacks(call) else [_class(kind)(**variant) for variant in variants(arguments)]
+            commands = [] if unpacks(call) else [_class(kind)(**variant) for variant in variants(arguments)]
         except TypeError:  # the call itself fails, or an argument is unknown
             return None
-        return made[0] if made else None
+        return commands[0] if commands else None
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
         """Return the arguments of a call that have a single value."""
@@ -178,7 +178,7 @@ class Reader:
             raise UnknownError from error
 
     def number(self, node: ast.expr) -> int | float | None:
-        """Return the number that an expression is; None if it is not a number, or unknown."""
+        """Return the value of an expression if it is a number; None if it is not, or if it is unknown."""
         try:
             number = self.value(node)
         except UnknownError:

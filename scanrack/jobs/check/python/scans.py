@@ -35,8 +35,8 @@ class Scans:
         self._reader, self._spec, self._facts = reader, spec, reader.facts
         self._aliases = dict(_aliases(reader.tree))
         steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-        used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
-        self._slot = used[0] if len(used) == 1 else None
+        slots_used = [number for number in steppers if f".slot[{number}]" in ast.unparse(reader.tree)]
+        self._slot = slots_used[0] if len(slots_used) == 1 else None
 
     def note(self) -> None:
         """Note the mistakes and the commands in the text."""
@@ -59,10 +59,10 @@ class Scans:
         """Note a slot that the rack does not have, and a write to an input."""
         owner, index = node.value, node.slice
         if isinstance(owner, ast.Attribute) and owner.attr == "slot" and isinstance(index, ast.Constant):
-            there = [slot.number for slot in self._spec.slot]
-            if isinstance(index.value, int) and index.value not in there:
-                listed = ", ".join(map(str, there))
-                text = f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
+            slot_numbers = [slot.number for slot in self._spec.slot]
+            if isinstance(index.value, int) and index.value not in slot_numbers:
+                slots_text = ", ".join(map(str, slot_numbers))
+                text = f"`{ast.unparse(node)}`: the rack has modules in slots {slots_text} only"
                 self._reader.remark("no-place", node, text)
         if is_stored(node) and self._is_image(owner, ".inputs"):
             self._reader.remark(
@@ -93,8 +93,8 @@ class Scans:
             kind = type(value)
             is_own = kind.__module__ == self._reader.names.get("__name__") and kind.__name__ in classes
             if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
-                known = {*dir(value), *_fields(classes[kind.__name__])}
-                self._missing(self._reader.tree, name, known)
+                attributes = {*dir(value), *_fields(classes[kind.__name__])}
+                self._missing(self._reader.tree, name, attributes)
         for class_ in classes.values():
             if not [*class_.bases, *class_.keywords]:
                 self._missing(class_, "self", {*_fields(class_), *dir(object)})
@@ -112,9 +112,9 @@ class Scans:
         views: dict[str, object] = {}
         for node in nodes_in(self._reader.tree, ast.Assign):
             if len(node.targets) == 1 and isinstance(node.value, ast.Call):
-                called = self._reader.names.get(ast.unparse(node.value.func))
-                if getattr(called, "__name__", "") == "StatusView":
-                    views[ast.unparse(node.targets[0])] = called
+                callee = self._reader.names.get(ast.unparse(node.value.func))
+                if getattr(callee, "__name__", "") == "StatusView":
+                    views[ast.unparse(node.targets[0])] = callee
         return views
 
     # --- commands
@@ -198,7 +198,7 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 
 def word_lost(value: ast.expr, found: Range) -> str:
-    """Return a message that an expression does not fit into a word; "" if it fits, or if unknown."""
+    """Return a message about an expression that does not fit into a word; "" if it fits, or if unknown."""
     if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div):
         return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
     if found.is_constant and not found.whole:

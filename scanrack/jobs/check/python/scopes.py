@@ -69,12 +69,14 @@ class Scopes:
     def _unread(self, function: Function) -> None:
         """Note local variables that are never read."""
         names = nodes_in(function, ast.Name)
-        used = {node.id for node in names if not is_stored(node)} | outer_names(function)
-        used.update(name for node in nodes_in(function, ast.AugAssign) for name in names_in(node.target))
+        names_read = {node.id for node in names if not is_stored(node)} | outer_names(function)
+        names_read.update(
+            name for node in nodes_in(function, ast.AugAssign) for name in names_in(node.target)
+        )
         for node in nodes_in(function, ast.Assign):
             target = node.targets[0] if len(node.targets) == 1 else None
             name = target.id if isinstance(target, ast.Name) else "_"
-            if name not in used and not name.startswith("_"):
+            if name not in names_read and not name.startswith("_"):
                 self._reader.remark("never-read", node, f"{name} is assigned, and nothing reads it")
 
     def _recursion(self) -> None:
@@ -82,9 +84,9 @@ class Scopes:
         functions = list(functions_in(self._reader.tree))
         calls: dict[str, set[str]] = {}
         for function, owner in functions:
-            called = (node.func for node in nodes_in(function, ast.Call))
+            callees = (node.func for node in nodes_in(function, ast.Call))
             own = (
-                callee for callee in called if isinstance(callee, ast.Name) or (owner and field_of(callee))
+                callee for callee in callees if isinstance(callee, ast.Name) or (owner and field_of(callee))
             )
             calls[function.name] = {ast.unparse(node).removeprefix("self.") for node in own}
         for function, _ in functions:

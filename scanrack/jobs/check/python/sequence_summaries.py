@@ -76,7 +76,7 @@ class SequenceSummaries:
         self.reached: dict[str, set[str]] = {}
 
     def follow(self, sequence: str, owner: str) -> None:
-        """Note what a sequence does, under the name of its owner."""
+        """Note the actions of a sequence, under the name of its owner."""
         self._owner, self._pending = owner, {}
         self._call(sequence, _Place("", sequence), None)
 
@@ -152,10 +152,10 @@ class SequenceSummaries:
 
     def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
         """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
-        listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
-        axes = [self._axis(node, place) for node in listed]
+        elements = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
+        axes = [self._axis(node, place) for node in elements]
         if isinstance(loop.target, ast.Name) and axes and all(axes):
-            self._followed |= {id(node) for node in listed}
+            self._followed |= {id(node) for node in elements}
             for axis in axes:
                 yield replace(place, axes={**place.axes, loop.target.id: axis})
         else:
@@ -198,15 +198,15 @@ class SequenceSummaries:
             self._facts.remark("lock-order", at, text)
             return
         for lock in held:
-            back = self._way(name, lock)
-            if back is not None:
-                where = f"line {back.line} leads the other way"
+            reverse = self._way(name, lock)
+            if reverse is not None:
+                where = f"line {reverse.line} leads the other way"
                 text = f"{self._owner} takes {name} while it holds {lock}: {where}"
                 self._facts.remark("lock-order", at, text)
             self._taken.setdefault(lock, {}).setdefault(name, at)
 
     def _way(self, first: str, last: str) -> FileLine | None:
-        """Return where a chain of lock orders from one lock to another begins; None if there is none."""
+        """Return the start of a chain of lock orders from one lock to another; None if there is no chain."""
         seen, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
             name, line = todo.pop(0)
@@ -285,8 +285,8 @@ class SequenceSummaries:
 
     def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
         """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
-        listed = given_to(["segments"], call).get("segments")
-        segments = self._numbers[place.file].sequence(listed) if listed is not None else None
+        segments_node = given_to(["segments"], call).get("segments")
+        segments = self._numbers[place.file].sequence(segments_node) if segments_node is not None else None
         if segments is None or not all(isinstance(segment, BlendSegment) for segment in segments):
             return None
         return tuple(
@@ -315,7 +315,7 @@ class SequenceSummaries:
             return {}
 
     def _axis(self, node: ast.expr, place: _Place) -> str:
-        """Return the name of the axis that an expression is; "" if it is not an axis."""
+        """Return the name of the axis in an expression; "" if the expression is not an axis."""
         if isinstance(node, ast.Name):
             return place.axes.get(node.id, "")
         name = field_of(node)

@@ -207,9 +207,9 @@ class _SequenceReader:
     def _called_twice(self) -> None:
         """Note blocks that are called twice in a scan."""
         helpers = {method.name: method for _, method in self._methods.values()}
-        called = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
+        callees = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
         for reader, function in self._methods.values():
-            is_helper = isinstance(function, ast.FunctionDef) and function.name in called
+            is_helper = isinstance(function, ast.FunctionDef) and function.name in callees
             for call, name in () if is_helper else called_twice(function, self._blocks, helpers):
                 where = f"{name} is called twice in {function.name}"
                 text = f"{where}: the second call counts, and edges are lost"
@@ -220,20 +220,20 @@ class _SequenceReader:
         for node in nodes_in(function, ast.Assign):
             for target in node.targets:
                 part = self._parts.get(ast.unparse(target).removeprefix("self."))
-                lost = word_lost(node.value, numbers.of(node.value)) if isinstance(part, OutputWord) else ""
-                if part is not None and lost:
-                    reader.remark("lossy-conversion", node, f"{part.name}: {lost}")
+                loss = word_lost(node.value, numbers.of(node.value)) if isinstance(part, OutputWord) else ""
+                if part is not None and loss:
+                    reader.remark("lossy-conversion", node, f"{part.name}: {loss}")
 
     def _unknown_attributes(self) -> None:
         """Note attributes that do not exist."""
-        known = {*dir(self._logic), *vars(self._logic), *self._methods}
+        attributes = {*dir(self._logic), *vars(self._logic), *self._methods}
         for kind in type(self._logic).__mro__:
-            known.update(declared(vars(kind)))
+            attributes.update(declared(vars(kind)))
         for reader, function in self._methods.values():
             if function.args.args and function.args.args[0].arg == "self":
-                called = {id(node.func) for node in nodes_in(function, ast.Call)}
+                callee_ids = {id(node.func) for node in nodes_in(function, ast.Call)}
                 for node in nodes_in(function, ast.Attribute):
-                    names = self._names_of(node, known, called=id(node) in called)
+                    names = self._names_of(node, attributes, called=id(node) in callee_ids)
                     if names is not None:
                         reader.remark_unless_in(names, node)
 
@@ -311,13 +311,13 @@ def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mappin
 def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     """Return a test of whether the class declares a bit, or its word, under a name that its text uses."""
     read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
-    used = {"I": read, "O": stored_attributes(texts)}
+    uses_by_image = {"I": read, "O": stored_attributes(texts)}
     by_name = _uses_names(texts)
     signals = ((part.name, part.at) for part in parts_of(logic) if isinstance(part, Signal))
     places = {
         (signal.slot, signal.image, signal.word, signal.bit)
         for name, signal in signals
-        if signal is not None and (by_name or name in used[signal.image])
+        if signal is not None and (by_name or name in uses_by_image[signal.image])
     }
 
     def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:

@@ -70,15 +70,15 @@ class PythonSteps:
         parts = list(leaves(reached))
         ends = any(map(self._says_end, parts))
         moves = any(isinstance(part, Bit) and part.on and _last(part.name) in MOVING for part in parts)
-        there, place = self._there(reached, machine), self._reader.place(node)
-        return StepAction(machine, there, place, goes, ends, moves, when=reached)
+        possible_steps, place = self._there(reached, machine), self._reader.place(node)
+        return StepAction(machine, possible_steps, place, goes, ends, moves, when=reached)
 
     def _there(self, reached: Condition, machine: str) -> frozenset[Step] | None:
         """Return the steps in which a condition can hold; None for all."""
         number = self._walk.names.number
         numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
-        there = steps_in(reached, machine, frozenset(numbers))
-        return None if there is None else frozenset(numbers[step] for step in there)
+        possible_steps = steps_in(reached, machine, frozenset(numbers))
+        return None if possible_steps is None else frozenset(numbers[step] for step in possible_steps)
 
     def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which a condition may hold, and whether it holds in every scan of them."""
@@ -183,7 +183,7 @@ def _last(name: str) -> str:
 
 
 def _step(node: ast.AST) -> Step | None:
-    """Return the step that an expression is; None if it is not a step."""
+    """Return the value of an expression as a step; None if it is not a step."""
     constant = constant_of(node) if isinstance(node, ast.expr) else None
     value = None if constant is None else constant.value
     return value if isinstance(value, str | int | float) and not isinstance(value, bool) else None

@@ -86,9 +86,9 @@ class Walk:
 
     def statements(self) -> Iterator[Statement]:
         """Yield the assignments, and the calls of methods and functions from elsewhere."""
-        called = set(map(callee_of, nodes_in(self.reader.tree, ast.Call)))
+        callees = set(map(callee_of, nodes_in(self.reader.tree, ast.Call)))
         for name, function in self.functions.items():
-            if name not in called:
+            if name not in callees:
                 self.local.begin()
                 self.function = function
                 yield from self._body(function.body, WalkPlace(name))

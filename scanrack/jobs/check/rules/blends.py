@@ -42,7 +42,7 @@ def blends(subject: Subject) -> Iterator[Violation]:
 def _wrong_segment(
     segments: Sequence[Segment], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
-    """Return what is wrong with a segment; "" if nothing is, or if its values are unknown."""
+    """Return the first mistake in the segments; "" if there is none, or if their values are unknown."""
     least = min((configuration.starting_speed for configuration in configurations), default=0)
     ranges = (_out_of_range(number, segment, least, limits) for number, segment in enumerate(segments, 1))
     wrong = next(filter(None, ranges), "")
@@ -59,7 +59,7 @@ Segment = tuple[Range, Range, Range]
 
 
 def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Limits) -> str:
-    """Return which value of a segment is out of range; "" if none is, or if they are unknown."""
+    """Return a message about a value of a segment that is out of range; "" if all are in range or unknown."""
     for name, value, most in zip(
         ("length", "speed", "rate"), segment, (PARAMETER_MAX, limits.speed, limits.rate), strict=True
     ):
@@ -72,7 +72,7 @@ def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Li
 
 
 def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
-    """Return which segment ends before its ramp; "" if none does."""
+    """Return a message about a segment that ends before its ramp; "" if none does."""
     before = starting_speed
     for number, (length, speed, rate) in enumerate(segments, 1):
         ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)

@@ -83,8 +83,8 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
 
 def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
     """Return the first bit that a move may overwrite."""
-    under = (bit for bit in bits if _contains(move.part, bit.part) and not _exclude(move, bit))
-    return next(under, None)
+    covered = (bit for bit in bits if _contains(move.part, bit.part) and not _exclude(move, bit))
+    return next(covered, None)
 
 
 def _contains(whole: str, part: str) -> bool:
@@ -211,9 +211,9 @@ def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterat
 
 
 def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterator[Violation]:
-    written = [access for access in accesses if access.writes and access.owner and not access.once]
-    for write in written:
-        first = written[0]
+    owned_writes = [access for access in accesses if access.writes and access.owner and not access.once]
+    for write in owned_writes:
+        first = owned_writes[0]
         if write.owner != first.owner and overlap(write.part, first.part):
             text = (
                 f"{kind} {write.owner} writes {_name(write, variable)}, "

@@ -48,7 +48,7 @@ def out_of_range(subject: Subject) -> Iterator[Violation]:
 
 
 def _no_direction(command: Command) -> str:
-    """Return a message that a direction is neither 1 nor -1; "" if it is either, or unknown."""
+    """Return a message about a direction other than 1 and -1; "" if it is one of them, or unknown."""
     way = command.value("direction")
     if way.is_constant and abs(way.least) != 1:
         return f"direction is {way}: must be 1, clockwise, or -1"
@@ -144,8 +144,8 @@ def first_before(needed: Sequence[Command], commands: Sequence[Command]) -> Iter
 
 def _is_sent(subject: Subject, command: Command) -> bool:
     """Whether a module's configuration is sent as words."""
-    sent = subject.facts.configurations
-    return command.words and any(sent_command.slot == command.slot for sent_command in sent)
+    configurations = subject.facts.configurations
+    return command.words and any(sent_command.slot == command.slot for sent_command in configurations)
 
 
 def is_open(subject: Subject, command: Command) -> bool:
@@ -305,9 +305,9 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
     if execute == f"{name}.DONE":
         return depth > 0 and _never_falls(subject, _execute_of(subject, name), depth - 1)
     variable = subject.facts.variables[name]
-    written = list(filter(attrgetter("writes"), subject.by_key.get(name, ())))
+    writes = list(filter(attrgetter("writes"), subject.by_key.get(name, ())))
     is_own = variable.role is Role.PLAIN and not variable.shown
-    return is_own and (all(map(_stays_on, written)) if written else variable.set)
+    return is_own and (all(map(_stays_on, writes)) if writes else variable.set)
 
 
 def _execute_of(subject: Subject, block: str) -> str:

@@ -21,12 +21,12 @@ SIGN_BIT = 15
 def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
     """Find inputs that are wired but that no configuration uses."""
     for index, slot in subject.steppers:
-        sent = subject.sent_to(slot.number, subject.facts.configurations)
-        used = 0
-        for sent_command in sent:
-            used |= sent_command.words[0] & ALL_INPUTS
-        for bit in InputBit if sent else ():
-            if bit.value & wired_inputs(slot.machine) & ~used:
+        configurations = subject.sent_to(slot.number, subject.facts.configurations)
+        inputs_used = 0
+        for sent_command in configurations:
+            inputs_used |= sent_command.words[0] & ALL_INPUTS
+        for bit in InputBit if configurations else ():
+            if bit.value & wired_inputs(slot.machine) & ~inputs_used:
                 yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
 
 

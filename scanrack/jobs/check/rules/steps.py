@@ -124,8 +124,8 @@ class _Graph:
 
     def _ways_from(self, step: Step) -> set[Step]:
         """Return the steps that can follow a step."""
-        onward = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
-        return {target for target in onward if target is not None}
+        next_steps = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
+        return {target for target in next_steps if target is not None}
 
     def entering(self, step: Step) -> list[StepAction]:
         """Return the actions that go to a step."""
@@ -133,9 +133,9 @@ class _Graph:
 
     def dead_ends(self) -> Iterator[Step]:
         """Yield the steps that nothing leaves, except those that are final by name."""
-        for step, onward in self._ways.items():
+        for step, next_steps in self._ways.items():
             is_final = isinstance(step, str) and FINAL.search(step)
-            if not onward and not is_final:
+            if not next_steps and not is_final:
                 yield step
 
     def is_stuck(self, step: Step, use: StepUse, first: frozenset[Step]) -> bool:

@@ -89,6 +89,6 @@ def _numbers(words: tuple[int | None, ...], at: tuple[int, ...]) -> str:
 
 def _hint(words: tuple[int | None, ...], pairs: tuple[int, ...]) -> str:
     """Return what to do about words with opposite signs."""
-    both = [words[index] or 0 for index in pairs]
-    is_mixed = len(both) > 1 and both[0] * both[1] < 0
+    values = [words[index] or 0 for index in pairs]
+    is_mixed = len(values) > 1 and values[0] * values[1] < 0
     return "split the absolute value, and give both words its sign" if is_mixed else ""

@@ -95,9 +95,9 @@ class RoutineCalls:
             kept = _kept(point) if self.of(name) else ""
             if kept and name not in ways:
                 ways[name] = self._both_ways(point.routine)
-            both = ways.get(name) if kept else None
-            if both is not None:
-                lines = " and ".join(str(line) for line in sorted({run.line for run in both}))
+            run_pair = ways.get(name) if kept else None
+            if run_pair is not None:
+                lines = " and ".join(str(line) for line in sorted({run.line for run in run_pair}))
                 text = f"{kept} runs twice in a scan: lines {lines} both lead to routine {name}"
                 facts.remark("block-twice", point.place, text)
 

@@ -115,8 +115,8 @@ class Conditions:
 
     def _limited(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
         if isinstance(low, Constant) and isinstance(high, Constant):
-            inside = self.compared(test, ">=", low), self.compared(test, "<=", high)
-            return AllOf(inside) if low.value <= high.value else AnyOf(inside)
+            limits = self.compared(test, ">=", low), self.compared(test, "<=", high)
+            return AllOf(limits) if low.value <= high.value else AnyOf(limits)
         return UNKNOWN
 
     def condition(self, operand: Resolved) -> Condition:
@@ -171,6 +171,6 @@ class Conditions:
         if not isinstance(operand, Place):
             return ANY
         is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
-        written = self._values.written(operand) if is_tag and operand.bit is None else []
-        is_chosen = len(written) > 1 and all(write.is_constant for write in written)
+        values_written = self._values.written(operand) if is_tag and operand.bit is None else []
+        is_chosen = len(values_written) > 1 and all(write.is_constant for write in values_written)
         return self._values.of(operand) if is_chosen else type_range(operand.type)

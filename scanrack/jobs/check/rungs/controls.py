@@ -97,10 +97,12 @@ def _never_reset(view: LadderView, facts: Facts) -> None:
     counting = [(group, point) for group, point in groups if group is not None]
     for group, point in counting:
         kinds.setdefault(path_of(group), set()).add(point.step.name)
-    written = set(_written_otherwise(view.mentions))
+    paths_written = set(_written_otherwise(view.mentions))
     for group, point in counting:
         path = path_of(group)
-        is_set_back = len(kinds[path]) > 1 or not written.isdisjoint((path, f"{path}.ACC", *around(path)))
+        is_set_back = len(kinds[path]) > 1 or not paths_written.isdisjoint(
+            (path, f"{path}.ACC", *around(path))
+        )
         if point.step.name != "CTD" and not group.frame and f"{path}.DN" in view.read and not is_set_back:
             text = f"{group.text} is never set back: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", point.place, text)

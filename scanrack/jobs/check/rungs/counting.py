@@ -83,11 +83,13 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 
 def unbounded(view: LadderView, facts: Facts) -> None:
     """Note subscripts that count up or down and that nothing limits."""
-    used: dict[str, Subscript] = {}
+    subscripts: dict[str, Subscript] = {}
     for subscript in chain.from_iterable(map(_subscripts, view.points)):
-        used.setdefault(key_of(subscript.number), subscript)
-    counting = {key: counted for key, counted in used.items() if _only_counts(counted.number, view.values)}
-    limits, resets = _bounds(view.points if counting else (), used, view.places)
+        subscripts.setdefault(key_of(subscript.number), subscript)
+    counting = {
+        key: counted for key, counted in subscripts.items() if _only_counts(counted.number, view.values)
+    }
+    limits, resets = _bounds(view.points if counting else (), subscripts, view.places)
     for key, subscript in counting.items():
         _note_reached(subscript, limits[key], resets[key], facts)
 

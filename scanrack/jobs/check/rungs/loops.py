@@ -38,7 +38,7 @@ def endless(
 
 
 def _why_endless(loop: Loop) -> str:
-    """Return why a loop is endless; "" if it may end."""
+    """Return the reason why a loop is endless; "" if it may end."""
     steps = _steps(loop.body)
     if any(step.name in LEAVES for step in steps):
         return ""

@@ -142,8 +142,8 @@ class Mistakes:
         if any(map(self._is_zero, (*divisors, *(step.operands[1:2] if step.name in ("DIV", "MOD") else ())))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
         quotients = list(calculations_of(step, ("/",)))
-        written = written_value(step) if step.name == "DIV" else None
-        for divided in (*quotients, written):
+        divided_value = written_value(step) if step.name == "DIV" else None
+        for divided in (*quotients, divided_value):
             if isinstance(divided, Calculation) and self._is_always_zero(divided, point.target):
                 text = f"{point.text}: the quotient of two integers is cut to 0 here"
                 self._facts.remark("integer-zero", point.place, text)
@@ -173,7 +173,7 @@ class Mistakes:
             self._facts.remark("lossy-conversion", point.place, text)
 
     def _lost(self, point: Point, source: Resolved, target: Place) -> str:
-        """Return what is lost when a number is written to its target; "" if nothing is."""
+        """Return a message about the loss when a number is written to its target; "" if nothing is lost."""
         value, limits = self._values.of(source), type_range(target.type)
         if isinstance(source, Constant):
             return _constant_lost(source, limits, is_pattern=self._is_pattern(point, target))
@@ -235,12 +235,12 @@ def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
     """Whether an input switches a bit on that then holds itself on, whatever else is off."""
-    whole, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
-    bits = [leaf for leaf in leaves(whole) if isinstance(leaf, Bit) and leaf.on]
+    power, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
+    bits = [leaf for leaf in leaves(power) if isinstance(leaf, Bit) and leaf.on]
     starts = (places.get(bit.name) for bit in bits if bit != own)
     if own not in bits or not any(map(is_input, starts)):
         return False
-    return never(AllOf((own, negated(whole)))) and not always(whole)
+    return never(AllOf((own, negated(power)))) and not always(power)
 
 
 def _others(own: Access, writes: Sequence[Access]) -> bool:
@@ -272,7 +272,7 @@ def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
 
 
 def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str:
-    """Return what may be lost in a copy to a smaller type; "" if nothing is."""
+    """Return a message about the possible loss in a copy to a smaller type; "" if nothing is lost."""
     if not is_integer(source):
         return f"{source.text} is a {source.type.name}: its fraction is lost"
     if source.type.bits <= target.type.bits or found.within(limits.least, limits.most):

@@ -143,9 +143,9 @@ class Values:
         """Return the constants that a tag gets, with its initial value; a single range for other operands."""
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
             return (self.of(operand),)
-        written = self.written(operand)
-        constants = [write for write in written if write.is_constant]
-        if not constants or len(constants) < len(written):
+        values_written = self.written(operand)
+        constants = [write for write in values_written if write.is_constant]
+        if not constants or len(constants) < len(values_written):
             return (self.of(operand), *constants)
         return (*constants, *filter(None, [self.initial(operand)]))
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from scanrack.io_images.site import Site
 from scanrack.ladder import LadderLogic
+from scanrack.ladder.instructions.slc.status import STATUS
+from scanrack.ladder.lowering.dialects import SLC
 from scanrack.ladder.model.chart_checks import unreached
 from scanrack.ladder.model.tags import tag_in
 from scanrack.runtime.config.rackspec import RackSpec, profile_in
@@ -98,22 +100,22 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
     """Note the commands that the program sends to the 3601s."""
     reader = WriteReader(view)
     writes = list(reader.writes())
-    sent = SentWords(view, reader, writes)
+    sent_words = SentWords(view, reader, writes)
     homes = [call for call in view.calls if call.call.name == "MC_HOME"]
-    facts.configurations = list(sent.configurations())
+    facts.configurations = list(sent_words.configurations())
     facts.searches = [
-        *sent.searches(),
+        *sent_words.searches(),
         *(SentCommand(home.place, view.axes.get(home.axis)) for home in homes),
     ]
     facts.remarks["command-held"] += held(writes)
-    facts.remarks["out-of-range"] += _out_of_range(view, reader, sent, writes)
+    facts.remarks["out-of-range"] += _out_of_range(view, reader, sent_words, writes)
     facts.not_seen += computed(writes)
     facts.computed = {write.slot for write in writes if not write.known and write.word < 2}
     facts.computed |= reader.staged
-    facts.at_once = list(sent.at_once())
+    facts.at_once = list(sent_words.at_once())
     steps = Steps(view, calls)
     blocks = list(map(steps.with_start, commands_of(view.calls, view.axes, view.values, view.owners)))
-    facts.commands = [*blocks, *sent.commands()]
+    facts.commands = [*blocks, *sent_words.commands()]
     facts.actions = list(steps.actions(writes, blocks))
     facts.step_use, facts.first_steps = steps.use, steps.first
     facts.writes = list(steps.word_writes(writes))
@@ -149,10 +151,12 @@ def _note_tags(view: LadderView, facts: Facts) -> None:
 
 def _note_unused(view: LadderView, facts: Facts) -> None:
     """Note tags that no instruction names and that are not recorded."""
-    used = {tag_in(path_of(mention.where)) for mention in view.mentions}
+    tags_used = {tag_in(path_of(mention.where)) for mention in view.mentions}
+    if view.program.dialect == SLC:
+        tags_used.add(STATUS)  # of the processor, also in what instructions do
     for name, tag in view.tags.items():
         recorded = any(fnmatch(name, pattern.upper()) for pattern in view.spec.tags)
-        if name not in used and not recorded:
+        if name not in tags_used and not recorded:
             text = f"tag {tag.name} is declared, and no instruction names it"
             facts.remark("unused-tag", view.declaration(tag.name), text)
 

@@ -97,7 +97,7 @@ class _Reals:
         )
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
-        """Return what the program writes to a number; in an add-on instruction, what its routines write."""
+        """Return the operands that are written to a number; inside an add-on instruction, by its routines."""
         if operand.frame:
             return self._in_frames.get(_memory(operand), ())
         return self._values.sources(operand)

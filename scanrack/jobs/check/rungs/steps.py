@@ -103,8 +103,10 @@ class Steps:
         when = self._acts_when(point)
         for machine, steps in self._machines.items():
             if only in ("", machine):
-                there = self._there(condition, machine, steps)
-                yield StepAction(machine, there, point.place, ends=ends, moves=moves, when=when, **given)
+                possible_steps = self._there(condition, machine, steps)
+                yield StepAction(
+                    machine, possible_steps, point.place, ends=ends, moves=moves, when=when, **given
+                )
 
     def _there(self, condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[float] | None:
         """Return the steps in which a condition can hold, computed once per condition; None for all."""
@@ -124,8 +126,8 @@ class Steps:
 
     def _acts_when(self, point: Point) -> Condition:
         """Return the condition under which an instruction sets a bit or writes a word, including calls."""
-        called = self._called(point)
-        return called if point.value == TRUE else AllOf((called, point.value))
+        call_condition = self._called(point)
+        return call_condition if point.value == TRUE else AllOf((call_condition, point.value))
 
     def _where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which an instruction may act, and whether it acts in every scan of them."""
@@ -133,18 +135,18 @@ class Steps:
         when = self._acts_when(point)
         condition = self._implied(when)
         for machine, steps in self._machines.items():
-            there = self._there(condition, machine, steps)
+            possible_steps = self._there(condition, machine, steps)
             steps_by_machine[machine] = (
-                None if there is None else frozenset(there),
+                None if possible_steps is None else frozenset(possible_steps),
                 is_only_of(when, machine),
             )
         return steps_by_machine
 
     def use(self, machine: str, step: Step) -> StepUse:
         """Return what the program does in a step."""
-        here = list(self._testing(machine, step))
-        works = any(not is_only_of(own, machine) or point.value != TRUE for point, own in here)
-        return StepUse(bool(here), works, chosen=any(not point.is_rung for point, _ in here))
+        tests = list(self._testing(machine, step))
+        works = any(not is_only_of(own, machine) or point.value != TRUE for point, own in tests)
+        return StepUse(bool(tests), works, chosen=any(not point.is_rung for point, _ in tests))
 
     def _testing(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
         """Yield the instructions that act only in one step, each with what it tests and needs."""
@@ -179,8 +181,12 @@ class Steps:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
-        written = self._values.written(place)
-        return key_of(place) if len(written) > 1 and all(write.is_constant for write in written) else ""
+        values_written = self._values.written(place)
+        return (
+            key_of(place)
+            if len(values_written) > 1 and all(write.is_constant for write in values_written)
+            else ""
+        )
 
     # --- conditions
 

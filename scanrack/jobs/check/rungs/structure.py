@@ -76,9 +76,9 @@ class Structure:
 
     def _labels(self, routine: LoweredRoutine) -> None:
         jumps = (step for line in routine.lines for step in line.all_steps if step.name == "JMP")
-        used = {step.operands[0] for step in jumps}
+        labels_used = {step.operands[0] for step in jumps}
         for label, rung in routine.labels.items():
-            if label not in used:
+            if label not in labels_used:
                 text = f"no JMP names the label {label}"
                 self._facts.remark("unreachable", self._view.place(routine.lines[rung]), text)
 
@@ -88,11 +88,11 @@ class Structure:
         if self._lowered.functions:
             return
         roots = set(self._lowered.roots)
-        called = roots.union(
+        reachable = roots.union(
             reached(roots, lambda name: calls_of(routines[name]) if name in routines else ())
         )
         for name, routine in routines.items():
-            if name not in called and self._is_left_out(name, routine):
+            if name not in reachable and self._is_left_out(name, routine):
                 text = f"nothing calls routine {routine.name}"
                 self._facts.remark("unreachable", self._view.place(routine.lines[0]), text)
 
@@ -122,10 +122,12 @@ class Structure:
 
     def _parameters(self) -> None:
         for add_on in self._view.add_ons:
-            used = {address.name.upper() for routine in add_on.routines for address in _addresses(routine)}
-            used |= hosts_in(add_on)
+            names_used = {
+                address.name.upper() for routine in add_on.routines for address in _addresses(routine)
+            }
+            names_used |= hosts_in(add_on)
             for parameter in add_on.parameters:
-                if parameter.name.upper() not in used and not parameter.at:
+                if parameter.name.upper() not in names_used and not parameter.at:
                     kind = "local tag" if parameter.way is ParameterMode.LOCAL else "parameter"
                     text = f"{add_on.name} does not use its {kind} {parameter.name}"
                     self._facts.remark("unused-parameter", self._view.declaration(parameter.name), text)

@@ -46,9 +46,9 @@ def note_lengths(point: Point, facts: Facts) -> None:
     source, target, length = step.operands[0], step.operands[1], int(step.operands[2].value)
     is_same = isinstance(source, Place) and isinstance(target, Place) and source.leaf.type == target.leaf.type
     for operand in (source, target) if step.name != "FLL" and is_same else (target,):
-        there = _elements_from(operand)
-        if there is not None and length > there:
-            text = f"{step.name} of {length} elements: {operand.text} has {there} from there on"
+        elements_left = _elements_from(operand)
+        if elements_left is not None and length > elements_left:
+            text = f"{step.name} of {length} elements: {operand.text} has {elements_left} from there on"
             facts.remark("subscript", point.place, text)
             return
 

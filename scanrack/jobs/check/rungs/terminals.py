@@ -82,13 +82,13 @@ class Terminals:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return a message that a bit is not a terminal of its card; "" if it is, or if that is unknown."""
+        """Return a message about a bit that is not a terminal of its card; "" if it is one, or if unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""
         if leaf.slot in self._cards:
-            there = self._instead(operand, leaf)
-            return f"{operand.text}: the card in slot {leaf.slot} has {there}" if there else ""
+            alternative = self._instead(operand, leaf)
+            return f"{operand.text}: the card in slot {leaf.slot} has {alternative}" if alternative else ""
         is_export = self._view.path.suffix in EXPORT_SUFFIXES
         return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
 
@@ -99,17 +99,19 @@ class Terminals:
         if leaf.slot is None or word is None or not isinstance(bit, Constant | None):
             return ""
         image, number = "O" if leaf.output else "I", 0 if bit is None else int(bit.value)
-        there = self._cards[leaf.slot].terminals_instead(image, word, number)
-        return there if bit is not None or there.startswith("no ") else ""
+        alternative = self._cards[leaf.slot].terminals_instead(image, word, number)
+        return alternative if bit is not None or alternative.startswith("no ") else ""
 
     def uses_bit(self) -> UsesBit:
         """Return a test of whether the program uses a bit of a card."""
         read = [mention for mention in self._view.mentions if mention.reads]
-        written = [mention for mention in self._view.mentions if mention.writes]
-        used = {"I": _by_image(read), "O": _by_image(written)}
+        writes = [mention for mention in self._view.mentions if mention.writes]
+        uses_by_image = {"I": _by_image(read), "O": _by_image(writes)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-            return any(_reaches(mention, word, bit) for mention in used[image].get((slot, image == "O"), ()))
+            return any(
+                _reaches(mention, word, bit) for mention in uses_by_image[image].get((slot, image == "O"), ())
+            )
 
         return uses
 

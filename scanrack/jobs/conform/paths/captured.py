@@ -30,7 +30,7 @@ ZERO: ImageWords = (0,) * WORDS
 
 
 class CapturedScenes(NamedTuple):
-    """What a trace contains about a 3601."""
+    """The data of a 3601 in a trace."""
 
     firmware: str
     scenes: list[PlayedScene]
@@ -124,26 +124,28 @@ class _Scenes:
 
     def found(self) -> list[PlayedScene]:
         """Return the scenes, in order."""
-        sent, known = ZERO, False
+        sent_words, known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
-            seen = SeenImage(Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row]))
+            seen_image = SeenImage(
+                Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row])
+            )
             was_known = known
-            known, rests = self._follow(at_ns, sent)
+            known, rests = self._follow(at_ns, sent_words)
             if was_known and not known:
                 self._end()
-            inputs = self._changed(seen)
-            written = [Transmission(self._window(row), words)] if words != sent else []
-            if words[0] < 0 <= sent[0] and not self._is_refused(row):
+            inputs = self._changed(seen_image)
+            written = [Transmission(self._window(row), words)] if words != sent_words else []
+            if words[0] < 0 <= sent_words[0] and not self._is_refused(row):
                 self._end()
-                self._scene = self._configured(row, seen)
+                self._scene = self._configured(row, seen_image)
                 self._scene.moments += written
             elif self._scene is not None:
                 self._scene.moments += inputs
-                self._scene.moments += [*written, seen] if self._since_last else [seen, *written]
+                self._scene.moments += [*written, seen_image] if self._since_last else [seen_image, *written]
             if rests and not written:
-                self._rest(seen, sent)
-            sent = words
+                self._rest(seen_image, sent_words)
+            sent_words = words
         self._end()
         return self._scenes
 
@@ -189,12 +191,12 @@ class _Scenes:
         self._in_effect = entered = False
         scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), seen])
         for image in self._inputs[row:]:
-            shown = words_of(image)
-            entered = entered or bool(shown[0] & MODE_CONFIG)
-            accepted = configuration_in(shown)
+            shown_words = words_of(image)
+            entered = entered or bool(shown_words[0] & MODE_CONFIG)
+            accepted = configuration_in(shown_words)
             if accepted is not None:
                 self._configuration = _signed(accepted)
-            elif entered and not shown[0] & MODE_CONFIG:
+            elif entered and not shown_words[0] & MODE_CONFIG:
                 self._levels = levels_in(_words(image), self._configuration)
                 if self._levels:
                     scene.moments.append(Transmission(now, None, self._levels))
@@ -204,12 +206,12 @@ class _Scenes:
     def _is_refused(self, row: int) -> bool:
         """Return whether the module refuses a configuration while it still has an earlier one."""
         entered = False
-        for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
-            if configuration_in(shown) is not None:
+        for shown_words in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
+            if configuration_in(shown_words) is not None:
                 return False
-            if entered and not shown[0] & MODE_CONFIG:
+            if entered and not shown_words[0] & MODE_CONFIG:
                 return True
-            entered = entered or bool(shown[0] & MODE_CONFIG)
+            entered = entered or bool(shown_words[0] & MODE_CONFIG)
         return False
 
     def _changed(self, seen: SeenImage) -> list[Transmission]:

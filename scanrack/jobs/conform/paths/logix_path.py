@@ -169,8 +169,8 @@ class LogixPath:
         if self._origin is None:
             self._origin = count
         reached = self._last // self._tags.period_ns
-        ahead = (count - self._origin - reached) % (1 << COUNTER_BITS)
-        self._last = (reached + ahead) * self._tags.period_ns
+        cycles = (count - self._origin - reached) % (1 << COUNTER_BITS)
+        self._last = (reached + cycles) * self._tags.period_ns
         return self._last
 
     def close(self) -> None:

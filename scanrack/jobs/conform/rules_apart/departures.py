@@ -51,9 +51,9 @@ def with_words(change: Callable[[list[int]], Any]) -> Hearing:
     """Return a reading of words that first changes them."""
 
     def hearing(words: ImageWords) -> ImageWords:
-        changed = list(words)
-        change(changed)
-        return tuple(changed)
+        changed_words = list(words)
+        change(changed_words)
+        return tuple(changed_words)
 
     return hearing
 

@@ -153,8 +153,8 @@ class _Fit:
                 return None
             for candidate in between:
                 self._at(candidate)
-        inside = next(factor for factor, fit in self._known.items() if fit.explains_all)
-        low, high = self._bound(inside, -1), self._bound(inside, 1)
+        inner_factor = next(factor for factor, fit in self._known.items() if fit.explains_all)
+        low, high = self._bound(inner_factor, -1), self._bound(inner_factor, 1)
         return None if low is None or high is None else FittedScale(self._what, low / UNIT, high / UNIT)
 
     def _between(self) -> set[int]:
@@ -163,12 +163,12 @@ class _Fit:
         On one side of the module's factor, the same read may contradict every factor, however far off. The
         factor is then at the edge of such a row.
         """
-        known = sorted(self._known)
-        reads = [self._known[factor].reads for factor in known]
+        factors = sorted(self._known)
+        reads = [self._known[factor].reads for factor in factors]
         most = max(reads)
         edges = [
             pair
-            for place, pair in enumerate(pairwise(known))
+            for place, pair in enumerate(pairwise(factors))
             if most in (counts := reads[place : place + 2]) and min(counts) < most
         ]
         return {(low + high) // 2 for low, high in edges} - self._known.keys()
@@ -180,8 +180,10 @@ class _Fit:
             if step > FARTHEST:
                 return None
             step *= 2
-        near, far = step // 2, step
-        while far - near > 1:
-            middle = (near + far) // 2
-            near, far = (near, middle) if self._at(inside + sense * middle).unexplained else (middle, far)
+        near_step, far = step // 2, step
+        while far - near_step > 1:
+            middle = (near_step + far) // 2
+            near_step, far = (
+                (near_step, middle) if self._at(inside + sense * middle).unexplained else (middle, far)
+            )
         return inside + sense * far

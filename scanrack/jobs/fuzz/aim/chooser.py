@@ -88,8 +88,8 @@ class Chooser:
     def _from_nothing(self, first: Edges) -> Scenario:
         """Return a random scenario, aimed at the edges of the first run or of an entry."""
         random, entries = self._random, self.corpus.entries
-        known = random.choice(entries).edges if entries else first
-        return self._draws.scenario(first if random.random() < 0.5 else known, self._base)
+        entry_edges = random.choice(entries).edges if entries else first
+        return self._draws.scenario(first if random.random() < 0.5 else entry_edges, self._base)
 
     def _of_corpus(self, run: Run) -> Scenario:
         """Trim an entry and return a child of it."""

@@ -83,7 +83,7 @@ def worth_of(feature: Feature) -> float:
 
 @dataclass(slots=True)
 class Corpus:
-    """The entries, in order of discovery, and what searches have learned.
+    """The entries, in order of discovery, and the knowledge from searches.
 
     Attributes:
         seen: all features seen so far.

@@ -350,8 +350,8 @@ class Draws:
     def _scan(self, edges: Edges, first: int) -> int:
         random, scans = self._random, self.scans
         where = random.random()
-        if where < AT_EDGES and (near := edges.near(random, first)) is not None:
-            return near
+        if where < AT_EDGES and (edge_scan := edges.near(random, first)) is not None:
+            return edge_scan
         if first and where < SOON:
             if self.times and random.random() < BY_TIMES:
                 return first + self._own_time() // self.scan_ns
@@ -403,8 +403,8 @@ class Draws:
         """Return a torn update, mostly where several words change: elsewhere it has no effect."""
         random = self._random
         slots = [slot.number for slot in self._spec.slot]
-        if random.random() < AT_CHANGES and (changed := edges.output(random)) is not None:
-            place, words, scan = changed
+        if random.random() < AT_CHANGES and (output_change := edges.output(random)) is not None:
+            place, words, scan = output_change
             slot, at = slots[place], min(max(scan + random.choice((0, 0, 0, 1, -1)), 0), self.scans - 1)
             late = random.sample(words, random.randint(1, len(words) - 1))
         else:
@@ -416,8 +416,8 @@ class Draws:
     def _tear(self, at: int, edges: Edges) -> TornUpdate:
         """Return a tear, mostly in the scan before a change of the inputs."""
         random = self._random
-        if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
-            at = seen - 1
+        if random.random() < BEFORE_INPUTS and (input_scan := edges.one_of(random, INPUTS)):
+            at = input_scan - 1
         routine, rung = random.choice(self._rungs[1:])  # before the first rung, inputs are only late
         return TornUpdate(routine, rung, at * self.scan_ns)
 
@@ -455,5 +455,5 @@ class Draws:
     def _slipped(self, scenario: Scenario) -> Scenario:
         random = self._random
         where = random.randint(-20_000, 20_000) if random.random() < 0.5 else random.randint(-2_000, 4_000)
-        lost: Any = LostSteps(random.choice(self._rack.slipping), where, random.choice((1, 5, 200)))
-        return replace(scenario, lost=(lost,))
+        lost_steps: Any = LostSteps(random.choice(self._rack.slipping), where, random.choice((1, 5, 200)))
+        return replace(scenario, lost=(lost_steps,))

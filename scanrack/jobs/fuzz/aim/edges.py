@@ -105,10 +105,10 @@ class Edges:
 
     def one_of(self, random: Random, groups: Sequence[str]) -> int | None:
         """Return a random scan of a change in one of the groups; None if they have no changes."""
-        there = [self.groups[name] for name in groups if name in self.groups]
-        if not there:
+        filled_groups = [self.groups[name] for name in groups if name in self.groups]
+        if not filled_groups:
             return None
-        group = random.choice(there)
+        group = random.choice(filled_groups)
         return random.choice(group[random.choice(list(group))])
 
     def answers(self) -> set[tuple[str, Hashable]]:

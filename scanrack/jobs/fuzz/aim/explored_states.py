@@ -31,8 +31,10 @@ class ExploredStates:
     def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
         """Return an object that runs a scenario and ends it in an explored state."""
         ends_ns = map(end_ns, timed_parts(scenario))
-        whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
-        return ExploredStateStop(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
+        timeless_parts = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
+        return ExploredStateStop(
+            self._firsts, repr(timeless_parts), max(ends_ns, default=0) // spec.scan_ns + 2
+        )
 
 
 class ExploredStateStop:

@@ -82,15 +82,15 @@ class Probe(QuietListener):
         self._seen = [bytearray(end - begin) for begin, end in self._watched]
         self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
         self.logic = logic
-        inside, notes = unwrapped(logic), self._notes
-        if isinstance(inside, Engine):
-            self._values = [("path", lambda: notes), (STATE, _tags(inside))]
+        program, notes = unwrapped(logic), self._notes
+        if isinstance(program, Engine):
+            self._values = [("path", lambda: notes), (STATE, _tags(program))]
         else:
-            module = namespace_of(inside)
+            module = namespace_of(program)
             self._branches = module.get(NAME, self._branches)
             self._none = bytes(len(self._branches))
             self._branches[:] = self._none  # clear the notes of the previous run
-            self._values = [(STATE, fields_reader(inside, module))]
+            self._values = [(STATE, fields_reader(program, module))]
             if sequences := sequences_in(logic):
                 self._values.append((STATE, _Lines(sequences)))
         self._last = [[] for _ in self._values]
@@ -171,9 +171,11 @@ class Probe(QuietListener):
 
 def _steps(values: Values) -> tuple[Hashable, ...]:
     """Return the small numbers and texts among values: the steps of a program."""
-    held = values.values() if isinstance(values, dict) else values
+    flat_values = values.values() if isinstance(values, dict) else values
     return tuple(
-        value for value in held if value.__class__ is str or (value.__class__ is int and value in SMALL)
+        value
+        for value in flat_values
+        if value.__class__ is str or (value.__class__ is int and value in SMALL)
     )
 
 

@@ -30,8 +30,8 @@ SHORTEST_SCANS = 3
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
     """Return the program's times that fit into a run, and times between two of them; sorted, ns."""
-    inside = unwrapped(logic)
-    times = set(_presets(inside)) if isinstance(inside, Engine) else set(_written(inside, scan_ns))
+    program = unwrapped(logic)
+    times = set(_presets(program)) if isinstance(program, Engine) else set(_written(program, scan_ns))
     fitting = sorted(time_ns for time_ns in times if SHORTEST_SCANS * scan_ns < time_ns < scans * scan_ns)[
         :MOST_TIMES
     ]
@@ -44,8 +44,8 @@ def _presets(engine: Engine) -> Iterator[int]:
     leaves = engine.lowered.layout.leaves
     for path, leaf in leaves.items():
         if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves and leaf.ident in engine.memory.cells:
-            held: Any = engine.memory.cells[leaf.ident].cell_contents
-            values = held if leaf.dims and held is not None else (held,)
+            content: Any = engine.memory.cells[leaf.ident].cell_contents
+            values = content if leaf.dims and content is not None else (content,)
             yield from (value * MS for value in values if value.__class__ is int)
     for presets in engine.lowered.defaults.values():
         yield from (int(value) * MS for (path, _), value in presets.items() if path.upper().endswith(".PRE"))

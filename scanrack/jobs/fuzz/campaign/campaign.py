@@ -42,8 +42,8 @@ class Allowance:
 
     def covers(self, wall_ns: int, processor_ns: int) -> bool:
         """Return whether the used time is below every limit."""
-        used = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
-        return all(limit is None or spent < limit for limit, spent in used)
+        limits_and_use = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
+        return all(limit is None or spent < limit for limit, spent in limits_and_use)
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,8 +135,8 @@ class _Tasks:
         """Run the tasks of a round; yield their reports in task order, beginning with a task number."""
         self._submit_all(tasks)
         while self.running:
-            done, _ = wait(self.running, return_when=FIRST_COMPLETED)
-            self._take(done)
+            finished, _ = wait(self.running, return_when=FIRST_COMPLETED)
+            self._take(finished)
             while number in self.early:
                 yield self.early.pop(number)
                 number += 1
@@ -165,7 +165,7 @@ class _Tasks:
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
         """Store a report; submit a task again if its worker died."""
-        lost = []
+        lost_tasks = []
         broken = False
         for future in done:
             task = self.running.pop(future)
@@ -174,15 +174,15 @@ class _Tasks:
                 self.early[task.number] = future.result()
             elif isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
                 broken = broken or isinstance(error, BrokenExecutor)
-                lost.append(task)
+                lost_tasks.append(task)
             else:
                 raise error
         if broken:
-            lost += self.running.values()
+            lost_tasks += self.running.values()
             self.running.clear()
             self.pool.shutdown(wait=False)
             self.pool = self.executor()
-        for task in sorted(lost, key=lambda each: each.number):
+        for task in sorted(lost_tasks, key=lambda each: each.number):
             self._submit(task)
 
     def close(self) -> None:

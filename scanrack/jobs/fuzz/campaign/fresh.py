@@ -84,10 +84,10 @@ class Worker:
         assert self._process.stdout is not None
         self._send(pickle.dumps((function, args, kwargs)))
         try:
-            done, value = pickle.load(self._process.stdout)
+            has_result, value = pickle.load(self._process.stdout)
         except (EOFError, pickle.UnpicklingError):
             raise BrokenExecutor("worker process died") from None
-        if not done:
+        if not has_result:
             raise value
         return value
 

@@ -68,8 +68,8 @@ class Memory:
         elif not other.is_dir():
             raise ValueError(f"--corpus {other}: it is neither a folder nor a recording (.mcap)")
         else:
-            inside = [other / name for name in (CORPUS, FINDS) if (other / name).is_dir()]
-            for folder in inside or [other]:
+            recipe_folders = [other / name for name in (CORPUS, FINDS) if (other / name).is_dir()]
+            for folder in recipe_folders or [other]:
                 yield from (recipe.scenario for _, recipe in self._read(folder))
 
     def _read(self, folder: Path) -> Iterator[tuple[Path, Recipe]]:

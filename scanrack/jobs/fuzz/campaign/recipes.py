@@ -42,7 +42,7 @@ MOST_SCANS = 10**15
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """What a run depends on besides its scenario."""
+    """The origin of a run: everything besides its scenario that the run depends on."""
 
     scans: int
     rack: str  # hash of the rack file
@@ -76,8 +76,8 @@ class Recipe:
         """Return the text of the recipe's file, a single line."""
         scenario = {key: value for key, value in self.scenario.to_json().items() if value}
         broken = {"broken": self.broken} if self.broken else {}
-        written = {"scenario": scenario, **asdict(self.origin), **broken}
-        return json.dumps(written, separators=(",", ":")) + "\n"
+        recipe = {"scenario": scenario, **asdict(self.origin), **broken}
+        return json.dumps(recipe, separators=(",", ":")) + "\n"
 
     @classmethod
     def from_text(cls, text: str) -> Recipe:

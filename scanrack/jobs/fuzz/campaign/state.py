@@ -87,20 +87,20 @@ class State(RunTotals):
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
             names = chain([no_device(broken.invariant)], numbered)
-            taken = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
-            self.folders[broken.key] = next(name for name in names if name.casefold() not in taken)
+            used_names = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
+            self.folders[broken.key] = next(name for name in names if name.casefold() not in used_names)
 
     def drop_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with older firmware than the program needs; return the dropped failures."""
-        gone = {
+        impossible = {
             key: counterexample
             for key, counterexample in self.found.items()
             if not counterexample.scenario.is_possible(spec)
         }
-        for key in gone:
+        for key in impossible:
             del self.found[key]
         self.corpus = {key: scenario for key, scenario in self.corpus.items() if scenario.is_possible(spec)}
-        return [counterexample.broken for _key, counterexample in sorted(gone.items())]
+        return [counterexample.broken for _key, counterexample in sorted(impossible.items())]
 
     def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
         """Repeat the known failures; return those that no longer occur.

@@ -39,10 +39,12 @@ class _Program:
 
     def branches(self) -> bytearray:
         """Return a byte for each branch: not 0 if it was taken on any bench."""
-        taken = self.tally.branches
+        branch_total = self.tally.branches
         for branch_bits in self.noted:
-            taken = bytearray(map(or_, taken, branch_bits)) if taken else bytearray(branch_bits)
-        return taken
+            branch_total = (
+                bytearray(map(or_, branch_total, branch_bits)) if branch_total else bytearray(branch_bits)
+            )
+        return branch_total
 
 
 class BenchCoverage(BenchObserver):
@@ -57,11 +59,11 @@ class BenchCoverage(BenchObserver):
 
     def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
         """Return a listener for the rungs of a program, or keep the branch bytes of a Python program."""
-        known = job.tested or job
-        program = self._program(str(known.program.resolve()), str(known.rack_file.resolve()))
+        tested_job = job.tested or job
+        program = self._program(str(tested_job.program.resolve()), str(tested_job.rack_file.resolve()))
         if isinstance(logic, Debugger):
-            assert isinstance(known.logic, LadderLogic)
-            program.tally.lowered = known.logic.build()
+            assert isinstance(tested_job.logic, LadderLogic)
+            program.tally.lowered = tested_job.logic.build()
             return (_RungListener(logic, program.tally),)
         noted = namespace_of(unwrapped(logic)).get(NAME)
         if noted is not None and not any(noted is bits for bits in program.noted):
@@ -93,9 +95,9 @@ class BenchCoverage(BenchObserver):
                 (program.tally.off, program_row["off"]),
             ):
                 for line, text in texts.items():
-                    known = lines.get(int(line))
+                    known_bits = lines.get(int(line))
                     bits = [digit == "1" for digit in text]
-                    lines[int(line)] = bits if known is None else list(map(or_, known, bits))
+                    lines[int(line)] = bits if known_bits is None else list(map(or_, known_bits, bits))
 
     def programs(self) -> Iterator[tuple[str, list[CoveredLine]]]:
         """Yield the file and the lines of each program, sorted by file."""

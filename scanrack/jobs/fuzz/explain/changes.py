@@ -33,8 +33,8 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
         return views
 
     replace(bench, invariants=(), scans=scan + 1).run(scenario, listeners=listeners)
-    changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
-    return tuple(changed[:MOST_LISTED])
+    phrases = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
+    return tuple(phrases[:MOST_LISTED])
 
 
 def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:
@@ -64,11 +64,11 @@ class _BitView(QuietListener):
     def _bits(self) -> Names:
         names = Names()
         for number, slot in self._slots.items():
-            shown = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
-            names[f"slot {number}"] = frozenset(shown)
+            status_names = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
+            names[f"slot {number}"] = frozenset(status_names)
             snapshot = SlotSnapshot(slot)
-            sent = {"configuration"} if snapshot.configuring else set(snapshot.commands)
-            names[f"the commands of slot {number}"] = frozenset(sent)
+            command_names = {"configuration"} if snapshot.configuring else set(snapshot.commands)
+            names[f"the commands of slot {number}"] = frozenset(command_names)
         return names
 
     def phrases(self) -> Iterator[str]:

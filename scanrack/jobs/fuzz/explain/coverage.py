@@ -98,7 +98,7 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
     data, program = job.program.read_bytes(), job.program
     text = data.decode("utf-8", "replace").splitlines()
     branches = zip(branch_lines(data, str(program)), tally.branches, strict=False)
-    return frozenset(f"{program.name}: {text[line - 1].strip()}" for line, taken in branches if taken)
+    return frozenset(f"{program.name}: {text[line - 1].strip()}" for line, is_taken in branches if is_taken)
 
 
 @dataclass(slots=True)
@@ -166,8 +166,8 @@ class _TallyProbe(Probe):
             self._seen_notes = self._notes.copy()
             self._tally.add_notes(self._notes)
         if self._branches:
-            for place, taken in enumerate(self._branches):
-                self._tally.branches[place] |= taken
+            for place, branch in enumerate(self._branches):
+                self._tally.branches[place] |= branch
 
 
 def _ladder_lines(
@@ -210,11 +210,11 @@ def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
 
     A missing `else` counts as part of the line of its `if`.
     """
-    taken: dict[int, list[int]] = {}
+    branches_by_line: dict[int, list[int]] = {}
     for line, branch in zip(branch_lines(data, file), branches, strict=False):
-        taken.setdefault(line, []).append(branch)
+        branches_by_line.setdefault(line, []).append(branch)
     without_else = _ifs_without_else(data, file)
-    gaps = {line: _branch_gap(ways, line in without_else) for line, ways in taken.items()}
+    gaps = {line: _branch_gap(ways, line in without_else) for line, ways in branches_by_line.items()}
     return {line: gap for line, gap in gaps.items() if gap}
 
 

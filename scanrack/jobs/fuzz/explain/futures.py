@@ -157,10 +157,10 @@ class _Futures:
         Args:
             futures: number of futures; a larger number adds futures to the same sequence.
         """
-        known = self._fail.setdefault(scan, [])
+        known_outcomes = self._fail.setdefault(scan, [])
         outcomes = self._futures.setdefault(scan, self._run_after(scan))
-        known += islice(outcomes, max(0, futures - len(known)))
-        return sum(known[:futures])
+        known_outcomes += islice(outcomes, max(0, futures - len(known_outcomes)))
+        return sum(known_outcomes[:futures])
 
     def _run_after(self, scan: int) -> Iterator[bool]:
         """Run one future after the other and yield whether it fails; the first has no new events."""

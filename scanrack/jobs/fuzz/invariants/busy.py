@@ -55,11 +55,11 @@ Question = Callable[[], BusyCommand | None]
 
 def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
     """Return a function for each axis of a program: of Python axes, and of motion blocks."""
-    inside = unwrapped(logic)
-    parts = parts_of(inside) if isinstance(inside, Logic) else ()
+    program = unwrapped(logic)
+    parts = parts_of(program) if isinstance(program, Logic) else ()
     axes = [_of_python(part) for part in parts if isinstance(part, Axis3601)]
-    if isinstance(inside, Engine):
-        names = _block_axes(inside.lowered)
+    if isinstance(program, Engine):
+        names = _block_axes(program.lowered)
     else:
         names = tuple(name for name in tags if f"{name}.RunKind" in tags)
     return (*axes, *(_of_blocks(tags, name) for name in names))

@@ -163,7 +163,7 @@ class _Single:
 
 
 def same_until_ns(condition: Condition, counting: bool) -> int:
-    """Return until when a condition has the same answer, see `Watch`: forever, or not at all."""
+    """Return the time until which a condition has the same answer, see `Watch`: forever, or not at all."""
     reads = reads_of(condition)
     return (
         FOREVER_NS

@@ -88,8 +88,8 @@ class DriveScript(QuietListener):
         request: dict[str, Any] = dict(self._acts.pop(scan, {}))
         if words != self._before[0]:
             request["out"] = words
-        changed = levels ^ self._before[1]
-        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed & bit}
+        changed_levels = levels ^ self._before[1]
+        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed_levels & bit}
         if inputs:
             request["inputs"] = inputs
         if request or scan == 0:
@@ -113,17 +113,17 @@ class DriveScript(QuietListener):
 
 
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
-    made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
+    table: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
     if slot.has(Trait.FIRMWARE):
-        made = {"firmware": slot.firmware, **made}
+        table = {"firmware": slot.firmware, **table}
     switches = _fed_by_bench(slot.machine)
     if switches:
-        made["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
+        table["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
     if slot.wiring:
-        made["wiring"] = slot.wiring
+        table["wiring"] = slot.wiring
     if slot.options:
-        made["options"] = dict(slot.options)
-    return made
+        table["options"] = dict(slot.options)
+    return table
 
 
 def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:

@@ -77,11 +77,11 @@ def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | f
     if leaf.type.is_bool:
         yield from (True, False)
         return
-    near = [number + distance for number in (0, *constants) for distance in NEAR]
+    candidates = [number + distance for number in (0, *constants) for distance in NEAR]
     if leaf.type.is_real:
-        yield from dict.fromkeys(map(float, near[:MOST_VALUES]))
+        yield from dict.fromkeys(map(float, candidates[:MOST_VALUES]))
         return
     least = -(1 << leaf.type.bits - 1) if leaf.type.is_signed else 0
     most = least + (1 << leaf.type.bits) - 1
-    fitting = [int(number) for number in near if least <= number <= most]
+    fitting = [int(number) for number in candidates if least <= number <= most]
     yield from dict.fromkeys(fitting[:MOST_VALUES])

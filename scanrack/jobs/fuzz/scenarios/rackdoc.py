@@ -48,19 +48,19 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
 def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
     """Add the parts of a scenario that concern a slot to its table."""
-    changed, own = scenario.laid_over_slot(slot), slot.machine
-    if changed.firmware != slot.firmware:
-        table["firmware"] = changed.firmware
+    changed_slot, own = scenario.laid_over_slot(slot), slot.machine
+    if changed_slot.firmware != slot.firmware:
+        table["firmware"] = changed_slot.firmware
     machine: Table = table.setdefault("machine", {})
     for shift in of_slot(scenario.shifts, slot):
         _shift(machine, shift.steps)
-    slips = changed.machine.slips[len(own.slips) :]
+    slips = changed_slot.machine.slips[len(own.slips) :]
     _extend(machine, "slips", ({"at": slip.at, "steps": slip.steps} for slip in slips))
-    _extend(machine, "timeline", map(_entry, changed.machine.timeline[len(own.timeline) :]))
-    if changed.machine.turns != own.turns:
-        machine["turns"] = [_turn(turn) for turn in changed.machine.turns]
-    if changed.options != slot.options:
-        rows: Any = changed.options["timeline"]
+    _extend(machine, "timeline", map(_entry, changed_slot.machine.timeline[len(own.timeline) :]))
+    if changed_slot.machine.turns != own.turns:
+        machine["turns"] = [_turn(turn) for turn in changed_slot.machine.turns]
+    if changed_slot.options != slot.options:
+        rows: Any = changed_slot.options["timeline"]
         table.setdefault("options", {})["timeline"] = [_plain_row(row) for row in rows]
 
 
@@ -107,13 +107,13 @@ def _shift(machine: Table, steps: int) -> None:
 
 
 def _seconds(time_ns: int) -> Decimal | int:
-    whole, fraction = divmod(time_ns, 1_000_000_000)
-    return Decimal(time_ns).scaleb(-9).normalize() if fraction else whole
+    whole_seconds, fraction = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if fraction else whole_seconds
 
 
 def _ms(time_ns: int) -> Decimal | int:
-    whole, fraction = divmod(time_ns, 1_000_000)
-    return Decimal(time_ns).scaleb(-6) if fraction else whole
+    whole_ms, fraction = divmod(time_ns, 1_000_000)
+    return Decimal(time_ns).scaleb(-6) if fraction else whole_ms
 
 
 def _entry(entry: TimelineEntry) -> Table:

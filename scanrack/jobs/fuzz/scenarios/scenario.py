@@ -184,17 +184,17 @@ class Scenario:
 
     def laid_over_slot(self, slot: SlotSpec) -> SlotSpec:
         """Return a slot with the parts of this scenario that concern it; without any, the same slot."""
-        changed: dict[str, Any] = {}
+        changed_fields: dict[str, Any] = {}
         if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
-            changed["firmware"] = firmware
+            changed_fields["firmware"] = firmware
         if (machine := self._machine(slot)) is not slot.machine:
-            changed["machine"] = machine
+            changed_fields["machine"] = machine
         rows: Any = slot.options.get("timeline", ())
         entries = [push_entry(push) for push in of_slot(self.pushes, slot)]
         entries += signal_entries(of_slot(self.signals, slot), rows)
         if entries:
-            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *entries])}
-        return slot.model_copy(update=changed) if changed else slot
+            changed_fields["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *entries])}
+        return slot.model_copy(update=changed_fields) if changed_fields else slot
 
     def _machine(self, slot: SlotSpec) -> MachineSpec:
         """Return the machine of a slot with this scenario's offsets, lost steps, presses and turns."""
@@ -213,8 +213,8 @@ class Scenario:
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario as JSON types; the inverse of `from_json`."""
-        written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
-        return written
+        scenario_object: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
+        return scenario_object
 
     @classmethod
     def from_json(cls, given: object) -> Scenario:
@@ -280,8 +280,8 @@ def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Coll
     """Raise ValueError for a part whose input is not among the names of its card."""
     for part in parts:
         if part.input not in names:
-            known = ", ".join(names) or "none"
-            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {known}")
+            names_text = ", ".join(names) or "none"
+            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {names_text}")
 
 
 def first_mistake(error: ValidationError) -> str:
@@ -304,15 +304,15 @@ def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[Mas
     >>> in_succession([MasterTurn(5, 3, 10)], [Turn(1, 40, 7, 20)])
     (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
     """
-    made: list[MasterTurn] = []
+    placed: list[MasterTurn] = []
     all_turns = [
         *own,
         *(MasterTurn(master_turn.at_ns, master_turn.counts, master_turn.for_ns) for master_turn in turns),
     ]
     for turn in sorted(all_turns, key=lambda turn: turn.at_ns):
-        free_ns = made[-1].end_ns if made else 0
-        made.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
-    return tuple(made)
+        free_ns = placed[-1].end_ns if placed else 0
+        placed.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
+    return tuple(placed)
 
 
 def push_entry(push: ContactPress) -> dict[str, Any]:
@@ -325,12 +325,12 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
     Overlapping presses are combined. Of two values at the same instant, the later row is used.
     """
-    kept: dict[str, list[Mapping[str, Any]]] = {}
+    rows_by_input: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
-        before = kept.setdefault(row["input"], [])
+        before = rows_by_input.setdefault(row["input"], [])
         joined = _joined(before.pop(), row) if before else [row]
         before += joined
-    return [row for kept_rows in kept.values() for row in kept_rows]
+    return [row for kept_rows in rows_by_input.values() for row in kept_rows]
 
 
 def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
@@ -352,15 +352,15 @@ def signal_entries(
     signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
 ) -> list[dict[str, str | int | float]]:
     """Return signals as rows of a card's timeline; after each, the input returns to its other value."""
-    made: list[dict[str, str | int | float]] = []
+    entries: list[dict[str, str | int | float]] = []
     for signal in signals:
         end_ms = (signal.at_ns + signal.for_ns) / 1e6
         own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == signal.input]
         before = [(at_ns, value) for at_ns, value in own if at_ns <= signal.at_ns + signal.for_ns]
-        back = max(before, key=lambda row: row[0])[1] if before else 0
-        made.append({"at_ms": signal.at_ns / 1e6, "input": signal.input, "value": signal.value})
-        made.append({"at_ms": end_ms, "input": signal.input, "value": back})
-    return made
+        base_value = max(before, key=lambda row: row[0])[1] if before else 0
+        entries.append({"at_ms": signal.at_ns / 1e6, "input": signal.input, "value": signal.value})
+        entries.append({"at_ms": end_ms, "input": signal.input, "value": base_value})
+    return entries
 
 
 def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:

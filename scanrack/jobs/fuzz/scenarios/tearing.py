@@ -81,8 +81,8 @@ class TornScans(LogicWrapper):
 
     def __init__(self, logic: ScanLogic, tears: Iterable[TornUpdate], scan_ns: int) -> None:
         super().__init__(logic)
-        inside = unwrapped(logic)
-        self._engine = inside if isinstance(inside, Engine) else None
+        program = unwrapped(logic)
+        self._engine = program if isinstance(program, Engine) else None
         self._tears = {tear.at_ns // scan_ns: tear for tear in tears}
 
     @override

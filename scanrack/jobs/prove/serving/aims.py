@@ -54,11 +54,11 @@ def _problem(job: LoadedRack) -> ProgramSystem | None:
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
     prove_spec = job.spec.prove
-    outside = (*prove_spec.written_outside, *set_outside(facts_of(job)))
+    written_outside = (*prove_spec.written_outside, *set_outside(facts_of(job)))
     try:
         free = prove_spec.free
         return ProgramSystem(
-            job.logic, _bounds(job.spec), free=free, written_outside=outside, happens=RUN_ONLY
+            job.logic, _bounds(job.spec), free=free, written_outside=written_outside, happens=RUN_ONLY
         )
     except LadderError:
         return None

@@ -13,7 +13,7 @@ Group = tuple[str, tuple[str, ...]]
 
 
 def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
-    """Return which values can differ after an edit, outputs first, with the same inputs from power-up.
+    """Return the values that can differ after an edit, outputs first, with the same inputs from power-up.
 
     All other values are equal in every run. Returns nothing if no proof covers the programs.
     """

@@ -52,9 +52,9 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     if not is_installed():
         return
     limits = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
-    outside = (*job.spec.prove.written_outside, *set_outside(facts))
+    written_outside = (*job.spec.prove.written_outside, *set_outside(facts))
     try:
-        problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
+        problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=written_outside)
     except LadderError:
         return  # no proof covers such a program
     if len(reach(problem.next.values())) > MOST_TERMS:

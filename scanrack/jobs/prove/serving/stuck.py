@@ -188,5 +188,5 @@ def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | 
     """Run a number of scans; return the engine, or None if something broke before."""
     probe = Probe(Edges())
     verdict = replace(bench, scans=scans).run(scenario, probe=probe)
-    inside = unwrapped(probe.logic)
-    return inside if verdict.broken is None and isinstance(inside, Engine) else None
+    engine = unwrapped(probe.logic)
+    return engine if verdict.broken is None and isinstance(engine, Engine) else None

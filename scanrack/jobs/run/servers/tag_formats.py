@@ -103,8 +103,8 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
 
 def _with_arrays(file: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
     for row in rows:
-        whole = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
-        yield from [row] if whole else file.single([row], _KEPWARE)
+        is_single = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
+        yield from [row] if is_single else file.single([row], _KEPWARE)
 
 
 def _plain(name: str, separator: str) -> str:

@@ -101,18 +101,18 @@ class TagService:
 
     def describe(self) -> list[str]:
         """Return lines about the server: its address, who can read and who can write."""
-        listed = self._spec.server.writable
-        there = join_address(self._where.host, self.port)
-        can = f"clients write {', '.join(listed)}"
-        if not listed:
+        writable = self._spec.server.writable
+        own_address = join_address(self._where.host, self.port)
+        can = f"clients write {', '.join(writable)}"
+        if not writable:
             can = "clients read; [server] writable lists nothing to write"
         elif not self._writes:
             can = "clients read; with --live only watch --allow-writes lets them write"
-        lines = [f"{self._title} server on {there}: {can}"]
+        lines = [f"{self._title} server on {own_address}: {can}"]
         if self._security is not None:
             lines.append(_guarded_by(self._security))
         if not (self._where.is_local or (self._security is not None and self._security.users)):
-            lines.append(self._warning(writes=self._writes and bool(listed)))
+            lines.append(self._warning(writes=self._writes and bool(writable)))
         return lines
 
     def _warning(self, *, writes: bool) -> str:

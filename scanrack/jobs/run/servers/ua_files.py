@@ -156,11 +156,11 @@ def _make(key: Path, certificate: Path, host: str) -> None:
     from cryptography.hazmat.primitives.asymmetric import rsa
     from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
 
-    made = rsa.generate_private_key(public_exponent=65537, key_size=KEY_BITS[0])
-    der = _signed(made, host).public_bytes(Encoding.DER)
+    private_key = rsa.generate_private_key(public_exponent=65537, key_size=KEY_BITS[0])
+    der = _signed(private_key, host).public_bytes(Encoding.DER)
     try:
         key.parent.mkdir(exist_ok=True)
-        _write(key, made.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()), 0o600)
+        _write(key, private_key.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()), 0o600)
         _write(certificate, der, 0o644)
         if not (ignored := key.parent / ".gitignore").exists():
             _write(ignored, f"{KEY}\n".encode(), 0o644)

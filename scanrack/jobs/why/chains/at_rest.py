@@ -196,14 +196,14 @@ def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
         tree = ast.parse(Path(frame.f_code.co_filename).read_bytes())
     except (OSError, SyntaxError, ValueError):
         return test
-    made = [
+    assignments = [
         node.value
         for node in ast.walk(tree)
         if isinstance(node, ast.Assign)
         and frame.f_code.co_firstlineno <= node.lineno < test.lineno
         and any(isinstance(target, ast.Name) and target.id == test.id for target in node.targets)
     ]
-    return made[-1] if made else test
+    return assignments[-1] if assignments else test
 
 
 def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bool | None, Masks]:

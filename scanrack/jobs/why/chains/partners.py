@@ -70,14 +70,14 @@ def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace
 
 def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> CauseLink:
     """Return a chain whose links name their rack."""
-    ahead = [link]
-    while ahead:
-        current = ahead[-1]
+    stack = [link]
+    while stack:
+        current = stack[-1]
         missing = [cause for group in current.causes for cause in group if cause not in known]
         if missing:
-            ahead += missing
+            stack += missing
             continue
-        ahead.pop()
+        stack.pop()
         causes = tuple(tuple(known[cause] for cause in group) for group in current.causes)
         known.setdefault(current, replace(current, name=f"{rack}: {current.name}", causes=causes))
     return known[link]

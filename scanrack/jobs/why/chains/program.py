@@ -75,19 +75,19 @@ class ProgramChain(PythonChain):
     # --- lines
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
-        again = self._traced(row, "")
+        rerun = self._traced(row, "")
         base = self.recording.span((bits.slot, "out")).start + 2 * bits.word
-        made = [change for change in again.changes.get(row, ()) if _differs(change, base, bits.mask)]
+        changes = [change for change in rerun.changes.get(row, ()) if _differs(change, base, bits.mask)]
         values = self.value(bits, row), self.value(bits, row - 1) if row else None
-        return self._of_line(bits.slot, name, values, row, again, made)
+        return self._of_line(bits.slot, name, values, row, rerun, changes)
 
     def _of_value(self, text: str, row: int) -> CauseLink:
-        again = self._traced(row, text)
-        made = [
-            change for change in again.changes.get(row, ()) if not same(change.before[1], change.after[1])
+        rerun = self._traced(row, text)
+        changes = [
+            change for change in rerun.changes.get(row, ()) if not same(change.before[1], change.after[1])
         ]
-        values = again.value, made[0].before[1] if made else None
-        return self._of_line(0, text, values, row, again, made)
+        values = rerun.value, changes[0].before[1] if changes else None
+        return self._of_line(0, text, values, row, rerun, changes)
 
     def _traced(self, row: int, text: str) -> TracedRun:
         known = self._runs.get((row, text))
@@ -107,8 +107,8 @@ class ProgramChain(PythonChain):
         made: Sequence[TracedChange],
     ) -> CauseLink:
         """Return the link of a change by a line; `values` are the values after and before the scan."""
-        sent = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
-        line = sent[0].line if sent else made[-1].line if made else NOWHERE
+        slot_senders = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
+        line = slot_senders[0].line if slot_senders else made[-1].line if made else NOWHERE
         common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
         common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
         if not again.explains(row):
@@ -116,9 +116,9 @@ class ProgramChain(PythonChain):
         if not line.number and forced(self.recording.events, common["scan"], {name}):
             return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
         if not line.number:
-            text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
-            return CauseLink("line" if sent else "unknown", **common, text=text)
-        waited = self._of_sender(line, row) if sent else self._waited(line, row)
+            text = f"sent by {slot_senders[0].text}" if slot_senders else "no line of the program wrote it"
+            return CauseLink("line" if slot_senders else "unknown", **common, text=text)
+        waited = self._of_sender(line, row) if slot_senders else self._waited(line, row)
         causes = list(zip(waited or self._of_reads(made[-1], row)))
         site = _site(line)
         text = source_line(line.file, line.number)

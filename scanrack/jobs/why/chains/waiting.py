@@ -66,7 +66,7 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
 
 
 def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
-    """Return where a sequence was at the time of an edge; "" if it was already waiting for it."""
+    """Return where a sequence was at the time of an edge, as a phrase; "" if it already waited for it."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [step for step in steps if step.scan < scan]
     previous = before[-1] if before else None

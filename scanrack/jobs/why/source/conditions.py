@@ -50,13 +50,13 @@ def stands_in(file: str, number: int) -> Stands:
         tree = ast.parse(text)
     except (OSError, SyntaxError, ValueError):
         return NOTHING
-    inside, statement = [], None
+    conditions, statement = [], None
     for node, condition in _path(tree, number, text):
         statement = node
         if condition:
-            inside.append(condition)
+            conditions.append(condition)
     names = () if statement is None or hasattr(statement, "body") else tuple(names_read(statement))
-    return Stands(tuple(reversed(inside)), names)
+    return Stands(tuple(reversed(conditions)), names)
 
 
 def source_line(file: str, number: int) -> str:

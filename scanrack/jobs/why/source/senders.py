@@ -26,7 +26,7 @@ class Sender:
 
 
 def senders(logic: object, program: Path) -> list[Sender]:
-    """Return what writes the words of a program's modules, each with its command."""
+    """Return the writers of the words of a program's modules, each with its command."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, Logic):
