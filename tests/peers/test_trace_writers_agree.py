@@ -14,6 +14,7 @@ from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo
 from scanrack.traces.write import recorder
+from scanrack.traces.write.chunks import ChunkWriter
 from scanrack.traces.write.output import TraceFile
 
 
@@ -41,6 +42,8 @@ class StockWriter:
         self.add_metadata = self._writer.add_metadata
 
     open_bytes = 0  # the library does not tell
+    register, json_channel = ChunkWriter.register, ChunkWriter.json_channel  # they call `channel`
+    add_event = ChunkWriter.add_event  # calls `add_message`
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
         """Register a channel with a schema of its own, and write both; return the channel's id."""

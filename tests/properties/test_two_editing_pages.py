@@ -72,14 +72,14 @@ class QuickPrograms(EditedPrograms):
     def from_disk(self) -> Any:
         return ProgramVersion("rack.toml", self.name, {self.name: self.file.read_bytes()})
 
-    def with_copy(self, version: ProgramVersion) -> ProgramVersion:
-        return version
-
     def usable(self, job: Any, restart: str = "") -> Any:
         return job
 
 
 class Versions(dict[int, ProgramVersion]):
+    def with_copy(self, version: ProgramVersion) -> ProgramVersion:
+        return version
+
     def keep(self, number: int, version: ProgramVersion, _job: object) -> None:
         self[number] = version
 

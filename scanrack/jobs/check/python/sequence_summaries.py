@@ -37,7 +37,7 @@ Method = tuple[Reader, Function]
 
 
 @dataclass(slots=True)
-class _Place:
+class _Position:
     """The state of a walk over a sequence: its file, its locks, and what its names mean."""
 
     file: str
@@ -78,9 +78,9 @@ class SequenceSummaries:
     def follow(self, sequence: str, owner: str) -> None:
         """Note the actions of a sequence, under the name of its owner."""
         self._owner, self._pending = owner, {}
-        self._call(sequence, _Place("", sequence), None)
+        self._call(sequence, _Position("", sequence), None)
 
-    def _call(self, name: str, place: _Place, call: ast.Call | None) -> None:
+    def _call(self, name: str, place: _Position, call: ast.Call | None) -> None:
         """Follow a method into its body."""
         if name not in self._methods or place.depth == 0:
             return
@@ -92,7 +92,7 @@ class SequenceSummaries:
         self._body(function.body, inner)
 
     def _arguments(
-        self, function: Function, call: ast.Call, place: _Place
+        self, function: Function, call: ast.Call, place: _Position
     ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
         """Return the axes and number ranges that a call passes to a helper, by parameter."""
         nodes_by_name = given_to([arg.arg for arg in function.args.args[1:]], call)
@@ -104,13 +104,13 @@ class SequenceSummaries:
 
     # --- statements
 
-    def _body(self, body: Sequence[ast.stmt], place: _Place) -> None:
+    def _body(self, body: Sequence[ast.stmt], place: _Position) -> None:
         for statement in body:
             self._statement(statement, place)
             if any(isinstance(inner, ast.Return) for inner in ast.walk(statement)):
                 place = replace(place, sure=False)
 
-    def _statement(self, node: ast.stmt, place: _Place) -> None:
+    def _statement(self, node: ast.stmt, place: _Position) -> None:
         unsure = replace(place, sure=False)
         match node:
             case ast.If():
@@ -136,7 +136,7 @@ class SequenceSummaries:
                 self._expression(node, place)
                 self._named(node, place)
 
-    def _either(self, node: ast.If, place: _Place) -> None:
+    def _either(self, node: ast.If, place: _Position) -> None:
         """Note the arms of a statement. A command stays pending only if it is pending after both arms."""
         before = dict(self._pending)
         self._body(node.body, place)
@@ -144,13 +144,13 @@ class SequenceSummaries:
         self._body(node.orelse, place)
         self._pending = {name: call for name, call in self._pending.items() if name in after}
 
-    def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Place) -> None:
+    def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Position) -> None:
         """Note statement bodies that may not all run. No command is pending at the start of each."""
         for body in bodies:
             self._pending = {}
             self._body(body, place)
 
-    def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
+    def _passes(self, loop: ast.For, place: _Position) -> Iterator[_Position]:
         """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
         elements = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
         axes = [self._axis(node, place) for node in elements]
@@ -161,7 +161,7 @@ class SequenceSummaries:
         else:
             yield place
 
-    def _named(self, node: ast.AST, place: _Place) -> None:
+    def _named(self, node: ast.AST, place: _Position) -> None:
         """Follow a local name for an axis, as in `axis = self.x`."""
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
@@ -181,7 +181,7 @@ class SequenceSummaries:
                     attributes.add(node.attr)
         return attributes
 
-    def _with(self, statement: ast.With | ast.AsyncWith, place: _Place) -> _Place:
+    def _with(self, statement: ast.With | ast.AsyncWith, place: _Position) -> _Position:
         """Note the locks that a statement takes; return the state in its body."""
         for item in statement.items:
             self._expression(item.context_expr, place)
@@ -219,7 +219,7 @@ class SequenceSummaries:
 
     # --- expressions
 
-    def _expression(self, node: ast.AST, place: _Place) -> None:
+    def _expression(self, node: ast.AST, place: _Position) -> None:
         """Note the commands in an expression, in order."""
         waits = list(nodes_in(node, ast.Await))
         awaited = {id(lock) for lock in nodes_in(waits, ast.Call)}
@@ -235,13 +235,20 @@ class SequenceSummaries:
         if not all(isinstance(other, ast.Call) and last_name(other.func) == "dwell" for other in others):
             self._pending = {}
 
-    def _commanded(self, node: ast.expr, place: _Place) -> str:
+    def _commanded(self, node: ast.expr, place: _Position) -> str:
         """Return the axis whose method an expression calls; "" for another expression."""
         method = node.func if isinstance(node, ast.Call) else None
         return self._axis(method.value, place) if isinstance(method, ast.Attribute) else ""
 
     def _command(
-        self, axis: str, kind: str, call: ast.Call, place: _Place, *, awaited: bool, in_one: dict[str, str]
+        self,
+        axis: str,
+        kind: str,
+        call: ast.Call,
+        place: _Position,
+        *,
+        awaited: bool,
+        in_one: dict[str, str],
     ) -> None:
         place_of_call = FileLine(place.file, call.lineno)
         self._order += 1
@@ -283,7 +290,7 @@ class SequenceSummaries:
             text = f"{axis}.{kind} aborts {axis}.{in_one[axis]} in the same wait"
             self._facts.remark("move-interrupted", command.place, text)
 
-    def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
+    def _segments(self, call: ast.Call, place: _Position) -> tuple[tuple[Range, Range, Range], ...] | None:
         """Return length, speed and rate of a blend's segments; None if the text does not determine them."""
         segments_node = given_to(["segments"], call).get("segments")
         segments = self._numbers[place.file].sequence(segments_node) if segments_node is not None else None
@@ -294,7 +301,7 @@ class SequenceSummaries:
             for segment in segments
         )
 
-    def _values(self, axis: str, kind: str, call: ast.Call, place: _Place) -> dict[str, tuple[Range, ...]]:
+    def _values(self, axis: str, kind: str, call: ast.Call, place: _Position) -> dict[str, tuple[Range, ...]]:
         """Return the ranges of a command's arguments, as far as they are known."""
         bound = self._bound(axis, kind, call)
         segments = bound.pop("segments", None)
@@ -314,7 +321,7 @@ class SequenceSummaries:
         except TypeError:
             return {}
 
-    def _axis(self, node: ast.expr, place: _Place) -> str:
+    def _axis(self, node: ast.expr, place: _Position) -> str:
         """Return the name of the axis in an expression; "" if the expression is not an axis."""
         if isinstance(node, ast.Name):
             return place.axes.get(node.id, "")
