@@ -37,8 +37,8 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/command_layer.py",
         "CommandLayer.next_wake_ns",
-        "waiting and self.state.running",
-        "waiting",
+        "is_waiting and self.state.running",
+        "is_waiting",
         "a tick more changes nothing",
     ),
     Equivalent(
@@ -63,7 +63,7 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/commands.py",
         "resume",
-        "not refused(host, now_ns, command) and held is not None",
+        "not refused(host, now_ns, command) and held_move is not None",
         "not refused(host, now_ns, command)",
         "without a held move it is refused",
     ),
