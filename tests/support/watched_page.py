@@ -250,7 +250,8 @@ class Look:
         steadily(click)
 
     def click(self, selector: str, by: str = "css selector") -> None:
-        """Click the first element of a selector."""
+        """Click the first element of a selector, once it is there."""
+        until(lambda: self.browser.find_elements(by, selector))
         steadily(lambda: self.browser.find_element(by, selector).click())
 
     def choose(self, name: str, value: str) -> None:

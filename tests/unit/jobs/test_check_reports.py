@@ -250,7 +250,8 @@ def test_an_export_without_a_rack(tmp_path, unproved):
 @pytest.mark.parametrize("tags", ["", "TAG S : INT[84]\n"])
 def test_the_status_file_of_an_slc_is_no_unused_tag(tags, tmp_path, unproved):
     file = tmp_path / "slc.rung"
-    file.write_text(f"PROGRAM p\nDIALECT slc\n{tags}TAG N7 : INT[2]\nROUTINE Main\nADD(N7:0,1,N7:1);\nEND\n")
+    text = f"PROGRAM p\nDIALECT slc\n{tags}TAG N7 : INT[2]\nROUTINE Main\nADD(N7:0,1,N7:1);\nEND\n"
+    file.write_text(text, encoding="utf-8")
     done = run(file)
     assert (done.stdout, done.exit_code) == ("no findings\n", 0)
 
