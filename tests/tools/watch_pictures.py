@@ -168,14 +168,14 @@ PICTURES: dict[str, Callable[[Look], None]] = {
 }
 
 
-def main(wanted: list[str]) -> None:
+def main(names: list[str]) -> None:
     missing = why_not()
     if missing is not None:
         sys.exit(missing)
     with tempfile.TemporaryDirectory() as profile:
         browser = open_browser(Path(profile))
         try:
-            for name in wanted or PICTURES:
+            for name in names or PICTURES:
                 PICTURES[name](Look(browser))
                 browser.execute_script("localStorage.clear()")
         finally:
