@@ -257,7 +257,7 @@ def edit(smoke: bool) -> None:
 
 def edits(smoke: bool) -> None:
     """Drop or negate a contact of random programs: values that differ in random scans are reported."""
-    begin, told, seen, silent = time.process_time(), 0, 0, 0
+    begin, reported, seen, silent = time.process_time(), 0, 0, 0
     for seed in range(4 if smoke else 200):
         rng = Random(seed)
         text = program_text(rng)
@@ -270,10 +270,10 @@ def edits(smoke: bool) -> None:
         apart = random_runs(one, two, [key for key in keys if "~" not in key[0]])
         changed = {each.key for each in compare(old, new).changed}
         assert apart.keys() <= changed, (seed, apart.keys() - changed)
-        told += len(changed)
+        reported += len(changed)
         seen += len(apart)
         silent += not changed
-    text = f"{seen} values differ in random scans, {told} are told, {silent} edits change nothing"
+    text = f"{seen} values differ in random scans, {reported} are reported, {silent} edits change nothing"
     said("edits", time.process_time() - begin, text)
 
 

@@ -29,6 +29,9 @@ TraceArgument = Annotated[
     Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)
 ]
 TrustOption = Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")]
+ScansOption = Annotated[
+    int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
+]
 RangeOption = Annotated[
     list[str] | None,
     typer.Option(

@@ -13,6 +13,7 @@ from scanrack.terminal.shared_options import (
     KeepValuesOption,
     MemoryOption,
     ReplaceOption,
+    ScansOption,
     ServerOption,
     UaSecurityOption,
     UaUsersOption,
@@ -68,9 +69,7 @@ class WatchArguments:
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
     ] = None
-    scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
-    ] = None
+    scans: ScansOption = None
     live: Annotated[
         bool,
         typer.Option("--live", help="Real ports may move real motors. This is not a safety system."),

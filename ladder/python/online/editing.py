@@ -143,11 +143,11 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
 def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
     """Return the context of an edit for placing its sequences."""
     before = {part.name: part for part in logic._logic_parts}
-    anew = tuple(before[name] for name in parts.changed if name in before)
+    restarted = tuple(before[name] for name in parts.changed if name in before)
     dropped = tuple(part for name, part in before.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
-    return EditContext(old, new, codes, anew + dropped, new.changed_from(old), texts)
+    return EditContext(old, new, codes, restarted + dropped, new.changed_from(old), texts)
 
 
 def _names(logic: Logic, edition: Edition) -> list[str]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # `grouped` resolves the annotations only if typer reads the 
         KeepValuesOption,
         MemoryOption,
         ReplaceOption,
+        ScansOption,
         ServerOption,
         UaSecurityOption,
         UaUsersOption,
@@ -42,9 +43,7 @@ class RunArguments:
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
     ] = None
-    scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
-    ] = None
+    scans: ScansOption = None
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C without --for and run_for_s.")
     ] = False

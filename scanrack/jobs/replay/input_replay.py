@@ -36,11 +36,11 @@ from scanrack.runtime.loop.scan import LogicScan, ScanFlag, ScanLogic, attached
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.replay import PackedTrace
 
+from ..load.recorded_scans import RecordedScan, recorded_rack, recorded_scans
 from ..record.link_losses import LinkChange, link_changes
 from ..record.logic_wrapper import unwrapped
 from ..record.settable_tags import settable_tags
 from ..run.playback import RecordedInputs
-from .recorded_scans import RecordedScan, recorded_rack, recorded_scans
 from .tag_orders import TagOrders
 
 _FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)

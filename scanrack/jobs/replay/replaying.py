@@ -19,13 +19,13 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import Image, PackedTrace
 
 from ..load.building import build_rack
+from ..load.recorded_scans import recorded_rack
 from ..record.edits_and_forces import image_forces, is_edit
 from ..record.link_losses import link_changes
 from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
-from .recorded_scans import recorded_rack
 from .resumed_operation import ResumedOperation
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli

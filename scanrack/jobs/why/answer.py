@@ -20,7 +20,7 @@ from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
-from ..replay.recorded_scans import recorded_words
+from ..load.recorded_scans import recorded_words
 from .bits import Bits, shows_input
 from .chain import RackChain
 from .past import ALL_BITS, Past, SlotPast, event_text

@@ -21,8 +21,8 @@ from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
 from ..load.program import lines_marked
+from ..load.recorded_scans import RecordedScan, recorded_scans
 from ..replay.input_replay import InputReplay
-from ..replay.recorded_scans import RecordedScan, recorded_scans
 from .traced_run import Load, fresh
 
 

@@ -22,7 +22,7 @@ from weakref import finalize
 import numpy as np
 import zstandard
 from scanrack.io_images.memory_layout import MemoryLayout
-from scanrack.jobs.replay.recorded_scans import RecordedScan, as_scan
+from scanrack.jobs.load.recorded_scans import RecordedScan, as_scan
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.executed import TracedEngine
 from scanrack.ladder.debug.forces import Forces

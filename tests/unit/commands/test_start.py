@@ -39,6 +39,7 @@ RUN = {"email", "importlib.metadata", "numpy", "rich", "typer"}
 """Libraries that a run of a rack file does without, if its words are plain."""
 
 WHY = {
+    "scanrack.jobs.replay",
     "scanrack.jobs.run",
     "scanrack.runtime.live",
     "scanrack.traces.compare",

@@ -14,7 +14,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
 
-from ..load.building import round_trip_ms
+from .building import round_trip_ms
 
 
 class RecordedScan(NamedTuple):
