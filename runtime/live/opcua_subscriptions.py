@@ -62,11 +62,11 @@ class Subscriptions:
         if not own_count:
             raise service_error("BadNoSubscription")
         results = []
-        for acknowledgement in acknowledged or ():
-            subscription, code = self._own(acknowledgement.SubscriptionId), "Good"
+        for receipt in acknowledged or ():
+            subscription, code = self._own(receipt.SubscriptionId), "Good"
             if subscription is None:
                 code = "BadSubscriptionIdInvalid"
-            elif subscription._not_acknowledged_results.pop(acknowledgement.SequenceNumber, None) is None:
+            elif subscription._not_acknowledged_results.pop(receipt.SequenceNumber, None) is None:
                 code = "BadSequenceNumberUnknown"
             results.append(status(code))
         return own_count, results
