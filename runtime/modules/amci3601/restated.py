@@ -26,7 +26,7 @@ class Restated3601(Amci3601):
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
         image = super().update(now_ns, self._taken(outputs))
-        for word, value in enumerate(self._form.shown(image.words.tolist())):
+        for word, value in enumerate(self._form.from_3601(image.words.tolist())):
             self._shown.words[word] = value
         return self._shown
 
@@ -42,6 +42,6 @@ class Restated3601(Amci3601):
         return {self._places[word]: values for word, values in own_words.items() if word in self._places}
 
     def _taken(self, outputs: Image) -> Image:
-        for word, value in enumerate(self._form.heard(outputs.words.tolist())):
+        for word, value in enumerate(self._form.to_3601(outputs.words.tolist())):
             self._heard.words[word] = value
         return self._heard

@@ -508,7 +508,7 @@ class DriveLayer:
             go(now_ns)
 
     def _ranges_hold(self, command: DriveCommand) -> bool:
-        return command.ranges_hold(self.start_sps) and command.current_holds
+        return command.is_in_range(self.start_sps) and command.current_is_legal
 
     def _begin(self, command: DriveCommand, motion: DriveMotion) -> None:
         """Make a motion the running one, and note current and jerk of its command."""
@@ -632,7 +632,7 @@ class DriveLayer:
             self.fire(now_ns, "CMD-16")
             return
         session.waiting = False
-        is_allowed = bool(command.target) and command.ranges_hold(self.start_sps)
+        is_allowed = bool(command.target) and command.is_in_range(self.start_sps)
         if not is_allowed or len(session.segments) == SEGMENTS_MAX:
             self.fire(now_ns, "CMD-11")
             self.session, self.segments = None, []
@@ -652,7 +652,7 @@ class DriveLayer:
         self.memory = self.memory.written(**changes)
 
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_holds)):
+        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)):
             return
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)
