@@ -1,7 +1,7 @@
 """Differences between a 3601 and a networked drive: a row for each bit or word with another meaning.
 
 A row has the bits, their meanings on a 3601 and on the drive, and a replacement. Sources are pages of the
-drive's manuals, or readings (R-nn) where the manuals are silent. Bits in no row have the same meaning on both.
+drive's manuals, or readings (R-nn) where the manuals are silent. Bits in no row mean the same on both.
 """
 
 from __future__ import annotations

@@ -117,7 +117,7 @@ class ListedTag:
 def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
     """Return the smallest part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`.
 
-    "" is the whole tag. If the bytes are in several elements or members, the part is their array or structure.
+    "" is the whole tag. Bytes of several elements or members are in the array or structure of these.
 
     Args:
         offset: of the bytes in the tag.

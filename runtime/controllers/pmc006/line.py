@@ -41,7 +41,7 @@ class Pmc006:
     @property
     def passed_over(self) -> int:
         """Bytes received so far outside any frame."""
-        return self._framer.passed_over
+        return self._framer.skipped
 
     @property
     def next_wake_ns(self) -> int | None:

@@ -652,7 +652,9 @@ class DriveLayer:
         self.memory = self.memory.written(**changes)
 
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)):
+        if not self._may_move(
+            now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)
+        ):
             return
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)

@@ -110,7 +110,8 @@ WRONG = {
         + block("ADD", 1, "Sum")
         + block("CC", 2, "Alarm", x=5)
         + block("IMC", 3, "Two", x=9),
-        "sheet 1, IMC Loop; sheet 1, CC Alarm; sheet 1, IMC Two: scanrack has no IMC, CC in function block diagrams",
+        "sheet 1, IMC Loop; sheet 1, CC Alarm; sheet 1, IMC Two: "
+        "scanrack has no IMC, CC in function block diagrams",
     ),
     "an unknown function": (
         block("FOO__F", 7),

@@ -124,7 +124,12 @@ def test_a_rung_says_what_the_data_leave_out():
     [
         ("DATA N7:0\n% N7:0 % 1 99999 3", "N7:1", 2, "99999 does not fit 16 bits"),
         ("DATA N7:0\n1 2.5", "N7:1", 2, "2.5 is not an integer"),
-        ("DATA T4:0\n0X0000 1 % T4:0 %", "T4:0", 2, "elements of T have three words, but the line has 2 values"),
+        (
+            "DATA T4:0\n0X0000 1 % T4:0 %",
+            "T4:0",
+            2,
+            "elements of T have three words, but the line has 2 values",
+        ),
         ("DATA T4:0\n0X0000 1 x % T4:0 %", "T4", 2, "the line is not understood: 0X0000 1 x"),
         ("DATA N7:0 5 ?", "N7", 1, "the line is not understood: ?"),
         ("DATA ST9:0\n7", "ST9:0", 2, "7 is not a text in quotation marks"),
