@@ -54,7 +54,7 @@ def test_examples_are_those_of_the_repository(tmp_path):
 
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "line.py").write_text("mine", encoding="utf-8")
-    with pytest.raises(ProjectError, match=r"has line\.py in it: a new project takes a new or empty folder"):
+    with pytest.raises(ProjectError, match=r"is not empty \(line\.py\): choose a new or empty folder"):
         new_project(tmp_path)
     with pytest.raises(ProjectError, match="is a file"):
         new_project(tmp_path / "line.py")

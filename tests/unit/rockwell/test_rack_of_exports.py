@@ -100,14 +100,14 @@ def test_the_first_free_slot_is_one_of_no_module(tmp_path):
 def test_the_words_of_a_3601_are_one_and_the_file_says_so(tmp_path):
     found, output = slots(machine(tmp_path, generic("Feed", 2, 8, 8), module("DI", 1)))
     assert found == {1: "1769-IQ16", 2: "amci3601"}
-    assert "# slot 2: 1769-MODULE Feed: taken for a 3601, since it has the words of one" in output
+    assert "# slot 2: 1769-MODULE Feed: treated as a 3601, since it has a 3601's sizes" in output
 
 
 @pytest.mark.parametrize("name", ["Valves", "VALVES", "1"])
 def test_the_user_names_a_3601(tmp_path, name):
     found, output = slots(machine(tmp_path, generic("Valves", 1, 31, 31)), "--stepper", name)
     assert found == {1: "amci3601"}
-    assert f"# slot 1: 1769-MODULE Valves: taken for a 3601, since --stepper {name} says so" in output
+    assert f"# slot 1: 1769-MODULE Valves: treated as a 3601, since --stepper {name} names it" in output
 
 
 def test_a_stepper_that_is_not_there_is_refused(tmp_path):

@@ -374,7 +374,7 @@ def test_a_search_finds_no_module_that_was_left_in_its_folder(place: Path, left:
     else:
         path.symlink_to(place.parent / "outside")
     result = scanrack(*COMMANDS["fuzz"])
-    assert (result.exit_code, "is there already" in result.stderr) == (2, True)
+    assert (result.exit_code, "already exists" in result.stderr) == (2, True)
     assert not (place.parent / "canary").exists()
 
 
