@@ -151,7 +151,7 @@ def _check_trust(files: Mapping[str, bytes]) -> None:
     if foreign:
         fingerprint_lines = "\n".join(f"  {line}" for line in fingerprints(foreign))
         raise UntrustedError(
-            "this would run Python from the trace with all your rights:\n"
+            "this would run Python that came with the trace, with all your rights:\n"
             f"{fingerprint_lines}\n"
             "read these files (scanrack show TRACE --extract FOLDER), then add --trust"
         )

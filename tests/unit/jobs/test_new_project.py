@@ -73,7 +73,7 @@ def test_the_command_says_what_is_there_and_how_to_go_on(tmp_path, monkeypatch):
     assert done.exit_code == 0
     assert done.stdout.splitlines()[-1] == f"See it run:  scanrack watch {Path('line/feeder.toml')} --open"
     again = CliRunner().invoke(build(), ["new", "line"])
-    assert (again.exit_code, "line has NEXT.md" in again.stderr) == (2, True)
+    assert (again.exit_code, "line is not empty (NEXT.md" in again.stderr) == (2, True)
     rungs = CliRunner().invoke(build(), ["new", "rungs", "--logic", "ladder"])
     assert (rungs.exit_code, str(Path("rungs/line.rung")) in rungs.stdout) == (0, True)
     unknown = CliRunner().invoke(build(), ["new", "other", "--from", "feeders"])
