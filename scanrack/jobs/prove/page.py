@@ -122,7 +122,7 @@ def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) 
 
 
 def _deciding_rungs(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
-    """Yield the rungs that write tags of a claim, then the rungs that write tags of these rungs, and so on."""
+    """Yield the rungs that write tags of a claim, then the rungs that write tags of these rungs, ..."""
     drawable = {
         routine.name: set(routine.numbers) for routine in debugger.program.routines if routine.chart is None
     }

@@ -51,7 +51,7 @@ def no_progress(_name: str, _number: int, _of: int) -> None:
 
 @dataclass(slots=True)
 class ScenarioFolder:
-    """The folder of a command's scenarios: the first scenario creates and locks it, the context unlocks it."""
+    """The folder of a command's scenarios. Saving creates and locks it; the context unlocks it."""
 
     path: Path
     _lock: ExitStack = field(default_factory=ExitStack)

@@ -1,8 +1,8 @@
 """Proofs for the findings of `scanrack check`, if the solver is installed and decides quickly.
 
 The questions are the same as in `scanrack prove`: does an output of a rung ever have power, is a coil ever
-on, can a divisor be zero? Bits that the program only clears, and tags with names of operator controls, count as
-set from outside.
+on, can a divisor be zero? Bits that the program only clears, and tags with names of operator controls, count
+as set from outside.
 """
 
 from __future__ import annotations
