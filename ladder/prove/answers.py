@@ -66,9 +66,9 @@ class ScenarioStep:
 
     def text(self, changes: Sequence[str]) -> str:
         """Return the scan as text; `changes` describes the inputs that change."""
-        parts = [f"{self.ms:,} ms later"] if self.ms else []
-        parts += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
-        return ", ".join([*parts, *changes]) or "power-up"
+        phrases = [f"{self.ms:,} ms later"] if self.ms else []
+        phrases += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
+        return ", ".join([*phrases, *changes]) or "power-up"
 
 
 @dataclass(frozen=True)
@@ -133,13 +133,15 @@ def answer(
     scans = verdict.scans and smallest(program.program, verdict.scans, watched.bit, bits, modules)
     assumed_claims = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
     layout = problem.lowered.layout
-    held = sorted((number.named(tag_text(layout, number.key)), number.value) for number in verdict.held)
+    held_values = sorted(
+        (number.named(tag_text(layout, number.key)), number.value) for number in verdict.held
+    )
     return Answer(
         watched.claim,
         verdict,
         scans,
         tuple(steps_of(layout, scans)),
-        tuple(held),
+        tuple(held_values),
         (
             *assumed(problem.happens),
             *[assumption.text for assumption in (*program.assumptions, *assumed_claims)],
@@ -187,10 +189,10 @@ def ask(
 ) -> Answer:
     """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
     claims = {"never": never, "always": always, "reachable": reachable}
-    named = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
-    if len(named) != 1:
-        raise LadderError(f"give one of {', '.join(claims)}, not {len(named)} of them")
-    kind, text = named[0]
+    given_claims = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
+    if len(given_claims) != 1:
+        raise LadderError(f"give one of {', '.join(claims)}, not {len(given_claims)} of them")
+    kind, text = given_claims[0]
     claim = Claim(f"{kind} {text}", kind, text, tuple(assume))
     watched = monitored(program, [claim])
     problem = ProgramSystem(
@@ -208,14 +210,14 @@ def ask(
 @contextmanager
 def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
     """Assume that bits are true after each scan."""
-    kept = problem.contract, problem.assume
+    saved = problem.contract, problem.assume
     try:
         for bit in bits:
             problem.contract = and_(problem.contract, problem.after(bit))
         problem.assume = (*problem.assume, *bits)
         yield
     finally:
-        problem.contract, problem.assume = kept
+        problem.contract, problem.assume = saved
 
 
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:

@@ -78,11 +78,11 @@ def named_apart(claims: Iterable[Claim]) -> list[Claim]:
     ['one way', 'One way (2)']
     """
     counts: dict[str, int] = {}
-    named = []
+    unique = []
     for claim in claims:
         number = counts[claim.name.upper()] = counts.get(claim.name.upper(), 0) + 1
-        named.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
-    return named
+        unique.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
+    return unique
 
 
 def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:

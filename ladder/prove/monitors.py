@@ -60,7 +60,7 @@ class WatchedClaim:
     assume: tuple[Key, ...] = ()  # bits of the claim's own assumptions
 
     def holds(self, engine: Engine) -> bool:
-        """Whether the bit is false after the last scan of an engine."""
+        """Return whether the bit is false after the last scan of an engine."""
         return not engine.memory.read(engine.lowered.layout.leaf(self.bit[0]), self.bit[1])
 
 
@@ -90,7 +90,7 @@ class ClaimWatch:
         self._is_kept = True  # whether all assumptions have held so far
 
     def is_broken(self, tags: Any) -> bool:
-        """Whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
+        """Return whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
         self._is_kept = self._is_kept and all(tags[name] for name in self._assumed)
         return self._is_kept and bool(tags[self._bit])
 
@@ -111,19 +111,19 @@ def monitored(
     built = program.build()
     named_claims = named_apart([*claims, *claims_in(built)])
     maker = _Maker(named_claims, never_routines(program), slots)
-    with_them = _copy(program, slots)
-    with_them.monitors = maker.lower
+    watched_program = _copy(program, slots)
+    watched_program.monitors = maker.lower
     try:
-        lowered = with_them.build()
+        lowered = watched_program.build()
     except BuildError as error:
         raise maker.refusal(error) from None
     lowered.monitors = tuple(maker.routines)
     lowered.closing = (*lowered.closing, run_monitors)
-    maker.keep_initials(with_them)
+    maker.keep_initials(watched_program)
     properties = [monitor for monitor in maker.watched if monitor.claim.kind is not ClaimKind.ASSUME]
     assumed = [monitor for monitor in maker.watched if monitor.claim.kind is ClaimKind.ASSUME]
     return MonitoredProgram(
-        with_them,
+        watched_program,
         tuple(properties),
         tuple(monitor.bit for monitor in assumed),
         tuple(monitor.claim for monitor in assumed),
@@ -163,7 +163,7 @@ def why_broken(engine: Engine, bit: Key) -> str:
 
 
 def is_claims(routine: str) -> bool:
-    """Whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
+    """Return whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
     return is_monitors_own(_short(routine))
 
 
@@ -174,17 +174,17 @@ def monitoring(machine: Any) -> Iterator[None]:
     Args:
         machine: an interpreter, or the machine of terms.
     """
-    kept = [(name, machine.status(name)) for name in STATUS_FLAGS if name != "S:FS"]
+    saved = [(name, machine.status(name)) for name in STATUS_FLAGS if name != "S:FS"]
     machine.set_status("S:FS", False)
     if machine.lowered.override:
         machine.set_status(OVERRIDE, False)
     yield
-    for name, value in kept:
+    for name, value in saved:
         machine.set_status(name, value)
 
 
 def is_monitors_own(path: str) -> bool:
-    """Whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
+    """Return whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
 
     >>> is_monitors_own("PROVE__3"), is_monitors_own("FWD")
     (True, False)
@@ -195,9 +195,9 @@ def is_monitors_own(path: str) -> bool:
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return an unbuilt copy of a program, with names for the slots."""
     result = program.copied()
-    known = {declaration.name.upper() for declaration in program.declarations}
-    named = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in known]
-    result.declarations += named
+    declared_names = {declaration.name.upper() for declaration in program.declarations}
+    aliases = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in declared_names]
+    result.declarations += aliases
     return result
 
 
@@ -305,16 +305,16 @@ class _Maker:
                 return parse_expression(plain)
             block = parse_statements(f"Claim := ({plain}\n);", specs=BY_NAME)
         except LadderError as error:
-            raise LadderError(f"{_named(claim)}: {text}: {error.reason}", claim.site) from None
+            raise LadderError(f"{_claim_name(claim)}: {text}: {error.reason}", claim.site) from None
         if len(block) != 1 or not isinstance(block[0], Assignment):
-            raise LadderError(f"{_named(claim)}: {text}: one condition is needed", claim.site)
+            raise LadderError(f"{_claim_name(claim)}: {text}: one condition is needed", claim.site)
         return block[0].value
 
     def _latch(self, scope: str, text: str) -> str:
         """Return the tag of `old(text)`."""
-        known = self._old.get((scope, text))
-        if known is not None:
-            return known[0]
+        existing = self._old.get((scope, text))
+        if existing is not None:
+            return existing[0]
         try:
             place = self._lowering.resolver.address(parse_address(text))
         except AddressError as error:
@@ -364,23 +364,23 @@ class _Maker:
         lines = []
         for problem in error.problems:
             claim = self._claims.get(problem.site.routine.upper())
-            where = _named(claim) + f": {claim.text}" if claim else problem.where
-            lines.append(f"{where}: {problem.text}; {problem.remedy}")
+            place = _claim_name(claim) + f": {claim.text}" if claim else problem.where
+            lines.append(f"{place}: {problem.text}; {problem.remedy}")
         return LadderError("\n".join(lines), *(mistake.site for mistake in error.problems))
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
     """Replace each `old(...)` in a condition by what `latch` returns for its content."""
-    parts, begin = [], 0
+    pieces, begin = [], 0
     for match in _OLD.finditer(text):
         if match.start() < begin:
             raise LadderError("old(...) in old(...): name one value")
         end = text.find(")", match.end())
         if end < 0:
             raise LadderError("old( has no closing parenthesis")
-        parts += [text[begin : match.start()], latch(text[match.end() : end].strip())]
+        pieces += [text[begin : match.start()], latch(text[match.end() : end].strip())]
         begin = end + 1
-    return "".join([*parts, text[begin:]])
+    return "".join([*pieces, text[begin:]])
 
 
 _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
@@ -389,10 +389,10 @@ _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
 _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 
 
-def _named(claim: Claim) -> str:
+def _claim_name(claim: Claim) -> str:
     """Return how an error names a claim: its name, and its place if it is in the program."""
-    where = f"{claim.site.where}: " if claim.site.routine else ""
-    return f"{where}property {claim.name!r}" if claim.name != claim.sentence else f"{where}prove"
+    place = f"{claim.site.where}: " if claim.site.routine else ""
+    return f"{place}property {claim.name!r}" if claim.name != claim.sentence else f"{place}prove"
 
 
 def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:

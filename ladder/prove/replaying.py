@@ -87,7 +87,7 @@ class ReplayedRun:
         confirmed: whether the program breaks the property, as in the solver's model.
         fault: the major fault that ended the run, in its last scan or earlier.
         computed: the values that instructions without a model computed, by scan and variable.
-        done: number of scans without a fault.
+        scans_done: number of scans without a fault.
         differs: places where the relation and the program differ: a defect, unless an unmodeled instruction
             decides them.
     """
@@ -96,7 +96,7 @@ class ReplayedRun:
     fault: LadderFault | None = None
     computed: dict[tuple[int, str], Any] = field(default_factory=dict)
     differs: tuple[Key, ...] = ()
-    done: int = 0
+    scans_done: int = 0
 
 
 class Run:
@@ -164,12 +164,12 @@ class Run:
 
 
 def is_turned(values: Values) -> bool:
-    """Whether the key is turned to program and back after a scan."""
+    """Return whether the key is turned to program and back after a scan."""
     return bool(values.get(TURNED, False))
 
 
 def is_again(values: Values) -> bool:
-    """Whether the run ends after a scan, and the next run begins with its tags."""
+    """Return whether the run ends after a scan, and the next run begins with its tags."""
     return bool(values.get(RETAINED, False))
 
 
@@ -190,17 +190,17 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
     remembered = [name for name in problem.next if name not in problem.key_of]
     remember = Evaluator([problem.next[name] for name in remembered])
     for number, values in enumerate(scans):
-        was = dict(zip(remembered, remember(before), strict=True)) if number else {}
+        remembered_values = dict(zip(remembered, remember(before), strict=True)) if number else {}
         try:
-            before = run.scan(values) | was
+            before = run.scan(values) | remembered_values
         except LadderFault as fault:
             result.fault = fault
             _learn_fault(problem, fault, number, result)
             if number + 1 == len(scans):
                 run_claims(run.engine)
-                result.confirmed = broken(run.engine, run.before | was)
+                result.confirmed = broken(run.engine, run.before | remembered_values)
             return result
-        result.done += 1
+        result.scans_done += 1
         result.computed |= {(number, name): False for name in problem.machine.may_fault}
         if problem.unmodeled:
             _learn(problem, run, number, before, result)
@@ -209,8 +209,8 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
             return result
     result.confirmed = broken(run.engine, before)
     if not result.confirmed:
-        known = {name for scan, name in result.computed if scan == len(scans) - 1}
-        result.differs = _differences(problem, run, before, problem.unmodeled.keys() - known)
+        computed_names = {name for scan, name in result.computed if scan == len(scans) - 1}
+        result.differs = _differences(problem, run, before, problem.unmodeled.keys() - computed_names)
     return result
 
 
@@ -230,24 +230,26 @@ def _learn_written(problem: ProgramSystem, run: Run, number: int, result: Replay
 
 
 def _learn(
-    problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
+    problem: ProgramSystem, run: Run, number: int, variable_values: dict[str, Any], result: ReplayedRun
 ) -> None:
     """Find what instructions without a model computed in a scan, as far as its end still shows it."""
     for _ in range(3):  # one value can select the place that shows another
-        values = _seen_havocs(problem, run, before)
-        if all(before.get(name) == value for name, value in values.items()):
+        values = _seen_havocs(problem, run, variable_values)
+        if all(variable_values.get(name) == value for name, value in values.items()):
             break
-        before.update(values)
+        variable_values.update(values)
     for name, value in values.items():
         result.computed[number, name] = value
 
 
-def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, Any]:
+def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> dict[str, Any]:
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
     conditions = [node.args[0] for node in reach(roots) if node.op == "ite"]
-    values = dict(zip([condition.id for condition in conditions], Evaluator(conditions)(before), strict=True))
+    values = dict(
+        zip([condition.id for condition in conditions], Evaluator(conditions)(variable_values), strict=True)
+    )
     havocs: dict[str, Any] = {}
     for key, root in zip(keys, roots, strict=True):
         term = root
@@ -274,8 +276,8 @@ def _differences(
             for key in keys
             if not any(variable.val in unknown for variable in variables([machine.state[key]]))
         ]
-    got = Evaluator([machine.state[key] for key in keys])(before)
-    return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
+    expected_values = Evaluator([machine.state[key] for key in keys])(before)
+    return tuple(key for key, value in zip(keys, expected_values, strict=True) if value != run.after(key))[:3]
 
 
 def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
@@ -302,14 +304,14 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
 
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
     """Return the scans that a solver chose: their times, and the inputs that change."""
-    chosen, now = [], dict(system.initial)
+    chosen, current = [], dict(system.initial)
     bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
         inputs: dict[Key, Any] = {}
         for name, value in values.items():
             key = system.key_of.get(name)
-            if key is not None and system.role(name) == "free" and now.get(name) != value:
-                inputs[key] = now[name] = value
+            if key is not None and system.role(name) == "free" and current.get(name) != value:
+                inputs[key] = current[name] = value
         inputs |= bits[number] if number < len(bits) else {}
         earlier = scans[number - 1] if number else {}
         repeats = is_again(earlier)

@@ -35,15 +35,15 @@ def in_short_scans(
 ) -> list[dict[str, Any]]:
     """Split long scans into scans of the rack's length; inputs change before the first or the last one."""
     short_scans: list[dict[str, Any]] = []
-    before: dict[str, Any] = {}
+    previous: dict[str, Any] = {}
     for number, values in enumerate(scans):
         pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
-        now = {name: value for name, value in values.items() if name in longer.key_of}
+        current = {name: value for name, value in values.items() if name in longer.key_of}
         events = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
-        held = now if inputs_first else before
+        held = current if inputs_first else previous
         short_scans += [{**held, DT: time} for time in pieces[:-1]]
-        short_scans.append({**now, DT: pieces[-1], **events})
-        before = now
+        short_scans.append({**current, DT: pieces[-1], **events})
+        previous = current
     return short_scans
 
 

@@ -64,7 +64,7 @@ def filled(t: T, value: Any, lanes: int = LANES) -> Array:
 
 
 def is_wide(t: T) -> bool:
-    """Whether a whole number needs more bits than an array element has."""
+    """Return whether a whole number needs more bits than an array element has."""
     return t.kind == INT and not -FAR < t.lo <= t.hi < FAR
 
 
@@ -93,7 +93,7 @@ def _function(t: T) -> Callable[..., Array]:
     if t.op in ("f2f", "i2f"):
         kind = dtype_of(t)
         return lambda a: a.astype(np.float64).astype(kind)
-    return _each(t)
+    return _per_run(t)
 
 
 def _wide(t: T) -> Callable[..., Array]:
@@ -104,7 +104,7 @@ def _wide(t: T) -> Callable[..., Array]:
     elif t.op in _WIDE:
         function = _PLAIN[t.op]
     else:
-        return _each(t)
+        return _per_run(t)
     kind = dtype_of(t)
 
     def computed(*operands: Array) -> Array:
@@ -114,7 +114,7 @@ def _wide(t: T) -> Callable[..., Array]:
     return computed
 
 
-def _each(t: T) -> Callable[..., Array]:
+def _per_run(t: T) -> Callable[..., Array]:
     """Return a function that computes run by run, as `meaning` defines."""
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 

@@ -19,14 +19,14 @@ class Evaluator:
     def __init__(self, roots: Sequence[T]) -> None:
         order = reach(roots)
         slots = {node.id: number for number, node in enumerate(order)}
-        self._found: list[Any] = [None] * len(order)
+        self._results: list[Any] = [None] * len(order)
         self._variables: list[tuple[int, str, int]] = []
         self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []
         for slot, term in enumerate(order):
             if term.op == "var":
                 self._variables.append((slot, term.val, False if term.kind == BOOL else 0))
             elif term.op == "const":
-                self._found[slot] = self._constant(term)
+                self._results[slot] = self._constant(term)
             else:
                 self._steps.append(
                     (slot, self._function(term), [slots[argument.id] for argument in term.args])
@@ -41,7 +41,7 @@ class Evaluator:
 
     def __call__(self, values: Mapping[str, Any]) -> list[Any]:
         """Return the values of the roots; `values` has the variables by name, a missing variable is 0."""
-        results = self._found
+        results = self._results
         for slot, name, default in self._variables:
             results[slot] = values.get(name, default)
         for slot, function, operands in self._steps:

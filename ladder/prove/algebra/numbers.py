@@ -130,10 +130,10 @@ def bit(a: T, k: int) -> T:
     if a.op == "setbit":
         return a.args[1] if a.val[0] == k else bit(a.args[0], k)
     if a.op == "ite":
-        known = memo.get((a.id, k))
-        if known is None:
-            known = memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
-        return known
+        simplified = memo.get((a.id, k))
+        if simplified is None:
+            simplified = memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
+        return simplified
     if a.lo >= 0 and k == bits_of(a.lo, a.hi) - 1:
         return FALSE
     return mk("bit", (a,), BOOL, k)
@@ -158,11 +158,11 @@ def eq(a: T, b: T) -> T:
     if a.hi < b.lo or b.hi < a.lo:
         return FALSE
     if b.op == "const" and a.op == "ite" and "const" in (a.args[1].op, a.args[2].op):
-        known = memo.get((a.id, b.id, "eq"))
-        if known is None:
-            known = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))
-            memo[a.id, b.id, "eq"] = known
-        return known
+        simplified = memo.get((a.id, b.id, "eq"))
+        if simplified is None:
+            simplified = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))
+            memo[a.id, b.id, "eq"] = simplified
+        return simplified
     return mk("eq", (a, b), BOOL)
 
 
@@ -214,8 +214,8 @@ def fop(op: str, *args: T) -> T:
     return mk(op, args, kind)
 
 
-def to_int(a: T, how: str) -> T:
+def to_int(a: T, rounding: str) -> T:
     """Round a float half to even (`rne`) or cut it off (`rtz`); for large floats, see `meaning`."""
     if a.op == "const":
-        return const(meaning("f2i", INT, how)(a.val))
-    return mk("f2i", (a,), INT, how, -FAR, FAR)
+        return const(meaning("f2i", INT, rounding)(a.val))
+    return mk("f2i", (a,), INT, rounding, -FAR, FAR)

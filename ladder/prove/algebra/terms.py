@@ -53,10 +53,10 @@ def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi
         hi,
         *[argument.id for argument in args],
     )
-    known = _table.get(key)
-    if known is None:
-        known = _table[key] = T(op, args, kind, val, lo, hi)
-    return known
+    existing = _table.get(key)
+    if existing is None:
+        existing = _table[key] = T(op, args, kind, val, lo, hi)
+    return existing
 
 
 def const(value: Any, kind: str | None = None) -> T:
@@ -141,9 +141,9 @@ def iff(a: T, b: T) -> T:
     """Return whether two Booleans are equal."""
     if a is b:
         return TRUE
-    for one, other in ((a, b), (b, a)):
-        if one.op == "const":
-            return other if one.val else not_(other)
+    for constant, partner in ((a, b), (b, a)):
+        if constant.op == "const":
+            return partner if constant.val else not_(partner)
     if not_(a) is b:
         return FALSE
     return mk("iff", (a, b) if a.id < b.id else (b, a), BOOL)
@@ -185,20 +185,20 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 # --- walks
 
 
-def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
+def replaced(t: T, replacements: Mapping[str, T], memo: dict[int, T]) -> T:
     """Return a term with variables replaced by name; `memo` caches results by id."""
-    todo = [t]
-    while todo:
-        term = todo[-1]
+    unfinished = [t]
+    while unfinished:
+        term = unfinished[-1]
         missing = [] if term.id in memo else [argument for argument in term.args if argument.id not in memo]
         if missing:
-            todo += missing
+            unfinished += missing
             continue
-        todo.pop()
+        unfinished.pop()
         if term.id in memo:
             continue
         if term.op == "var":
-            memo[term.id] = of.get(term.val, term)
+            memo[term.id] = replacements.get(term.val, term)
         else:
             args = tuple(memo[argument.id] for argument in term.args)
             memo[term.id] = mk(term.op, args, term.kind, term.val, term.lo, term.hi)
@@ -207,14 +207,14 @@ def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
 
 def reach(roots: Iterable[T]) -> list[T]:
     """Return the roots and all terms in them, operands first."""
-    seen: dict[int, T] = {}
-    todo = list(roots)
-    while todo:
-        term = todo.pop()
-        if term.id not in seen:
-            seen[term.id] = term
-            todo.extend(term.args)
-    return [seen[number] for number in sorted(seen)]
+    reached: dict[int, T] = {}
+    open_terms = list(roots)
+    while open_terms:
+        term = open_terms.pop()
+        if term.id not in reached:
+            reached[term.id] = term
+            open_terms.extend(term.args)
+    return [reached[number] for number in sorted(reached)]
 
 
 def variables(roots: Iterable[T]) -> list[T]:

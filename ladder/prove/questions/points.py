@@ -67,15 +67,15 @@ def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
 
 
 def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[PointState, T]]:
-    listed = list(passages)
+    all_passages = list(passages)
     if is_contact:
-        yield PointState.REACHED, any_of(passage.before for passage in listed)
-        yield PointState.ON, any_of(and_(passage.before, passage.after) for passage in listed)
-        yield PointState.OFF, any_of(and_(passage.before, not_(passage.after)) for passage in listed)
+        yield PointState.REACHED, any_of(passage.before for passage in all_passages)
+        yield PointState.ON, any_of(and_(passage.before, passage.after) for passage in all_passages)
+        yield PointState.OFF, any_of(and_(passage.before, not_(passage.after)) for passage in all_passages)
     else:
-        yield PointState.REACHED, any_of(passage.active for passage in listed)
-        yield PointState.ON, any_of(passage.before for passage in listed)
-        yield PointState.OFF, any_of(and_(passage.active, not_(passage.power)) for passage in listed)
+        yield PointState.REACHED, any_of(passage.active for passage in all_passages)
+        yield PointState.ON, any_of(passage.before for passage in all_passages)
+        yield PointState.OFF, any_of(and_(passage.active, not_(passage.power)) for passage in all_passages)
 
 
 def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint, ...]:
@@ -105,12 +105,12 @@ def run_to(
         raise LadderError(f"{problem.lowered.name} has no instruction {point.number}")
     if start is None:
         return prove(problem, truth, replace(limits, replays=True)).scans
-    kept = problem.initial, problem.late
+    saved = problem.initial, problem.late
     problem.initial, problem.late = _state_of(problem, start, [truth]), set()
     try:
         return prove(problem, truth, limits).scans
     finally:
-        problem.initial, problem.late = kept
+        problem.initial, problem.late = saved
 
 
 def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:

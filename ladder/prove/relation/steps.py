@@ -118,26 +118,28 @@ class TermSteps(TermValues):
         Returns:
             The result of the row and None; if it is refused, None and the origin of the unknown values.
         """
-        kept, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
+        saved, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
         try:
             result = row()
         except REFUSED as refusal:
-            undone, moved = self._undo(kept, mark)
+            undone, moved = self._undo(saved, mark)
             self.site = step.site
             return None, self._refused(step, power, refusal, undone, moved=moved)
         self.log.commit(mark)
         return result, None
 
-    def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
+    def _undo(self, saved: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
         """Undo a transaction; return the places that it wrote, and whether it redirected the scan."""
-        before = [getattr(self, attribute) for attribute in _FLOW]
+        flow_before = [getattr(self, attribute) for attribute in _FLOW]
         undone = list(self.log.undo(mark))
-        for name, value in zip(_OF_STEP, kept, strict=True):
+        for name, value in zip(_OF_STEP, saved, strict=True):
             setattr(self, name, value)
         self.selected = None
-        moved = before != [getattr(self, attribute) for attribute in _FLOW]
-        moved = moved or any(table is self._pending or table is self._answers for table, _ in undone)
-        return {key for table, key in undone if table is self.written}, moved
+        is_redirected = flow_before != [getattr(self, attribute) for attribute in _FLOW]
+        is_redirected = is_redirected or any(
+            table is self._pending or table is self._answers for table, _ in undone
+        )
+        return {key for table, key in undone if table is self.written}, is_redirected
 
     def _row(self, step: LoweredStep, power: T) -> T:
         """Run the row of an instruction; return the power after it."""
@@ -160,12 +162,12 @@ class TermSteps(TermValues):
     @contextmanager
     def when(self, power: T) -> Iterator[None]:
         """Run the body where power holds."""
-        before = self.active
-        self.active = and_(before, power)
+        active_before = self.active
+        self.active = and_(active_before, power)
         try:
             yield
         finally:
-            self.active = self._going_on(before)
+            self.active = self._going_on(active_before)
 
     def _going_on(self, t: T) -> T:
         """Narrow a condition to where the scan continues after the current place."""
@@ -219,9 +221,13 @@ class TermSteps(TermValues):
             path = leaf.path.upper()
             arguments.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
         for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
-            where: Any = self.frame[root]
-            parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
-            arguments.update(((root, name), term_of(value, INT)) for name, value in parts.items())
+            argument: Any = self.frame[root]
+            numbers = {
+                "first": argument.first,
+                "left": argument.left,
+                "bit": -1 if argument.bit is None else argument.bit,
+            }
+            arguments.update(((root, name), term_of(value, INT)) for name, value in numbers.items())
         return UnknownOrigin(named(step, tuple(leaves), self._world), arguments)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
@@ -274,12 +280,12 @@ def _acts_without_power(step: LoweredStep) -> bool:
 
 
 def may_fault(step: LoweredStep) -> bool:
-    """Whether an instruction may cause a major fault, by its row or by its subscripts."""
+    """Return whether an instruction may cause a major fault, by its row or by its subscripts."""
     return step.spec.faults or any(map(_leaves_array, step.operands))
 
 
 def _leaves_array(operand: Any) -> bool:
-    """Whether a subscript of an operand may be out of range; in an argument, that of any element may."""
+    """Return whether a subscript of an operand may be out of range; in an argument, that of any element may."""
     if isinstance(operand, (Place, Group)):
         relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
         return relative or can_fault(operand)
@@ -297,5 +303,5 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
 
 
 def _is_plain(operand: object) -> bool:
-    """Whether an instruction can write through an operand only what it names, unlike a routine or an axis."""
+    """Return whether an instruction can write through an operand only what it names, unlike a routine or an axis."""
     return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))

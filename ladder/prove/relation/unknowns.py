@@ -45,9 +45,9 @@ class UnknownOrigin(NamedTuple):
     arguments: Mapping[Hashable, T] = NO_ARGUMENTS
     strict: bool = False
 
-    def of(self, what: Hashable) -> UnknownOrigin:
+    def of(self, value_name: Hashable) -> UnknownOrigin:
         """Return the origin of one particular value of an instruction."""
-        return self if self.function is None else self._replace(function=(self.function, what))
+        return self if self.function is None else self._replace(function=(self.function, value_name))
 
 
 ONLY = UnknownOrigin(None)

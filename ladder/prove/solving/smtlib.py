@@ -48,12 +48,12 @@ class Script:
         head = "to_fp" if op == "to_fp_signed" else op
         head = f"(_ {head} {' '.join(map(str, indices))})" if indices else head
         text = f"({head} {' '.join(arg if isinstance(arg, str) else arg.text for arg in args)})"
-        known = self._names.get(text)
-        if known is None:
+        named = self._names.get(text)
+        if named is None:
             sort = result_sort(op, [operand.sort for operand in args if isinstance(operand, Text)], indices)
-            known = self._names[text] = Text(f"t{len(self._names)}", sort)
-            self.lines.append(f"(define-fun {known.text} () {_sort(sort)} {text})")
-        return known
+            named = self._names[text] = Text(f"t{len(self._names)}", sort)
+            self.lines.append(f"(define-fun {named.text} () {_sort(sort)} {text})")
+        return named
 
     def state(self, formula: Text) -> None:
         """Assert a condition."""

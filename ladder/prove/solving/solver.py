@@ -156,15 +156,17 @@ class Solver:
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
-        known = self._sorts.get(sort)
-        if known is None:
-            make = self._manager
+        sort_term = self._sorts.get(sort)
+        if sort_term is None:
+            manager = self._manager
             if sort == BOOL:
-                known = self._bool_sort
+                sort_term = self._bool_sort
             else:
-                known = make.mk_bv_sort(sort) if isinstance(sort, int) else make.mk_fp_sort(*FIELDS[sort])
-            self._sorts[sort] = known
-        return known
+                sort_term = (
+                    manager.mk_bv_sort(sort) if isinstance(sort, int) else manager.mk_fp_sort(*FIELDS[sort])
+                )
+            self._sorts[sort] = sort_term
+        return sort_term
 
     def _number(self, term: Any) -> int:
         self._terms.append(term)
@@ -178,19 +180,19 @@ class Solver:
         """Return a constant; for a bit vector, `value` is its signed value."""
         plain = sort == BOOL or isinstance(sort, int)
         key = sort, value if plain else pattern_of(value, sort)
-        known = self._values.get(key)
-        if known is None:
-            known = self._values[key] = self._number(self._literal(*key))
-        return known
+        number = self._values.get(key)
+        if number is None:
+            number = self._values[key] = self._number(self._literal(*key))
+        return number
 
     def _literal(self, sort: Sort, value: Any) -> Any:
-        make = self._manager
+        manager = self._manager
         if sort == BOOL:
-            return make.mk_true() if value else make.mk_false()
+            return manager.mk_true() if value else manager.mk_false()
         if isinstance(sort, int):
-            return make.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
-        pattern = make.mk_bv_value(make.mk_bv_sort(len(value)), value, 2)
-        return make.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
+            return manager.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
+        pattern = manager.mk_bv_value(manager.mk_bv_sort(len(value)), value, 2)
+        return manager.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
 
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
         """Return the result of an operation, given its SMT-LIB name; a rounding mode is also a name."""
@@ -216,9 +218,9 @@ class Solver:
             self._solver.check_sat(*[self._terms[formula] for formula in formulas]), UNKNOWN
         )
 
-    def found(self, made: int, t: T) -> Any:
+    def found(self, number: int, t: T) -> Any:
         """Return the value of a term after sat; `t` determines its kind."""
-        value = self._solver.get_value(self._terms[made])
+        value = self._solver.get_value(self._terms[number])
         if t.kind == BOOL:
             return bool(value.value())
         if t.kind == INT:

@@ -44,10 +44,10 @@ def held_bits(
 ) -> dict[str, int]:
     """Return masks of the bits that are read and not written, in numbers whose other bits are written."""
     states = [name for name in names if name in system.next]
-    partly = [name for name in states if name in written]
-    whole = [system.next[name] for name in states if name not in written]
-    read = read_bits([*whole, *roots], [system.next[name] for name in partly])
-    return {name: mask for name in partly if (mask := read.get(name, 0) & ~written[name])}
+    partly_written = [name for name in states if name in written]
+    other_terms = [system.next[name] for name in states if name not in written]
+    read = read_bits([*other_terms, *roots], [system.next[name] for name in partly_written])
+    return {name: mask for name in partly_written if (mask := read.get(name, 0) & ~written[name])}
 
 
 def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:
@@ -67,16 +67,16 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
         kept: next values of numbers with bits that nothing writes; to keep a bit does not count as reading.
     """
     needed: dict[int, int] = {}
-    every = [*roots, *kept]
+    all_roots = [*roots, *kept]
     for term in roots:
         needed[term.id] = _every(term)
     masks: dict[str, int] = {}
-    for term in reversed(reach(every)):
+    for term in reversed(reach(all_roots)):
         mask = needed.get(term.id, 0)
         if term.op == "var" and mask:
             masks[term.val] = mask
-        for operand, part in zip(term.args, _parts(term, mask), strict=True):
-            needed[operand.id] = needed.get(operand.id, 0) | part
+        for operand, operand_mask in zip(term.args, _operand_masks(term, mask), strict=True):
+            needed[operand.id] = needed.get(operand.id, 0) | operand_mask
     return masks
 
 
@@ -85,12 +85,12 @@ def _every(t: T) -> int:
     return (1 << bits_of(t.lo, t.hi)) - 1 if t.kind == INT else 1
 
 
-def _parts(t: T, mask: int) -> tuple[int, ...]:
+def _operand_masks(t: T, needed_bits: int) -> tuple[int, ...]:
     """Return masks of the bits that a term needs of its operands to compute some of its own bits."""
     if t.op == "setbit":
-        return mask & ~(1 << t.val[0]), 1
+        return needed_bits & ~(1 << t.val[0]), 1
     if t.op == "ite":
-        return 1, mask, mask
+        return 1, needed_bits, needed_bits
     if t.op == "bit":
-        return (1 << t.val if mask else 0,)
-    return tuple(_every(operand) if mask else 0 for operand in t.args)
+        return (1 << t.val if needed_bits else 0,)
+    return tuple(_every(operand) if needed_bits else 0 for operand in t.args)

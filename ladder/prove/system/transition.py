@@ -161,19 +161,19 @@ class System:
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
         """Return the variables that decide terms in any number of scans, nearest first."""
-        seen: dict[str, T] = {}
-        todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
-        while todo:
-            fresh = [variable for variable in self._variables(todo) if variable.val not in seen]
-            seen.update((variable.val, variable) for variable in fresh)
-            todo = [self.next[variable.val] for variable in fresh if variable.val in self.next]
-        return seen
+        found: dict[str, T] = {}
+        open_terms = [*roots, *([] if self.contract is TRUE else [self.contract])]
+        while open_terms:
+            fresh = [variable for variable in self._variables(open_terms) if variable.val not in found]
+            found.update((variable.val, variable) for variable in fresh)
+            open_terms = [self.next[variable.val] for variable in fresh if variable.val in self.next]
+        return found
 
     def _variables(self, terms: Sequence[T]) -> list[T]:
         """Return the variables in terms, as `variables` does, but walk no term twice."""
-        known = self.variables_known
-        known.update(variables_by_root([term for term in terms if term not in known]))
-        return sorted({variable for term in terms for variable in known[term]}, key=attrgetter("id"))
+        cache = self.variables_known
+        cache.update(variables_by_root([term for term in terms if term not in cache]))
+        return sorted({variable for term in terms for variable in cache[term]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract, with the module contracts and facts that matter to terms.
@@ -182,21 +182,21 @@ class System:
         decide them.
         """
         roots, contract = list(roots), self.contract
-        left: list[T | Fact] = [*self.kept, *self.facts]
+        remaining: list[T | Fact] = [*self.kept, *self.facts]
         while True:
             inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
-            counting = [candidate for candidate in left if self._counts(candidate, inputs)]
-            if not counting:
+            relevant = [candidate for candidate in remaining if self._matters(candidate, inputs)]
+            if not relevant:
                 return contract
-            left = [candidate for candidate in left if candidate not in counting]
-            for part in counting:
+            remaining = [candidate for candidate in remaining if candidate not in relevant]
+            for part in relevant:
                 contract = and_(contract, part[1] if isinstance(part, tuple) else part)
 
-    def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
-        """Whether a module's contract, or a fact, matters to terms that some inputs decide."""
-        if isinstance(part, tuple):
-            return part[0] <= inputs
-        return any(variable.val in inputs for variable in self._variables([part]))
+    def _matters(self, condition: T | Fact, inputs: Set[str]) -> bool:
+        """Return whether a module's contract, or a fact, matters to terms that some inputs decide."""
+        if isinstance(condition, tuple):
+            return condition[0] <= inputs
+        return any(variable.val in inputs for variable in self._variables([condition]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
