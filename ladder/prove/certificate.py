@@ -1,9 +1,9 @@
 """The certificate of a proof: the relation of one scan as SMT-LIB text, and its induction.
 
-`proof.smt2` declares the values before a scan and defines terms of them. `proof.json` names the roles of
-these terms: the next value and the initial value of each state, what is assumed in each scan, what never
-holds, and the invariants. With these two files, a checker needs no code of the prover: it writes consecutive
-scans as SMT-LIB and runs another solver.
+`proof.smt2` declares the values before a scan, and defines terms of these values. `proof.json` lists the
+roles of the terms: the next value and the initial value of each state, the assumption of each scan, the
+condition that is never true, and the invariants. With the two files, a checker needs no code of the prover:
+it writes consecutive scans as SMT-LIB and runs another solver.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ FORMAT = "scanrack proof 1"
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A proof by induction: `bad` never holds.
+    """A proof by induction that `bad` is never true.
 
     Attributes:
         says: the proved claim, in words.
-        next: the next value of each state that decides it, by name.
+        next: the next value of each state that decides `bad`, by name.
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: the condition that holds in each scan.
-        bad: the condition that never holds.
+        contract: the condition that is assumed in each scan.
+        bad: the condition that is never true.
         k: number of scans of the induction.
-        invariants: conditions that hold in the state after each scan.
+        invariants: conditions that are true in the state after each scan.
     """
 
     says: str
@@ -71,7 +71,7 @@ def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
 
 
 class _ScriptWriter:
-    """Writes the relation once and shares it between all parts."""
+    """Writes the relation once, for all proofs about a program."""
 
     def __init__(self) -> None:
         self.script = Script()
@@ -83,7 +83,7 @@ class _ScriptWriter:
 
     def part(self, certificate: Certificate) -> dict[str, Any]:
         """Write the terms of a proof; return their roles."""
-        self._memo = {}  # the held values may differ from those of another part
+        self._memo = {}  # another part may have other held values
         contract, bad = (
             self._term(certificate, certificate.contract),
             self._term(certificate, certificate.bad),

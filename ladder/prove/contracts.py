@@ -1,4 +1,4 @@
-"""Contracts of modules as terms: conditions that the inputs of a slot always keep.
+"""Contracts of modules as terms: conditions that the inputs of a slot always satisfy.
 
 A MicroLogix exchanges images in each scan:
 
@@ -14,8 +14,8 @@ first scan after an exchange. Outputs wait for an exchange and are in force unti
     inputs        was         now     (now)
     outputs       left ->| waits: sent from here to the next exchange
 
-In the first scan, `was` is an image that no module can show: the axis moves both ways, and Module OK is
-clear. So a contract between two images does not constrain that scan.
+In the first scan, `was` is an impossible image: the axis moves both ways, and Module OK is clear. Therefore
+a contract between two images does not constrain this scan.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class KeptBy:
         return images.in_scan(all_of(contract.fact.read(images) for contract in self.contracts))
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
-        """Return a function that says whether the images keep the contracts; call it before each scan."""
+        """Return a function that checks the images against the contracts; call it before each scan."""
         layout, memory = engine.lowered.layout, engine.memory
         images = [layout.image(self.slot, output=output) for output in (False, True)]
         was: Words = NO_IMAGE
@@ -105,7 +105,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit; a bit of the previous scan is a separate state, so that invariants can use it."""
+        """Return a bit. A bit of the previous scan is a state of its own, so that invariants can use it."""
         path, value = self.word(side, word)
         bit_now = bit(value, number)
         if side is not Side.WAS:

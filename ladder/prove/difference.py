@@ -1,15 +1,15 @@
-"""Finds what an edit changes: compares two programs with the same inputs, value by value.
+"""Finds the values that an edit can change: compares two programs with the same inputs, value by value.
 
-| answer | means |
+| answer | meaning |
 |---|---|
 | equal | equal in every run: not listed |
 | now | after equal states and inputs, one scan may leave different values |
-| later | only after a scan in which another value differed |
+| later | different only after a scan in which another value differed |
 
-All values that exist in both programs and that either one writes are compared. Values of only one program are
-listed. A value that can differ comes with a run that both compiled programs confirm, unless none was found
-within the limits. Runs are compared up to the first major fault. A fault in only one program is also a
-difference.
+The comparison covers all values that both programs have and that at least one of them writes. Values of only
+one program are listed. A value that can differ comes with a run that both compiled programs confirm, unless
+the search finds no run within its limits. Runs are compared up to the first major fault. A fault in only one
+program is also a difference.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ChangedValue:
     Attributes:
         key: its place; `FAULT` if the difference is a major fault that stops only one of the programs.
         now: whether one scan after equal states can make the difference.
-        scans: a run after which it differs, confirmed on both programs; empty if none was found.
+        scans: a run after which it differs, confirmed on both programs; empty if no run was found.
         inputs: the inputs of a scan on which the difference depends.
     """
 
@@ -73,15 +73,15 @@ class ChangedValue:
 
 @dataclass(slots=True)
 class Difference:
-    """What differs between two programs.
+    """The differences between two programs.
 
     Attributes:
-        changed: values that both programs have, in the order of their names.
-        fault: a major fault that can stop only one of the programs; None if there is none.
+        changed: values that both programs have and that can differ, in the order of their names.
+        fault: a major fault that can stop only one of the programs, or None.
         removed: values that only the old program writes.
         added: values that only the new program writes.
         uncompared: paths of arrays that an instruction without a model writes beyond the limit of elements.
-        unfollowed: places where the relation does not follow the programs; after them, all values may differ.
+        unfollowed: places where the relation does not follow the programs; all values may differ after them.
         compared: number of values that are compared.
         held: numbers and bits that nothing writes; they are assumed to keep their values.
     """
@@ -141,9 +141,10 @@ class _Comparison:
     """Compares two systems on shared variables.
 
     Attributes:
-        own: terms that replace variables of the new program that it does not share with the old one.
-        unlike: those of `own` that are values of the program.
-        apart: names of unknown values that are not shared, see `SharedUnknowns.match`.
+        budget_left: the work that the comparison may still do, see `Solver`.
+        replacements: terms that replace variables of the new program that it does not share with the old one.
+        unlike: the replacements of values of the program.
+        unshared: names of unknown values that are not shared, see `SharedUnknowns.match`.
     """
 
     old: ProgramSystem
@@ -193,7 +194,7 @@ class _Comparison:
         now_keys: set[Key],
         dirty: set[Key],
     ) -> None:
-        """Decide each value; add the values that are not proved equal, and what the proofs assume.
+        """Decide each value; add the values that are not proved equal, and the assumptions of the proofs.
 
         Args:
             open_keys: values that may differ.
@@ -270,7 +271,7 @@ class _Comparison:
         self.unknowns.match(self.replacements, self._in_new, self.unshared)
 
     def _in_new(self, t: T) -> T:
-        """Return a term of the new program with its variables replaced as `own` says."""
+        """Return a term of the new program with `replacements` for its variables."""
         return replaced(t, self.replacements, self.memo)
 
     # --- which values can differ
@@ -404,7 +405,7 @@ class _Comparison:
 
 
 class _Base:
-    """Searches runs from power-up with one solver for all values, which makes the terms of a scan once.
+    """Searches runs from power-up with one solver for all values, which translates each scan only once.
 
     Args:
         system: both programs.
@@ -423,7 +424,7 @@ class _Base:
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
-        """Return a run whose last scan makes a condition true; () if the fuse blows, None if not found."""
+        """Return a run whose last scan makes a condition true; () if the fuse blows, None if no run does."""
         for number in range(self._limits.scans):
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
@@ -442,21 +443,21 @@ class _Base:
 
 
 def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
-    """Return the paths of values that one program writes and the other one would take for inputs."""
+    """Return the paths of values that one program writes and that are free inputs of the other program."""
     old_keys, new_keys = _written(old), _written(new)
-    return {
-        key[0]
-        for problem, keys in ((old, new_keys - old_keys), (new, old_keys - new_keys))
-        for key in keys
-        if problem.lowered.layout.find(key[0]) is not None and problem.role(name_of(key)) == "free"
-    }
+    return _free_paths(old, new_keys - old_keys) | _free_paths(new, old_keys - new_keys)
+
+
+def _free_paths(problem: ProgramSystem, keys: Iterable[Key]) -> set[str]:
+    """Return the paths of values that a program has and that are free in each scan."""
+    find = problem.lowered.layout.find
+    return {key[0] for key in keys if find(key[0]) is not None and problem.role(name_of(key)) == "free"}
 
 
 def _written(problem: ProgramSystem) -> set[Key]:
     """Return the values that a program may write."""
-    return {problem.key_of[name] for name in problem.next if name in problem.key_of} | set(
-        problem.machine.written
-    )
+    states = {problem.key_of[name] for name in problem.next if name in problem.key_of}
+    return states | set(problem.machine.written)
 
 
 def _after(problem: ProgramSystem, key: Key) -> T:

@@ -1,4 +1,4 @@
-"""Runs two compiled programs with equal inputs: random runs, or a given run."""
+"""Runs two compiled programs with equal inputs, random or from a scenario, and compares their values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RUNS, SCANS = 24, 12
 """Number of random runs, and of scans in each run."""
 
 FAULT: Key = (STOPPED, 0)
-"""Place of the value that becomes true when a major fault stops a program."""
+"""Key of the value that becomes true when a major fault stops a program."""
 
 
 def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:

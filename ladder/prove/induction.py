@@ -1,11 +1,12 @@
-"""Verdicts: a property proved for every run, a run that breaks it, or neither within the limits.
+"""Decides properties: proves a property for every run, finds a run that breaks it, or meets a limit.
 
-Two questions alternate. Base: can the property break in scan k + 1 after power-up? Step: does it follow from
-k scans in which it held, from any state? Invariants strengthen the step.
+Two questions alternate. Base: can scan k + 1 after power-up break the property? Step: does the property
+follow from k scans that satisfy it, from any state? Invariants strengthen the step.
 
-The compiled program replays each run that the solver finds, and its memory decides. If an instruction without
-a model computed a different value than the solver chose, or did not fault as the solver chose, the solver
-learns that and tries again. A run ends with the scan of a major fault; claims are about the state after it.
+The compiled program replays each run that the solver finds, and its memory decides. An instruction without a
+model may compute another value than the solver chose, or not fault as the solver chose. The solver then
+learns the actual value and tries again. A run ends with the scan of a major fault; claims are about the state
+after it.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ MOST_TRIES = 10
 """Maximum number of replays for one property."""
 
 HELPED_FROM = 3
-"""Number of scans after which invariants are searched; early counterexamples need none."""
+"""Number of scans after which invariants are searched; early counterexamples need no invariants."""
 
 WORK = 10_000_000
 """Default limit of the work for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Run length that the search always tries, and the work up to which it tries longer runs."""
+"""Number of scans that the search always tries, and the work up to which it tries longer runs."""
 
 FUSES = 10
 """The fuse of a property, as a multiple of the fuse of a question."""
@@ -49,7 +50,7 @@ STRETCHED_FROM = 5
 
 
 class VerdictKind(StrEnum):
-    """What is known about a property."""
+    """Kind of verdict on a property."""
 
     PROVED = "proved"
     REFUTED = "refuted"
@@ -58,7 +59,7 @@ class VerdictKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a proof: unless a fuse blows, every machine and solver version gives the same verdict.
+    """Limits of a proof. Unless a fuse blows, the verdict is the same on every machine and solver version.
 
     Attributes:
         scans: length of the longest run of the search.
@@ -183,7 +184,7 @@ class _Proof:
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
 
     def _reason_to_stop(self, base: Solver, base_answer: str, scan: int) -> str:
-        """Return the limit that was met, or that no run keeps the assumptions; "" to continue."""
+        """Return the limit that was met, or that no run satisfies the assumptions; "" to continue."""
         limits = self.limits
         assumptions = UNKNOWN
         if base_answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
@@ -191,7 +192,7 @@ class _Proof:
                 return f"the limit of work, in scan {scan}"
             assumptions = SAT if self.system.contract is TRUE else base.check()
         if assumptions == UNSAT:
-            return f"no run of {scan} scans keeps what is assumed"
+            return f"no run of {scan} scans keeps the assumptions"
         return f"{fuse_text()}, in scan {scan}" if assumptions == UNKNOWN else ""
 
     def _count(self, base: Solver, steps: _Steps) -> None:
@@ -263,7 +264,7 @@ class _Proof:
         return fault is not None and fault.site == self.fault and replayed.scans_done == scans - 1
 
     def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return as formulas what a replay computed in place of the solver's choices."""
+        """Return formulas with the values that a replay computed instead of the solver's choices."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -279,7 +280,7 @@ class _Proof:
         return pins
 
     def _blame_processor(self, replayed: ReplayedRun) -> None:
-        """Name a value that the processor itself writes, if the property depends on one."""
+        """Blame the values that the processor itself writes, if the property depends on any."""
         system = self.system
         assert isinstance(system, ProgramSystem)
         cone = system.cone([self.bad])
@@ -297,7 +298,7 @@ class _Proof:
     # --- scans that are longer than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Search a run with longer scans; replay it with scans of the rack's length and the inputs held."""
+        """Search a run with longer scans; replay it with scans of the rack's length and unchanged inputs."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -332,7 +333,7 @@ class _Proof:
 
 
 def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
-    """Return the model's values in each scan; values that prescan reads are in the next scan."""
+    """Return the model's values in each scan; a value that prescan reads belongs to the next scan."""
     scans = [frame.values() for frame in frames]
     for previous, scan in pairwise(scans):
         for name in [chosen for chosen in previous if chosen.startswith(THEN)]:
@@ -341,7 +342,7 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return the condition that prescan reads the inputs of the next scan, as in a scenario."""
+    """Return conditions that prescan reads the inputs of the next scan, as in a scenario."""
     return [
         base.apply("=", [formula, scan.chosen[name.removeprefix(THEN)][1]])
         for previous, scan in pairwise(frames)
@@ -352,7 +353,7 @@ def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
 
 @dataclass(slots=True)
 class _Steps:
-    """The step of an induction: checks whether a property follows from k scans in which it held."""
+    """The step of an induction: checks whether a property follows from k scans that satisfy it."""
 
     system: System
     bad: T
@@ -361,8 +362,8 @@ class _Steps:
     k: int = -1  # the latest step
     _solver: Solver = field(init=False)
     _last: Frame | None = None
-    _open: bool = True
-    _before: tuple[int, int] = (0, 0)
+    _open: bool = True  # whether more scans may prove the property
+    _before: tuple[int, int] = (0, 0)  # work and steps of earlier solvers
     blown: bool = False  # whether a fuse ended the step
 
     def __post_init__(self) -> None:
@@ -379,7 +380,7 @@ class _Steps:
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or reuse those of a question with the whole cone; restart the step with them."""
+        """Find invariants, or reuse the invariants of a larger cone; restart the step with them."""
         cache, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
         cache_key = next((key for key in cache if key[0] is contract and key[1] >= names), (contract, names))
         if cache_key not in cache:

@@ -1,8 +1,8 @@
 """Inductions of many conditions at once: each scan is translated once for all of them.
 
-Base and step are the same as in `induction`. One question asks for the disjunction of many conditions. If it
-can't hold, none of them can. If it can, the conditions that hold in the model are dropped. Runs that the
-solver finds are not replayed here.
+Base and step are the same as in `induction`. One question is about the disjunction of many conditions. If it
+is unsatisfiable, all of them are. Otherwise the conditions that are true in the model are dropped. Runs that
+the solver finds are not replayed here.
 
 The longest step comes first: a condition that does not follow from k scans does not follow from fewer. For
 each condition that follows, the smallest k is found.
@@ -26,12 +26,12 @@ GROUP = 60
 
 @dataclass(slots=True)
 class JointAnswers:
-    """What inductions found out about conditions.
+    """The results of inductions of many conditions.
 
     Attributes:
-        proved: each condition that never holds, with the k of its induction.
+        proved: each condition that is never true, with the k of its induction.
         broken: conditions that some run of the relation makes true.
-        gave_up: conditions whose fuse blew; an induction of one alone may still succeed.
+        gave_up: conditions whose fuse blew; an induction of a single condition may still succeed.
         work: terms of the questions, see `Solver`.
     """
 
@@ -42,13 +42,13 @@ class JointAnswers:
 
 
 def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
-    """Return which conditions can hold, each by itself, under the solver's assertions.
+    """Return the conditions that can be true, each by itself, under the solver's assertions.
 
     Args:
         formulas: the solver's term of each condition.
 
     Returns:
-        The conditions that can hold, and the conditions whose fuse blew.
+        The conditions that can be true, and the conditions whose fuse blew.
     """
     possible, gave_up = set[T](), set[T]()
     todo = [*_groups(list(formulas), GROUP)]
@@ -72,12 +72,12 @@ def _groups(truths: Sequence[T], size: int) -> Iterator[list[T]]:
 
 
 def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
-    """Decide which conditions hold in no scan; a condition in no set of the answers is undecided.
+    """Decide which conditions are true in no scan; a condition in no set of the answers is undecided.
 
     The caller ensures that the relation follows the program, see `induction`.
 
     Args:
-        limits: of each condition; a group of n conditions shares n times as much work.
+        limits: limits for each condition; a group of n conditions shares n times as much work.
     """
     answers, groups = JointAnswers(), dict[T, list[T]]()
     for truth in dict.fromkeys(truths):

@@ -1,4 +1,4 @@
-"""Monitors: lines that run after a program's scan and set a bit for each claim that its state breaks.
+"""Monitors: lines that run after a program's scan and set a bit for each claim that the state breaks.
 
 A claim becomes a line of structured text, compiled with the program:
 
@@ -7,13 +7,14 @@ A claim becomes a line of structured text, compiled with the program:
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
     Old__1 := Count;                                     after all claims, for old(Count)
 
-If a condition can't be computed, because a subscript is out of range, its line ends there. A claim is then
+A line ends where its condition can't be computed, because a subscript is out of range. A claim is then
 broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
-on the state that it left.
+on the state that the fault left.
 
-A routine `NEVER` is also a monitor. No controller runs it, because nothing calls it. Each of its rungs claims
-that power never reaches its end. In structured text, each bit that a statement sets is claimed never to be 1.
-The routine may have timers and one-shots. A rung that only prepares others ends with `AFI()`.
+A routine `NEVER` is also a monitor. No controller runs it, because no routine calls it. Each of its rungs is
+a claim that power never reaches the end of the rung. In structured text, each bit that a statement sets is a
+claim that the bit is never 1. The routine may have timers and one-shots. A rung that only prepares values for
+other rungs ends with `AFI()`.
 
     XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
 
@@ -53,7 +54,7 @@ from .relation.places import Key
 
 @dataclass(frozen=True, slots=True)
 class WatchedClaim:
-    """A claim, and the bit that is true after a scan whose state breaks or reaches it."""
+    """A claim, and the bit that is true after a scan that breaks or reaches it."""
 
     claim: Claim
     bit: Key
@@ -71,7 +72,7 @@ class MonitoredProgram:
     Attributes:
         program: a copy of the program; its engines run the monitors after each scan.
         properties: its claims without the assumptions.
-        assume: bits that are true after each scan of the runs to consider.
+        assume: bits of its assumptions; proofs consider only runs that set them in each scan.
         assumptions: the claims of these bits.
     """
 
@@ -90,7 +91,7 @@ class ClaimWatch:
         self._is_kept = True  # whether all assumptions have held so far
 
     def is_broken(self, tags: Any) -> bool:
-        """Return whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
+        """Return whether the latest scan breaks the claim; call it once per scan, with the program's tags."""
         self._is_kept = self._is_kept and all(tags[name] for name in self._assumed)
         return self._is_kept and bool(tags[self._bit])
 
@@ -98,11 +99,10 @@ class ClaimWatch:
 def monitored(
     program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
 ) -> MonitoredProgram:
-    """Return a program with monitors: for given claims, claims in its comments, and its routines NEVER.
+    """Return a copy of a program with monitors: for its routines NEVER, its comments, and other claims.
 
     Args:
-        program: it is not changed.
-        claims: further claims, before the program's own.
+        claims: other claims, which come first.
         slots: slots of the rack; `slot1.status.IN_ESTOP` then names a bit of slot 1.
 
     Raises:
@@ -147,7 +147,7 @@ def run_claims(engine: Engine) -> None:
 
 
 def why_broken(engine: Engine, bit: Key) -> str:
-    """Return why the condition of a claim can't be computed after the latest scan; "" if it can.
+    """Return the reason why the condition of a claim can't be computed after the latest scan, or "".
 
     Args:
         bit: the claim's bit.
@@ -169,7 +169,7 @@ def is_claims(routine: str) -> bool:
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Run monitors in the body: not as a first scan, not in an MCR zone, and without a lasting status flag.
+    """Run monitors in the body of a `with`: not in a first scan, not in an MCR zone; restore status flags.
 
     Args:
         machine: an interpreter, or the machine of terms.
@@ -237,9 +237,10 @@ class _Maker:
         """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
         self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
-        for slot in (latch for latch in self.slots if latch in used):
-            for output in (False, True):
-                layout.image(slot, output=output)
+        for slot in self.slots:
+            if slot in used:
+                layout.image(slot, output=False)
+                layout.image(slot, output=True)
         for routine in self.never:
             self._never(routine)
         for claim in self.claims:
@@ -307,7 +308,7 @@ class _Maker:
         except LadderError as error:
             raise LadderError(f"{_claim_name(claim)}: {text}: {error.reason}", claim.site) from None
         if len(block) != 1 or not isinstance(block[0], Assignment):
-            raise LadderError(f"{_claim_name(claim)}: {text}: one condition is needed", claim.site)
+            raise LadderError(f"{_claim_name(claim)}: {text}: must be one condition", claim.site)
         return block[0].value
 
     def _latch(self, scope: str, text: str) -> str:
@@ -328,7 +329,7 @@ class _Maker:
         return name
 
     def keep_initials(self, program: LadderLogic) -> None:
-        """Set the initial value of each `old(...)` to that of its tag."""
+        """Set the initial value of each `old(...)` to the initial value of its tag."""
         if not self._old:
             return
         memory = program.interpret().memory

@@ -1,4 +1,4 @@
-"""Replays the scenario that a solver found on the compiled program, whose memory decides the verdict."""
+"""Replays a solver's scenario on the compiled program; the program's memory decides the verdict."""
 
 from __future__ import annotations
 
@@ -39,16 +39,12 @@ Broken = Callable[[Engine, "dict[str, Any]"], bool]
 
 @dataclass(frozen=True, slots=True)
 class ScanOf:
-    """A scan of a scenario: the ms since the previous scan, and the inputs that change before it.
+    """A scan of a scenario."""
 
-    `turned`: the key is turned to program and back before it. `again`: it is the first scan of a run that
-    begins with the tags of the run before.
-    """
-
-    ms: float
-    inputs: dict[Key, Any]
-    turned: bool = False
-    again: bool = False
+    ms: float  # time since the previous scan
+    inputs: dict[Key, Any]  # inputs that change before it
+    turned: bool = False  # the key is turned to program and back before it
+    again: bool = False  # it is the first scan of a run that begins with the tags of the previous run
 
     def do(self, engine: Engine) -> None:
         """Run the scan on an engine; may raise a LadderFault."""
@@ -66,7 +62,7 @@ class ScanOf:
 
 
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
-    """Run scans on a compiled program; return its engine, and the major fault that has stopped it."""
+    """Run scans on a compiled program; return its engine, and the major fault that stopped it or None."""
     engine = program.compile()
     for scan in scans:
         if scan.again:
@@ -174,7 +170,7 @@ def is_again(values: Values) -> bool:
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return how many ticks the key is out of RUN after a scan, capped at one hour."""
+    """Return the ticks in program mode after a scan, at most one hour."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
@@ -215,7 +211,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
 
 
 def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result: ReplayedRun) -> None:
-    """Note which instruction without a model faulted in a scan."""
+    """Note the instruction without a model that faulted in a scan."""
     names = [name for name, site in problem.machine.may_fault.items() if site == fault.site]
     if len(names) == 1:
         result.computed[number, names[0]] = True
@@ -232,7 +228,7 @@ def _learn_written(problem: ProgramSystem, run: Run, number: int, result: Replay
 def _learn(
     problem: ProgramSystem, run: Run, number: int, variable_values: dict[str, Any], result: ReplayedRun
 ) -> None:
-    """Find what instructions without a model computed in a scan, as far as its end still shows it."""
+    """Find the values that instructions without a model computed, if still visible after the scan."""
     for _ in range(3):  # one value can select the place that shows another
         values = _seen_havocs(problem, run, variable_values)
         if all(variable_values.get(name) == value for name, value in values.items()):
@@ -290,7 +286,7 @@ def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
 
 
 def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> int | None:
-    """Return the first scan, from 0, after which a bit is true; None if a run has none or faults before."""
+    """Return the first scan, from 0, after which a bit is true; None without such a scan before a fault."""
     run = Run(problem)
     with suppress(LadderFault):
         for number, values in enumerate(scans):

@@ -1,9 +1,9 @@
-"""Unknown values of two programs: finds the equal ones, and relates the others.
+"""Finds equal unknown values of two programs, and relates the others.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
 terms as arguments in both programs, both share one value. For any other pair of values of one function, equal
 arguments imply equal values (Ackermann's expansion). For a strict function only the first rule applies, and
-only where each term that its arguments depend on is the same in both programs.
+only if each term that decides its arguments is the same in both programs.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Reduces a run to the inputs that are needed to break a claim, without the solver's arbitrary choices.
+"""Reduces a run to the inputs that break a claim, without the solver's arbitrary choices.
 
-Whole values are dropped first, each in all scans, then single bits of modules' words. After each step, the
-program runs again: a step that loses the failure is undone. The result is a part of the run that the prover
-found.
+First whole values are dropped, each in all scans, then single bits of modules' words. After each step, the
+program runs again: a step after which the run no longer breaks the claim is undone.
 """
 
 from __future__ import annotations
@@ -83,7 +82,7 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 
 
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
-    """Return the scans with some bits of a word cleared; a word that then does not change is dropped."""
+    """Return the scans with some bits of a word cleared; drop changes that leave the word unchanged."""
     last_value, masked = 0, []
     for scan in scans:
         value = scan.inputs.get(key)

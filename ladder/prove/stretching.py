@@ -1,6 +1,6 @@
-"""Runs with longer scans than the rack has: a timer of 5 s takes 5 scans instead of 500.
+"""Runs with longer scans than the rack's: a timer of 5 s needs 5 scans instead of 500.
 
-Such a run only suggests a run of the rack. Each long scan becomes several short scans with the inputs held,
+A long run only suggests a run of the rack. Each long scan becomes several short scans with unchanged inputs,
 and the compiled program decides.
 """
 
@@ -14,7 +14,7 @@ from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds, ms_of
 from .system.transition import MS
 
 STRETCHED_MS = 1000
-"""Longest scan of such a run, in ms."""
+"""Longest scan of a long run, in ms."""
 
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
@@ -48,7 +48,7 @@ def in_short_scans(
 
 
 def _pieces(time: int, bounds: ScanBounds) -> list[int]:
-    """Split a time into scan times within the bounds; their sum is as close to it as possible."""
+    """Split a time into scan times within the bounds; their sum is as close to the time as possible."""
     low, high = bounds.ticks
     count = -(-time // high)
     share, remainder = divmod(time, count)

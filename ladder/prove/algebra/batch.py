@@ -21,7 +21,7 @@ from .terms import T
 Array = np.ndarray[Any, np.dtype[Any]]
 
 _wrap: Callable[..., Any] = arithmetic.wrap
-"""Keeps at most 62 low bits of each element; arrays have the operators that it uses."""
+"""`wrap` for each element of an array, up to 62 bits; arrays have the operators that it uses."""
 
 LANES = 256
 """Default number of runs at once."""
@@ -76,6 +76,7 @@ def dtype_of(t: T) -> Any:
 
 
 def _function(t: T) -> Callable[..., Array]:
+    """Return the function that computes a term's operation on arrays."""
     if is_wide(t) or any(map(is_wide, t.args)):
         return _wide(t)
     if t.op in _PLAIN:

@@ -1,4 +1,4 @@
-"""Computes terms for given values of their variables."""
+"""Computes terms from the values of their variables."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from .terms import T, reach
 class Evaluator:
     """Computes the same terms for different values of their variables.
 
+    Each subterm has a slot; operands come first, so that one pass over the slots computes all terms.
+
     Args:
         roots: the terms to compute.
     """
@@ -20,8 +22,8 @@ class Evaluator:
         order = reach(roots)
         slots = {node.id: number for number, node in enumerate(order)}
         self._results: list[Any] = [None] * len(order)
-        self._variables: list[tuple[int, str, int]] = []
-        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []
+        self._variables: list[tuple[int, str, int]] = []  # slot, name, default
+        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []  # slot, function, operands' slots
         for slot, term in enumerate(order):
             if term.op == "var":
                 self._variables.append((slot, term.val, False if term.kind == BOOL else 0))

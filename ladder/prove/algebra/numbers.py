@@ -1,4 +1,4 @@
-"""Operations on whole numbers and floats, simplified as far as intervals and constants allow."""
+"""Operations on whole numbers and floats, simplified by means of intervals and constants."""
 
 from __future__ import annotations
 
@@ -111,7 +111,10 @@ def greatest(a: T, least: int) -> T:
 
 
 def clip(a: T, lo: int, hi: int) -> T:
-    """Clamp a number to an interval; wherever its value matters, it must lie in the interval already."""
+    """Clamp a number to an interval.
+
+    The caller ensures that the number is in the interval wherever its value matters.
+    """
     if a.hi < lo or a.lo > hi:
         return const(lo if a.hi < lo else hi)
     return greatest(least(a, hi), lo)
@@ -140,7 +143,7 @@ def bit(a: T, k: int) -> T:
 
 
 def setbit(a: T, k: int, b: T, n: int) -> T:
-    """Return `a`, a word of |n| bits that is signed for positive n, with bit k set to b."""
+    """Return a word of |n| bits, signed for positive n, with bit k set to b."""
     if a.op == "setbit" and a.val[0] == k:
         a = a.args[0]
     lo, hi = interval_of(n)

@@ -1,8 +1,7 @@
 """Answers the built-in questions of a program, cheap questions first.
 
-Findings are reported in three rounds: decided by random scans and a single scan from any state, by
-inductions, and by inductions with invariants. Invariants take most of the time, so they are found once for
-all open questions.
+Three rounds report findings: random scans and a single scan from any state, inductions, and inductions with
+invariants. Invariants need most of the time, so that they are found once for all open questions.
 """
 
 from __future__ import annotations
@@ -36,10 +35,10 @@ Rung = tuple[str, int | None]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A question: can a condition on the values before a scan ever hold?
+    """A question: can a condition on the values before a scan ever be true?
 
     Attributes:
-        rule: the rule that reports a finding if the condition can't hold, or if it can.
+        rule: the rule that reports a finding, either if the condition can be true, or if it can't.
         site: the instruction or rung.
         text: the finding, in words.
         bad: the condition.
@@ -63,7 +62,7 @@ class Question:
 
     @property
     def is_proof(self) -> bool:
-        """Whether a proof is the finding; otherwise a run is."""
+        """Whether a proof is a finding; otherwise a run is."""
         return self.rule in PROVED_RULES
 
 
@@ -108,7 +107,7 @@ class Listener(Generic[Found]):
 
 
 def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
-    """Return the conditions that are proved to hold in no scan."""
+    """Return the conditions that are proved to be true in no scan."""
     decider = TruthDecider(problem, limits, dict.fromkeys(truths, ""))
     decider.scan_at_random()
     decider.find_impossible()
@@ -182,7 +181,7 @@ class Questioning:
         return len({question.key for question in self._open.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; those about legs of a rung that may be dead come in the next round."""
+        """Ask the open questions; questions about legs of a rung that may be dead wait for the next round."""
         waiting: set[Rung] = set()
         self._remaining = len(self._open)
         for index, question in [*self._open.items()]:
@@ -210,7 +209,7 @@ class Questioning:
             self._listener.found(finding)
 
     def _without_solver(self, question: Question) -> Verdict:
-        """Return the verdict on a question as far as it is known without the solver."""
+        """Return the verdict on a question without using the solver; unknown if it needs the solver."""
         verdict_kind = self._decider.known(question.bad)
         if not question.is_proof:
             return Verdict(verdict_kind if verdict_kind is VerdictKind.PROVED else VerdictKind.UNKNOWN)

@@ -1,4 +1,4 @@
-"""Decides which conditions of a program can hold in a scan, the cheapest method first.
+"""Decides which conditions of a program can be true in a scan, with the cheapest method first.
 
 1. A few random scans make most of the possible conditions true.
 2. The solver finds the conditions that no state, reachable or not, and no input makes true.
@@ -6,8 +6,8 @@
 4. Inductions of all remaining conditions at once, see `joint`.
 5. For each condition alone: a run that the compiled program confirms, or an induction with invariants.
 
-Proofs hold for any values of the numbers that nothing writes, so no proof depends on a recipe. The contracts
-of modules are assumed, as they are for properties.
+Proofs are valid for any values of numbers that nothing writes, so that no proof depends on a recipe. They
+assume the contracts of modules, as proofs of properties do.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Random scans: before the solver is used, at most of a large and a small program, and of one run."""
+"""Random scans: before the solver is used, maximum for a large and for a small program, and per run."""
 
 QUIET = 20
 """Random scans without a new result after which the solver decides the remaining conditions."""
@@ -68,7 +68,7 @@ class QuestionLimits:
 
 
 KnownRun = Callable[[Sequence[T]], set[T]]
-"""Returns which of the given conditions a known run makes true."""
+"""Returns the conditions, among some, that a known run makes true."""
 
 
 class TruthDecider:
@@ -76,11 +76,11 @@ class TruthDecider:
 
     Args:
         problem: a program.
-        limits: conditions that need more stay open.
-        rules: the rule to which the work on each condition is counted.
+        limits: limits of the work; conditions that need more stay open.
+        rules: the rule of each condition, whose limit its work counts against.
 
     Attributes:
-        system: the problem, with all numbers free that nothing writes.
+        system: the problem, in which all numbers that nothing writes are free.
         possible: conditions that some scan of the system makes true.
         impossible: the verdict on each condition that no scan makes true; `never` adds the certificates.
         impossible_held: conditions that no scan makes true while unwritten numbers keep their values.
@@ -96,7 +96,9 @@ class TruthDecider:
         self.spent: Counter[str] = Counter()
         self._random = _RandomScans(self.system, [truth for truth in rules if truth.op != "const"])
         self._with_invariants = False
-        self._undecided: set[tuple[bool, T]] = set()  # tried without invariants; whether in `system`
+        self._undecided: set[tuple[bool, T]] = (
+            set()
+        )  # tried without invariants: whether in `system`, condition
         self._without_invariants: set[bool] = set()  # systems that have no invariants
 
     @property
@@ -121,7 +123,7 @@ class TruthDecider:
         with self.system.narrowing(affordable):
             scan = Frame(self.system, solver)
         if solver.check() != SAT:
-            return  # perhaps no scan keeps the contracts
+            return  # perhaps no scan satisfies the contracts
         possible, gave_up = satisfiable(solver, {truth: scan.term(truth) for truth in affordable})
         self._note_impossible(
             [truth for truth in affordable if truth not in possible and truth not in gave_up], 0
@@ -254,7 +256,7 @@ class TruthDecider:
         return bool(found.found)
 
     def _gets_invariants(self, system: System, t: T) -> bool:
-        """Return whether states decide a condition, not counting contracts, but not too many."""
+        """Return whether states decide a condition, apart from contracts, but not too many of them."""
         contract, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
@@ -263,7 +265,7 @@ class TruthDecider:
 
 
 def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
-    """Return the problem with all numbers, and bits of numbers, free that nothing writes."""
+    """Return the problem as a system in which all numbers and bits that nothing writes are free."""
     return System(
         next=problem.next_of_any(roots),
         initial=problem.initial,

@@ -17,7 +17,7 @@ from ..system import ProgramSystem
 from .asking import Question
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
-"""Instructions that are meant to pass power never, always, or for one scan."""
+"""Instructions that by design pass power never, always, or for one scan."""
 
 COILS = frozenset(("OTE", "OTL", "OTU"))
 
@@ -86,13 +86,13 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
             passed = any_of(and_(passage.before, passage.after) for passage in passages)
             blocked = any_of(and_(passage.before, not_(passage.after)) for passage in passages)
             site = problem.lowered.sites[node.site]
-            always = f"{site.instruction} decides nothing: it passes whatever reaches it"
+            always = f"{site.instruction} decides nothing: it passes power whenever power reaches it"
             yield Question("dead-leg", site, always, blocked, passed)
             yield Question("dead-leg", site, f"{site.instruction} never passes", passed, blocked)
 
 
 def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
-    """Yield questions about redundant legs: another leg has power whenever they have."""
+    """Yield questions about redundant legs, which have power only when another leg has power."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
     for number, leg in enumerate(branch.legs):
@@ -103,7 +103,7 @@ def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
                 has_power = or_(has_power, and_(active, powers[number]))
                 adds_power = or_(adds_power, and_(and_(active, powers[number]), not_(other_power)))
             site = problem.lowered.sites[steps_of(leg)[0].site]
-            text = f"the leg of {site.instruction} decides nothing: another one has power, too"
+            text = f"the leg of {site.instruction} decides nothing: another leg also has power"
             yield Question("dead-leg", site, text, adds_power, has_power)
 
 
@@ -131,7 +131,7 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
-    """Yield pairs of coils; coils with the same power, perhaps thousands, are paired only with the next."""
+    """Yield pairs of coils; of coils with the same power, perhaps thousands, only neighbors are paired."""
     by_kind: dict[object, list[int]] = {}
     kinds: list[object] = []
     for number, coil in enumerate(coils):
@@ -154,7 +154,7 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
-    """Return a term as it is if its scan may also be the first one after program mode."""
+    """Return the condition that a term is true, and would be true in a first scan after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
     for program in () if schedule is None else schedule.programs:

@@ -92,7 +92,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
 def run_to(
     problem: ProgramSystem, point: RungPoint, start: Engine | None = None, limits: Limits = SEARCH
 ) -> tuple[ScanOf, ...]:
-    """Return a run whose last scan reaches a point; () if none is found.
+    """Return a run whose last scan reaches a point; () if no run is found.
 
     Args:
         start: an engine of the same program in the state where the run begins; None to begin at power-up.
@@ -114,7 +114,7 @@ def run_to(
 
 
 def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:
-    """Return the values in an engine of a problem's variables, by name."""
+    """Return the values of a problem's variables in an engine, by name."""
     state = dict(problem.initial)
     layout = start.lowered.layout
     for variable in variables([*problem.next.values(), *roots, problem.contract]):

@@ -20,7 +20,7 @@ MOST_PASSES = 64
 """Maximum passes of a loop with an unknown number of passes."""
 
 MOST_PASSES_OF_A_SCAN = 192
-"""The same maximum for all loops of a scan together."""
+"""Maximum passes of all such loops of a scan together."""
 
 MOST_KNOWN_PASSES = 2048
 """Maximum passes of any loop."""
@@ -138,7 +138,7 @@ class TermCalls(TermSteps):
         return power
 
     def _is_long(self, passes: int) -> bool:
-        """Return whether a loop, or the scan in all its loops, has made too many passes without a known end."""
+        """Return whether a loop, or all loops of the scan, made too many passes without a known end."""
         self._passes += passes > 0
         return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
@@ -187,11 +187,11 @@ class TermCalls(TermSteps):
         """Run the body on the instance and the arguments of a call."""
         frames: list[dict[str, Any]] = []
 
-        def look() -> None:
+        def add_frame() -> None:
             frame = {name: self.handed(operand) for name, operand in call.handed.items()}
             frames.append({**frame, OWN: self.handed(call.instance)})
 
-        self.on_paths(look)
+        self.on_paths(add_frame)
         if len(frames) != 1:
             raise UnmodeledError("arguments that depend on the path")
         outer, self.frame = self.frame, frames[0]

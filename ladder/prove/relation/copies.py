@@ -1,7 +1,7 @@
 """Copies and fills of regions in a scan on terms, see `state.regions`.
 
-The first element and the number of elements may be terms. Each element then has a condition: it is copied if
-its number is below the count.
+The first element and the number of elements may be terms. Each element is then copied under the condition
+that its number is below the count.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
 
 
 def _most(count: Any, region: ArrayRegion) -> int:
-    """Return the maximum number of elements that a count may be."""
+    """Return the maximum value of a count of elements."""
     most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
         raise UnmodeledError(f"a copy of {most} elements of {len(region.parts)} values")

@@ -1,14 +1,14 @@
 """One scan of a program on terms: the interpreter's rows, forked inside an instruction and merged after it.
 
-`ScanMachine` is an interpreter whose values are terms. Power is a term, and so is `active`: whether a place
-in the program is reached. A row that only reads and writes through the machine needs nothing else. A row that
-jumps, calls or loops has `Spec.prove`. An instruction that neither covers is a havoc: each place that it may
-write gets a new variable, which may have any value.
+`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`: whether a place
+in the program is reached. A row that only reads and writes through the machine runs unchanged. A row that
+jumps, calls or loops has `Spec.prove`. Any other instruction is a havoc: each place that it may write gets a
+new variable, which may have any value.
 
 If `ends` is true, a major fault ends the scan: tags keep their values at that point, and no scan follows. If
-it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation has
-more behaviors than the program, never fewer. `deep` is the condition under which it does not follow the
-program.
+it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation may
+have more behaviors than the program, but never fewer. `deep` is the condition under which the relation does
+not follow the program.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class ScanMachine(TermCalls):
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Prepare to run more after the scan, wherever it has ended."""
+        """Prepare to run more routines after the scan, even if it has ended early."""
         self.active = TRUE
         self._ended = self.faulted = FALSE
 

@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: forked at each decision, merged after it."""
+"""Paths through the Python code of one instruction: they fork at each decision, and merge after it."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Paths:
         self._unknown_count = 0  # unknown values of this path
 
     def unknown(self, kind: Hashable, create: Callable[[], T]) -> T:
-        """Return an unknown value: on a path, the one that all paths share at this position; else a new one.
+        """Return an unknown value. On a path, all paths share the value at this position.
 
-        Paths exclude each other, so they may share values. They must: each path repeats the decisions of the
-        previous path, and has to meet the same terms.
+        Paths exclude each other, so that they may share values. They must share them, because each path
+        repeats the decisions of the previous path with the same terms.
 
         Args:
             kind: identifies the value; different kinds never share a value.
@@ -63,7 +63,7 @@ class Paths:
         return self._unknowns[position]
 
     def decide(self, t: T) -> bool:
-        """Decide a condition on this path: as planned, or else true."""
+        """Decide a condition on this path: as planned by `walk`, or true if it is new."""
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
@@ -76,7 +76,7 @@ class Paths:
                 raise UnmodeledError(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
         if self._trail[self._depth][0] is not t:
-            raise UnmodeledError("it decides something else when it is repeated")
+            raise UnmodeledError("it makes other decisions when it is repeated")
         self._depth += 1
         return self._trail[self._depth - 1][1]
 
@@ -85,7 +85,7 @@ class Paths:
         return _condition_of(self._trail[: self._depth])
 
     def walk(self, run: Callable[[], Any]) -> list[Path]:
-        """Run a function on every path; return the paths in the order of a tree, true first."""
+        """Run a function on every path; return the paths in depth-first order, true before false."""
         if self.path is not None:
             raise UnmodeledError("an instruction within an instruction")
         self._trail, self._unknowns, paths = [], {}, []
@@ -114,7 +114,7 @@ class Paths:
 
 
 def _condition_of(decided: list[tuple[T, bool]]) -> T:
-    """Return the condition that a path decides as it does."""
+    """Return the condition under which a path makes its decisions."""
     return all_of(condition if truth else not_(condition) for condition, truth in decided)
 
 
@@ -127,8 +127,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
     """Return the value of the path that is taken.
 
     Args:
-        all_: whether the values of a path count although it faults; else another path's value may replace
-            them.
+        all_: whether the values of faulting paths count; otherwise values of other paths may replace them.
     """
     counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)

@@ -1,9 +1,9 @@
 """Bytes of terms, for copies between types: each byte is a known byte of a known value, or unknown.
 
-A value that arrives whole at a place of its own type is that value. Otherwise the new value is put together
-from bytes. Three kinds of bytes and bits are unknown: bytes of a float that arrive at another type, bytes in
-gaps between members, and bits of a byte of BOOL members that belong to no member. An earlier copy may have
-set the last two.
+A value that is copied whole to a place of its own type stays the same term. Otherwise the new value is
+composed of bytes. Three kinds of bytes and bits are unknown: bytes of a float that are copied to another
+type, bytes in gaps between members, and bits without a member in a byte of BOOL members. An earlier copy may
+have set the last two kinds.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Unknowns(Protocol):
         """Return a new variable of a kind and an interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the variable for a computation; equal operands give the same variable."""
+        """Return the variable for a computation; the same variable for equal operands."""
 
 
 class Byte(NamedTuple):

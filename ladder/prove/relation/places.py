@@ -16,10 +16,10 @@ Key = tuple[str, int]
 """A place: the path of the leaf in capitals, and the flat index."""
 
 CLOCK = "~LAST_NS"
-"""Path suffix of a hidden member that holds an instant; its term is the time since then, in ms."""
+"""Path suffix of a hidden member with an instant; its term is the time since this instant, in ms."""
 
 AGE = 1 << 32
-"""Maximum time since an instant that a term shows, in ms: more than any timer counts."""
+"""Maximum time since an instant in a term, in ms: more than any timer counts."""
 
 
 def name_of(key: Key) -> str:
@@ -28,7 +28,7 @@ def name_of(key: Key) -> str:
 
 
 MOST_ELEMENTS = 2048
-"""Maximum number of elements that a computed subscript chooses among."""
+"""Maximum number of elements that a computed subscript may select."""
 
 
 def kind_of(kind: Elementary) -> tuple[str, int, int]:
@@ -44,7 +44,8 @@ class TermMemory:
     """The memory of a scan on terms, as a `Store`."""
 
     def __init__(self, values: TermScan, layout: Layout) -> None:
-        self.layout, self.left, self._values = layout, 1, values
+        self.layout, self._values = layout, values
+        self.left = 1  # as in the interpreter's memory: elements of an argument
 
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value; a computed index chooses among the elements."""

@@ -1,9 +1,9 @@
 """Places of a scan on terms: reading, writing, unknown values, and the paths of an instruction.
 
-There are two ways to read. `value_here` returns a term that is simplified under the condition that the
-current instruction is reached; it is wrong elsewhere. `_kept` has the stored terms, which are right
-everywhere. Only `_assign` changes stored terms, and it keeps the old term where the instruction is not
-reached. So a simplified term is never stored where it is wrong.
+`value_here` reads a term that is simplified under the condition that the current instruction is reached; it
+is wrong elsewhere. `_kept` has the stored terms, which are right everywhere. Only `_assign` changes stored
+terms, and it keeps the old term where the instruction is not reached. Therefore a simplified term is never
+stored where it is wrong.
 """
 
 from __future__ import annotations
@@ -30,11 +30,10 @@ from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
 
 MOST_FACTS = 64
-"""Maximum number of conditions that are known to hold at a place in the program."""
-
+"""Maximum number of conditions that are known to be true at a place in the program."""
 
 MOST_OPEN = 4096
-"""Number of elements of a leaf that are arguments of instructions without a model."""
+"""Maximum number of elements of a leaf that are arguments of instructions without a model."""
 
 Lost = tuple[T, Site]
 """The condition that a leaf's elements beyond `MOST_OPEN` became unknown, and the instruction to blame."""

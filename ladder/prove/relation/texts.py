@@ -185,7 +185,7 @@ def digits(make: Make, value: Any) -> TermText:
 
 
 FAR = 10**20
-"""Numbers in texts are read up to this limit, which is beyond every integer type."""
+"""Limit of numbers that are read in texts, above every integer type."""
 
 
 def number_in(text: TermText) -> tuple[T, T]:

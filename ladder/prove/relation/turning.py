@@ -1,7 +1,7 @@
 """Prescan between two scans, on terms: after program mode, or at a start with retained tags.
 
 `state` still has the values after the scan. `before_next` returns the values at the beginning of the next
-scan: after prescan, if there is one. Prescan skips instructions with a subscript out of range, as in the
+scan, after a prescan if there is one. Prescan skips instructions with a subscript out of range, as in the
 interpreter.
 """
 
@@ -22,7 +22,7 @@ from .stored import Lost
 from .symbols import UnmodeledError
 
 Begun = Callable[[Key, T], T]
-"""Returns the value that prescan finds in a place, from the place and the value that the scan left."""
+"""Returns the value of a place when prescan begins, from the place and the value that the scan left."""
 
 
 def as_left(_key: Key, t: T) -> T:

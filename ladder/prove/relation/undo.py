@@ -9,7 +9,7 @@ _NOTHING = object()
 
 
 class UndoLog:
-    """The changes of open transactions, latest last; without an open transaction, nothing is logged."""
+    """The changes of open transactions, latest last; changes outside of transactions are not logged."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[Any, Any, Any]] = []  # the container, the key, and the old value

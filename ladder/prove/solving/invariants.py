@@ -1,4 +1,4 @@
-"""Invariants: conditions on the state after a scan, suggested by random scans and proved by the solver.
+"""Finds invariants: conditions on the state after a scan that random scans suggest and the solver proves.
 
 | suggested | for |
 |---|---|
@@ -10,8 +10,8 @@
 | an enabled timer is done, or its time has been counted | timers |
 
 Candidates that the first scan breaks are dropped. Then the solver repeatedly searches for a scan that breaks
-a candidate although all candidates held before it, and broken candidates are dropped. When there is no such
-scan, the remaining candidates are inductive together. The solver gets candidates in groups. A group that
+a candidate although all candidates were true before it, and broken candidates are dropped. Without such a
+scan, the remaining candidates are inductive together. The solver checks candidates in groups. A group that
 blows its fuse is dropped; the other groups stay.
 """
 
@@ -50,10 +50,10 @@ MOST_TIMERS = 12
 MOST_SUGGESTED = 4000
 
 MOST_ROUNDS = 6_400
-"""Maximum questions of one search: a fuse, because the solver's models decide how many are needed."""
+"""Maximum questions of one search; the solver's models decide the number of questions."""
 
 GROUP = 60
-"""Candidates in one question; hundreds make a hard disjunction, and a blown fuse drops them all."""
+"""Candidates in one question; hundreds would be a hard disjunction, and a blown fuse drops all of them."""
 
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
@@ -66,23 +66,23 @@ class Invariant(NamedTuple):
 
 
 class Invariants(NamedTuple):
-    """The invariants found, the work and the solver's steps that they took, and whether a fuse blew."""
+    """The invariants of a system, and the cost of the search."""
 
     found: list[Invariant]
-    work: int
-    steps: int
-    blown: bool
+    work: int  # see `Solver`
+    steps: int  # the solver's steps
+    blown: bool  # whether a fuse blew
 
 
 def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
-    """Return conditions that hold after power-up and are inductive together, with the work and steps.
+    """Return conditions that are true after power-up and inductive together, with the work and steps.
 
     Work counts terms, because the number of questions depends on the solver's models. The terms and the
     result do not.
 
     Args:
         cone: the relevant variables, nearest first.
-        fuse: see `Solver`; a group that blows it gives no invariants.
+        fuse: see `Solver`; a group that blows it has no invariants.
     """
     values = traces(system, cone)
     suggested = {
@@ -193,7 +193,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 
 @dataclass
 class _Search:
-    """Finds the candidates that hold; all of them are evaluated in each scan that the solver finds."""
+    """Finds the candidates that are invariants; each scan of the solver is checked against all candidates."""
 
     system: System
     fuse: int
@@ -203,7 +203,7 @@ class _Search:
     blown: bool = False
 
     def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        """Return the candidates that the first scan keeps, or those that are inductive together."""
+        """Return the candidates that the first scan keeps, or the candidates that are inductive together."""
         while candidates:
             remaining = self._round(candidates, first=first)
             if first or len(remaining) == len(candidates):

@@ -1,4 +1,4 @@
-"""Parallel random runs of a system. They only suggest results, so variety matters more than number."""
+"""Parallel random runs of a system. They only suggest results, so that variety matters more than number."""
 
 from __future__ import annotations
 
@@ -55,7 +55,10 @@ class Runs:
         self._first = True
 
     def scan(self) -> tuple[list[Array], Array]:
-        """Run a scan; return the roots' values, and which runs kept the contract. Others keep their state."""
+        """Run a scan; return the roots' values, and a mask of the runs that kept the contract.
+
+        The other runs keep their old state.
+        """
         values = self._values | self._chosen()
         *results, keeps_contract = self._terms(values)
         new_states = dict(zip(self._states, results, strict=False))
@@ -124,7 +127,7 @@ class Runs:
         return self._rng.choice((0.0, 1.0, self._rng.uniform(-100, 100)))
 
     def _numbers(self, name: str, v: T, previous: Array | None) -> Array:
-        """Return random numbers: mostly small, sometimes any, or the last number with one bit inverted."""
+        """Return random numbers: mostly small, sometimes arbitrary, or the last one with one bit inverted."""
         likely = self._system.likely.get(name)
         if likely is not None:
             words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])

@@ -25,7 +25,7 @@ class Text(NamedTuple):
 
 
 class Script:
-    """Writes a script. Terms get names, so a term that is used twice is written once."""
+    """Writes a script. Terms get names, so that a term that is used twice is written once."""
 
     def __init__(self) -> None:
         self.lines = ["(set-logic QF_BVFP)"]
@@ -65,7 +65,7 @@ class Script:
 
 
 def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
-    """Return the sort of an operation from those of its operands, not counting a rounding mode."""
+    """Return the sort of an operation's result from the sorts of its operands without a rounding mode."""
     match op:
         case "ite":
             return sorts[1]

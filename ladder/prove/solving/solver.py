@@ -1,8 +1,8 @@
-"""The interface of proofs to bitwuzla; it counts work in a way that bitwuzla's version does not change.
+"""The interface of proofs to bitwuzla. It counts work independently of bitwuzla's version.
 
-Work is the number of terms in each question. The solver's own steps, counted whenever it polls whether to
-stop, are the same on every machine but not in every version. They only serve as a fuse, far above what most
-questions take.
+Work is the number of terms in each question. The solver's own steps are counted each time it polls whether to
+stop. They are the same on every machine but not in every version. They only serve as a fuse, far above the
+needs of most questions.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def bitwuzla_module() -> Any:
 
 
 def fuse_text() -> str:
-    """Return a text that names the fuse and the solver's version, as another version may get further."""
+    """Return a text with the fuse and the solver's version, since another version may get further."""
     return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
@@ -100,7 +100,7 @@ _MEMBERS = {
 
 
 class _Fuse:
-    """Counts the solver's steps. It must not refer to the solver: such a cycle is never freed."""
+    """Counts the solver's steps. It must not refer to the solver: this cycle would never be freed."""
 
     __slots__ = ("left", "steps")
 
@@ -114,7 +114,7 @@ class _Fuse:
 
 
 class Solver:
-    """One solver session: variables and assertions stay; a question's formulas count only for that question.
+    """One solver session: variables and assertions stay; the formulas of a question apply only to it.
 
     Its terms are numbers. Bitwuzla's objects stay private, so that they are deleted in order: up to 0.9.1,
     the process crashes with a segmentation fault if Python's garbage collector clears a term's manager before
@@ -211,7 +211,7 @@ class Solver:
         self._solver.assert_formula(self._terms[formula])
 
     def check(self, *formulas: int) -> str:
-        """Ask whether all assertions and these formulas can hold: sat, unsat, or unknown for a blown fuse."""
+        """Ask whether all assertions and formulas can be true: sat, unsat, or unknown for a blown fuse."""
         self.work += 1 + self.made
         self._fuse.left = self._most
         return self._answers.get(

@@ -1,6 +1,6 @@
 """Translates terms to a solver's terms: bit vectors as wide as their intervals, floats, Booleans.
 
-The solver is anything that takes operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
+A solver is anything that accepts operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
 """
 
 from __future__ import annotations
@@ -73,7 +73,12 @@ def literal(sink: Sink, v: T, value: Any) -> Any:
 
 
 def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, Any]) -> Any:
-    """Return the solver's term; `lookup` returns that of a variable, `memo` caches terms by id."""
+    """Return the solver's term for a term.
+
+    Args:
+        lookup: returns the solver's term for a variable.
+        memo: caches the solver's terms by id.
+    """
     missing: dict[int, T] = {}
     todo = [root]
     while todo:
@@ -111,7 +116,7 @@ def _translated(sink: Sink, t: T, operands: list[Any]) -> Any:
 
 
 _ROUND = "RNE"
-"""Name of the rounding mode of arithmetic, which is the first operand."""
+"""The rounding mode of arithmetic, the first operand."""
 
 _DIRECT = {
     "not": "not",

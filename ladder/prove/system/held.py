@@ -1,7 +1,7 @@
 """Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
 
-If only some bits of a number are written, it keeps the others. A proof depends on the kept bits that are
-read:
+If only some bits of a number are written, the other bits keep their values. A proof depends on the constant
+bits that the program reads:
 
     XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0, 2, 3 and 5 to 31 of Mode; bit 1 is free
 """
@@ -16,13 +16,13 @@ from ..relation.places import Key
 from .transition import HeldNumber, System
 
 MOST_BITS = 8
-"""Maximum number of bits that are listed separately; if there are more, the whole number is listed."""
+"""Maximum number of bits that are listed separately; with more, the whole number is listed."""
 
 
 def held_numbers(
     system: System, cone: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
 ) -> Iterator[HeldNumber]:
-    """Yield the numbers and bits that terms and their cone read and nothing writes, in order of names.
+    """Yield the numbers and bits that terms and their cone read and that nothing writes, in order of names.
 
     Args:
         written: masks of the written bits, for states of which only some bits are written.
@@ -64,7 +64,7 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     """Return masks of the bits of variables that terms read, by name.
 
     Args:
-        kept: next values of numbers with bits that nothing writes; to keep a bit does not count as reading.
+        kept: next values of numbers with constant bits; keeping a bit does not count as reading it.
     """
     needed: dict[int, int] = {}
     all_roots = [*roots, *kept]
@@ -86,7 +86,7 @@ def _every(t: T) -> int:
 
 
 def _operand_masks(t: T, needed_bits: int) -> tuple[int, ...]:
-    """Return masks of the bits that a term needs of its operands to compute some of its own bits."""
+    """Return masks of the bits of a term's operands that decide some of its own bits."""
     if t.op == "setbit":
         return needed_bits & ~(1 << t.val[0]), 1
     if t.op == "ite":

@@ -1,4 +1,4 @@
-"""Finds what may change outside a program's scan: inputs by their names, bits, and numbers."""
+"""Finds the values that may change outside a program's scan: inputs by their names, bits, and numbers."""
 
 from __future__ import annotations
 
@@ -92,11 +92,11 @@ def refuse(lowered: LoweredProgram) -> None:
     if lowered.axes or lowered.ideal is not None:
         features.append("motion axes")
     if features:
-        raise LadderError(f"{lowered.name} has {', '.join(features)}, which proofs don't cover")
+        raise LadderError(f"{lowered.name} has {', '.join(features)}, which proofs don't support")
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return prefixes of paths that are not only written by rungs: SLC status, messages, consumed tags."""
+    """Return prefixes of paths that more than rungs write: SLC status, messages, consumed tags."""
     names = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(hook, partial) for hook in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
@@ -121,6 +121,6 @@ def named_paths(layout: Layout, option: str, patterns: Sequence[str]) -> frozens
             if path == glob.upper() or path.startswith(glob.upper() + ".") or fnmatchcase(path, pattern)
         ]
         if not hits:
-            raise LadderError(f"{option}: no tag is called {glob!r}")
+            raise LadderError(f"{option}: no tag {glob!r}")
         matched.update(hits)
     return frozenset(matched)

@@ -1,4 +1,4 @@
-"""The program that proofs are about, as a transition system."""
+"""A program as a transition system for proofs."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Runnable(Protocol):
 
 
 Contract = Callable[["ProgramSystem"], T]
-"""Makes a condition on each scan; `ProgramSystem.now` and `ProgramSystem.before` return the values for it."""
+"""Builds a condition on each scan from the values of `ProgramSystem.now` and `ProgramSystem.before`."""
 
 
 def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
@@ -61,27 +61,34 @@ ANY_BOUNDS = ScanBounds()
 
 
 class ProgramSystem(System):
-    """The program that proofs are about.
+    """A program as a transition system.
 
     Args:
         program: the program, with or without monitors, see `monitors.monitored`.
         bounds: bounds of the time between scans.
-        free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
-        written_outside: tags that are written both by the program and from outside.
-        assume: bits that are true after each scan of the runs to consider.
-        contracts: conditions on inputs that hold in each scan.
+        free: tags with numbers that are free in each scan: `Recipe`, `Recipe.*`.
+        written_outside: tags that the program writes and that also change from outside.
+        assume: bits that are true after each scan; runs that break them are not considered.
+        contracts: conditions on the inputs in each scan.
         happens: names of the events that may happen between two scans, see `events`.
-        beside: another problem to compare with, whose terms stay shared.
+        beside: another problem to compare with, which shares its terms.
         kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
             from outside.
 
+    Attributes:
+        engine: the interpreter's engine after prescan, with the initial values.
+        machine: the relation of one scan.
+        open: masks of the bits of numbers that are written from outside.
+        stops: the condition that a major fault stops the processor.
+        prescans: the condition that a prescan follows a scan.
+
     Raises:
-        LadderError: the program has something that proofs don't cover, or no tag has a name in `free` or
+        LadderError: proofs don't support a part of the program, or no tag has a name in `free` or
             `written_outside`.
     """
 
     never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
-    """Returns whether a condition is proved to hold in no scan, to rule out faults; `induction` sets it."""
+    """Returns whether a condition is proved true in no scan, to rule out faults; `induction` sets it."""
 
     def __init__(
         self,
@@ -240,7 +247,7 @@ class ProgramSystem(System):
 
     def _begin(self) -> None:
         if self.engine.lowered.resume is not None:
-            raise LadderError("a proof begins with prescan: it is not for a program that keeps its values")
+            raise LadderError("a proof begins with prescan, but this program keeps its values")
         try:
             self.engine.interpreter.prescan()
         except LadderFault:
@@ -249,7 +256,7 @@ class ProgramSystem(System):
             self.engine.scheduler.begin(0)
 
     def _note_prescanned(self) -> None:
-        """Free bits that prescan clears only from the second scan, as they are cleared before the first."""
+        """Make bits that prescan clears free only from the second scan, since they are clear in the first."""
         free = [
             (name, self.machine.leaves[key], key[1])
             for name, key in self.key_of.items()
@@ -266,7 +273,7 @@ class ProgramSystem(System):
         self.late.update(name for name, leaf, index in bits if not engine.memory.read(leaf, index))
 
     def _settle(self) -> None:
-        """Find the role of each variable that has none yet."""
+        """Find the role of each variable without a role."""
         machine = self.machine
         self.deep = machine.deep
         for name, site in machine.unmodeled.items():
@@ -300,7 +307,7 @@ class ProgramSystem(System):
         return next_term
 
     def _open_bits(self) -> None:
-        """Make bits of numbers free that the program names and does not write."""
+        """Make the bits of numbers free that the program names but does not write."""
         machine, bit_masks = self.machine, named_bits(self.lowered)
         for key, variable in list(machine.vars.items()):
             has_value = variable.val in self.held or variable.val in self.next
@@ -311,7 +318,7 @@ class ProgramSystem(System):
                 self.next[variable.val] = self._next(key)
 
     def _open_mask(self, key: Key, v: T, bit_masks: Mapping[Key, int]) -> int:
-        """Return a mask of the bits of a number that the program names and does not write."""
+        """Return a mask of the bits of a number that the program names but does not write."""
         mask = bit_masks.get(key, 0)
         if not mask or key[0].startswith(("~", "S:")) or self.machine.leaves[key].slot is not None:
             return 0
@@ -335,7 +342,7 @@ class ProgramSystem(System):
             self.held.add(v.val)
 
     def _is_given(self, path: str, leaf: Leaf) -> bool:
-        """Return whether a value is free in each scan even if rungs write it, because each scan gets a new value."""
+        """Return whether each scan gets a new value from outside, even if rungs write it."""
         if leaf.slot is not None:
             return not leaf.output
         return path in self._free or self.is_written_beside(path) or INPUTS.match(path) is not None
@@ -387,7 +394,7 @@ class ProgramSystem(System):
         return state
 
     def _kept_by(self, number: int, make: Contract) -> T:
-        """Return the condition of each scan that a module keeps its contracts or has lost its link."""
+        """Return the condition that a module keeps its contracts or has lost its link."""
         if LOST_LINK in self.happens:
             self._lost = var(f"~lost:{number}")
         condition, self._lost = or_(self._lost, make(self)), FALSE
@@ -419,7 +426,7 @@ class ProgramSystem(System):
         return next_states
 
     def _written_masks(self) -> dict[str, int]:
-        """Return masks of the written bits of numbers of which a scan writes only bits."""
+        """Return masks of the written bits, for numbers of which a scan writes only some bits."""
         masks = {}
         for key, variable in self.machine.vars.items():
             is_own = self.machine.leaves[key].slot is None and not key[0].startswith(("~", "S:"))

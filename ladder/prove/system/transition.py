@@ -13,7 +13,7 @@ from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 from ..relation.places import Key
 
 Fact = tuple[frozenset[str], T]
-"""A condition that holds in each scan, with the names of the unknown values in it."""
+"""The names of unknown values, and a condition on them that is true in each scan."""
 
 DT = "~dt"
 """Name of the variable with the time since the previous scan, in units of `System.tick_ns`."""
@@ -124,7 +124,7 @@ class System:
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: the condition that holds in each scan of the runs to consider.
+        contract: the condition of each scan; runs that break it are not considered.
         kept: contracts of modules; each matters only to terms that its module's inputs decide, see
             `narrowed`.
         facts: conditions of each scan on two unknown values, with their names; see `narrowed`.
@@ -133,7 +133,7 @@ class System:
         key_of: the places of variables, by name.
         likely: values that random scans often give a free variable, by its name.
         least: minimum time between scans, in units of `tick_ns`.
-        follows: the verdict on whether `deep` never holds; None until it is known.
+        follows: the verdict that `deep` is never true; None until it is decided.
         invariants: the invariants found so far, with their work, by contract and cone.
         variables_known: cache of the variables in terms, see `cone`.
     """
@@ -160,7 +160,7 @@ class System:
         return "state" if name in self.next else "held" if name in self.held else "free"
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
-        """Return the variables that decide terms in any number of scans, nearest first."""
+        """Return the variables that decide terms in any number of scans, the most direct ones first."""
         found: dict[str, T] = {}
         open_terms = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while open_terms:
@@ -179,7 +179,7 @@ class System:
         """Return the contract, with the module contracts and facts that matter to terms.
 
         A module's contract matters if its inputs decide the terms. A fact matters if its two unknown values
-        decide them.
+        decide the terms.
         """
         roots, contract = list(roots), self.contract
         remaining: list[T | Fact] = [*self.kept, *self.facts]

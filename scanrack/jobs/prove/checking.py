@@ -75,8 +75,7 @@ def check(folder: Path, solver: Solver) -> Opinion:
     relation = (folder / "proof.smt2").read_text(encoding="utf-8").splitlines()
     roles = json.loads((folder / "proof.json").read_text(encoding="utf-8"))
     for question, script in questions(relation, roles):
-        answer = solver.answer(script)
-        if answer != "unsat":
+        if (answer := solver.answer(script)) != "unsat":
             return Opinion(solver.name, False, answer == "sat", f"{question}: {answer}")
     return Opinion(solver.name, True, False, "")
 
@@ -104,10 +103,7 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
 def _inductive(
     relation: list[str], roles: Mapping[str, Any], terms: list[str], contract: str = ""
 ) -> Iterator[str]:
-    """Yield two scripts: can the first scan make a term false, and can a scan after one with all terms true?
-
-    The intervals of numbers are asserted for each scan, except for states that the previous scan defines.
-    """
+    """Yield two scripts: can the first scan make a term false, or a scan after one with all terms true?"""
     if not terms:
         return
     first = _Scans(relation, roles, first=True)
@@ -163,11 +159,7 @@ class _Scans:
         return [_numbered(term, number) for number in range(self._count)]
 
     def text(self, truths: list[str], contract: str) -> str:
-        """Return the script that asks whether all truths are possible at once.
-
-        Args:
-            contract: a term that is assumed in each scan; "" for none.
-        """
+        """Return the script: are all truths possible if a contract is true in each scan ("" for none)?"""
         truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {truth})" for truth in truths], "(check-sat)", ""])
 
@@ -184,9 +176,6 @@ def _numbered(text: str, number: int) -> str:
 
 def _some_false(terms: Iterator[str]) -> str:
     return f"(not (and {' '.join(terms)} true))"
-
-
-# --- solvers
 
 
 def _z3(text: str) -> str:

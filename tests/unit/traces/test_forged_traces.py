@@ -122,7 +122,7 @@ FORGERIES = {
     "rack outside": rack_file("../outside/e.py:rack", OUT),
     "rack absolute": rack_file("{outside}/e.py:rack", OUT),
     "rack twice, in two cases": Forgery(
-        {"e.py": EVIL, "E.py": EVIL}, "e.py:rack", "may be one file", rack="e.py:rack"
+        {"e.py": EVIL, "E.py": EVIL}, "e.py:rack", "may be the same file", rack="e.py:rack"
     ),
     "helper.py": beside("helper.py"),
     "helper.pyc": beside("helper.pyc", COMPILED),
