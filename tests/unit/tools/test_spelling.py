@@ -21,12 +21,12 @@ NOT_LISTED = frozenset({"energise", "energised", "energises", "energising", "unl
 
 
 def british() -> frozenset[str]:
-    """Return the words that codespell's list of British spellings replaces, without those that it ignores here."""
+    """Return the British spellings that codespell refuses in this project."""
     name = "dictionary_en-GB_to_en-US.txt"
     lines = (resources.files("codespell_lib") / "data" / name).read_text(encoding="utf-8").splitlines()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    ignored = project["tool"]["codespell"]["ignore-words-list"].split(",")
-    return frozenset(line.partition("->")[0] for line in lines) - {word.strip() for word in ignored} | NOT_LISTED
+    ignored = {word.strip() for word in project["tool"]["codespell"]["ignore-words-list"].split(",")}
+    return frozenset(line.partition("->")[0] for line in lines) - ignored | NOT_LISTED
 
 
 def identifiers(tree: ast.AST) -> Iterator[str]:
