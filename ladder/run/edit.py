@@ -74,7 +74,7 @@ def carry_over(old: Engine, new: Engine) -> Edit:
         for index in range(leaf.size):
             new.memory.write(leaf, index, old.memory.read(source, index))
     if new.lowered.ideal is not None and old.lowered.ideal is not None:
-        new.lowered.ideal.carry(old.lowered.ideal, new.memory)
+        new.lowered.ideal.renumber_motions(old.lowered.ideal, new.memory)
     new.go_on_from(old)
     if new.lowered.schedule is not None:
         _schedule_new_tasks(new, new.lowered.schedule, {leaf.path for leaf in kept})

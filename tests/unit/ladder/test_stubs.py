@@ -50,7 +50,7 @@ def test_done_needs_an_operand_with_en_and_dn():
     program = parse_program(
         f"PROGRAM p\n{TAGS}STUB XRP : done after 1 ms\nROUTINE Main\nXIC(Go)XRP(N);\nEND\n"
     )
-    with pytest.raises(LadderError, match=r"no operand has EN and DN.*let the stub say false or true"):
+    with pytest.raises(LadderError, match=r"no operand has EN and DN.*write false or true as its stub"):
         program.build()
 
 
