@@ -82,7 +82,7 @@ def _filtered(
 
     Args:
         begin: whether the filter starts, as it does in the first scan and with Initialize.
-        again: whether the filter starts again after a value that is not finite.
+        restart: whether the filter restarts after a value that is not finite.
     """
     order = len(lower) - 1
     begin = begin or block.first or block.on("Initialize")
