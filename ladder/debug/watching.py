@@ -135,7 +135,7 @@ class WatchedEngine(Engine):
     def do(self, now_ns: int, first: bool) -> None:
         """Run one scan; may raise a LadderFault."""
         if self._bound is None or self._scan is not self._bound or self.outside or self.watching:
-            self._do(now_ns, first=first)
+            self._scan_at(now_ns, first=first)
             return
         if self._blank:
             self._notes[: len(self._blank)] = self._blank  # the other places count only beside these
