@@ -74,12 +74,12 @@ class Tags:
         return resolved
 
     def _resolve(self, name: str) -> Place | Group:
-        resolved: Place | Group | None = self._known.get(name)
+        resolved: Place | Group | None = self._cache.get(name)
         if resolved is None:
             resolved = self._resolver.named(name)
             if not all(map(self._memory.has, leaves_in(resolved))):
                 raise ValueError(f"{name}: the program does not use this image")
-            self._known[name] = resolved
+            self._cache[name] = resolved
         return resolved
 
     def _get(self, place: Place) -> bool | int | float:
