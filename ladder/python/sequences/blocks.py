@@ -18,8 +18,8 @@
 | `DownCounter(5)` | CTD | once its input has risen 5 times since it was loaded |
 
 A call returns the result, which stays until the next call: `if self.warning:`. A first scan (after power-up
-or program mode) resets the object. As in IEC 61131-3, `Rise`, `Counter` and `DownCounter` treat an input that is
-true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
+or program mode) resets the object. As in IEC 61131-3, `Rise`, `Counter` and `DownCounter` treat an input that
+is true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
 """
 
 from __future__ import annotations
