@@ -266,7 +266,7 @@ def test_a_configuration_that_the_module_can_not_have_names_the_axis(axis, modul
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ((7, 0, 1, 0, 2_000, 0, 0, 50, 28, 0), r"configuration word 0 is 0007h; bit 15 \(configuration mode\)"),
+        ((7, 0, 1, 0, 2_000, 0, 0, 50, 28, 0), r"word 0 is 0007h; bit 15 \(configuration mode\)"),
         (
             (0x8007, 1),
             r"configuration \(32775, 1\) is not a Configuration; for a networked drive, pass 10 words",

@@ -175,7 +175,7 @@ def test_a_loop_continues_over_a_tuple_with_the_same_turns_so_far(dwelling):
 
 REFUSED = {
     "another wait": (('dwell(f"{stop} ms")', 'dwell("4 ms")'), "is no longer at its place"),
-    "another way to it": (("for stop in self.stops", "for stop in (4, 6)"), "the statement around it, .* is now"),
+    "another way to it": (("for stop in self.stops", "for stop in (4, 6)"), "statement around it, .* is now"),
     "another local": (("n = self.rounds", "n = 7"), "its local n comes from a line that has changed"),
     "turns so far": (("stops = (4, 6, 8)", "stops = (5, 6, 8)"), "and stops has changed"),
     "the same in a block before it": (

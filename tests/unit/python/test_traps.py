@@ -285,7 +285,7 @@ def test_all_mistakes_are_told_at_once(tmp_path):
         ("await until(lambda: 1 / 0)", "ZeroDivisionError", 1),
         ("await dwell('2 ms')\nraise StopIteration", "StopIteration", 2),
         ("import asyncio\nawait asyncio.sleep(0)", "not a wait of scanrack; a sequence waits for a time", 2),
-        ("import asyncio\nawait asyncio.sleep(1)", "no running event loop: cycle awaits an object of asyncio", 2),
+        ("import asyncio\nawait asyncio.sleep(1)", "no running event loop: cycle awaits an object", 2),
         ("await self.axis.set_position(0)", "AxisError", 1),
         ("await within('4 ms', self.start.rises)", "WaitTimeout", 1),
         ("self.lamp = 'on'", "an output must be True or False", 1),
@@ -704,7 +704,7 @@ def test_another_writer_of_the_modules_words_is_named():
     says = str(caught.value)
     assert "axis of slot 1 [" in says
     assert "test_traps.py:" in says
-    assert "made [1, 0, 0, 0, 0, 0, 0, 0] of [0, 0, 0, 0, 0, 0, 0, 0]" in says
+    assert "changed [0, 0, 0, 0, 0, 0, 0, 0] to [1, 0, 0, 0, 0, 0, 0, 0]" in says
 
 
 def test_forces_are_no_other_writer():
