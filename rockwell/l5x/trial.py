@@ -176,7 +176,7 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
             outcome.difference = f"scan {number}: compiled {fault}, interpreted {interpreted_fault}"
             return outcome
         if fault is None:
-            difference = _memory_difference(compiled, interpreted)
+            difference = memory_difference(compiled, interpreted)
             if difference:
                 outcome.difference = f"scan {number}: {difference}"
                 return outcome
@@ -198,7 +198,7 @@ def _scan(engine: Engine) -> LadderFault | None:
     return None
 
 
-def _memory_difference(compiled: Engine, interpreted: Engine) -> str:
+def memory_difference(compiled: Engine, interpreted: Engine) -> str:
     """Return the first variable that differs, with both values; "" if all are equal."""
     interpreted_cells = interpreted.memory.cells
     for name, cell in compiled.memory.cells.items():
