@@ -67,7 +67,7 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
     names = NamesByPattern(tag.name for tag in known)
     chosen: dict[str, NamedValue] = {}
     for pattern in patterns:
-        matches = [known[place] for place in names.places(pattern)]
+        matches = [known[index] for index in names.indexes(pattern)]
         matches = matches or [_at_address(namespace, known, pattern)]
         chosen.update(
             (matching_tag.name, matching_tag) for matching_tag in matches if matching_tag.name not in chosen

@@ -133,7 +133,7 @@ def test_a_rung_says_what_the_data_leave_out():
         ("DATA T4:0\n0X0000 1 x % T4:0 %", "T4", 2, "the line is not understood: 0X0000 1 x"),
         ("DATA N7:0 5 ?", "N7", 1, "the line is not understood: ?"),
         ("DATA ST9:0\n7", "ST9:0", 2, "7 is not a text in quotation marks"),
-        ("DATA N7:0\n" + "1 " * 257, "N7:256", 2, "a file has up to 256 elements, these are 257"),
+        ("DATA N7:0\n" + "1 " * 257, "N7:256", 2, "a file has up to 256 elements; this one has 257"),
     ],
 )
 def test_what_is_not_understood_is_lost_and_told(data, lost, line, says):
