@@ -14,7 +14,7 @@ from ...model.predefined.motion_words import (
     RATE_UNITS,
     SPEED_UNITS,
 )
-from .motion_control import OUT_OF_RANGE, MotionControl, MotionError, MotionOperand, number_of, word_of
+from .motion_control import OUT_OF_RANGE, Argument, MotionControl, MotionError, number_of, word_of
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
@@ -27,7 +27,7 @@ class MotionCall(NamedTuple):
     machine: Interpreter
     motion: MotionControl
     name: str
-    operands: Sequence[MotionOperand]
+    operands: Sequence[Argument]
 
     @property
     def now_ns(self) -> int:
@@ -52,7 +52,7 @@ class MotionCall(NamedTuple):
 
     def show_begun(self) -> None:
         """Set the bits that show that the motion has begun."""
-        self.motion.set(DN=True, IP=True, AC=True)
+        self.motion.set(IP=True, AC=True)
 
 
 Maxima = Callable[[str], float]

@@ -55,9 +55,9 @@ from .motion_control import (
     IN_MOTION,
     OUT_OF_RANGE,
     SHUT_DOWN,
+    Argument,
     MotionControl,
     MotionError,
-    MotionOperand,
     Starter,
     Starters,
     number_of,
@@ -66,9 +66,9 @@ from .motion_control import (
 )
 
 
-def _profile(command: int, target: int, speed: int, rates: Sequence[int], shape: int = 0) -> tuple[int, ...]:
+def _profile(command: int, target: int, speed: int, rates: Sequence[int]) -> tuple[int, ...]:
     """Return the output words of a motion, in the module's units."""
-    return command, shape, *split_thousands(target), *split_thousands(speed), *rates
+    return command, 0, *split_thousands(target), *split_thousands(speed), *rates
 
 
 def _servo_on(axis: Axis, motion: MotionControl) -> None:
@@ -102,7 +102,7 @@ def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
 
 
 def _move(
-    axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *dynamics_and_merge: MotionOperand
+    axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *dynamics_and_merge: Argument
 ) -> None:
     request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
     target = axis.steps(number_of(axis.machine, position))
@@ -111,9 +111,7 @@ def _move(
     _begin_motion(axis, motion, request, COMMANDS[request], target, dynamics_and_merge)
 
 
-def _jog(
-    axis: Axis, motion: MotionControl, direction: MotionOperand, *dynamics_and_merge: MotionOperand
-) -> None:
+def _jog(axis: Axis, motion: MotionControl, direction: Argument, *dynamics_and_merge: Argument) -> None:
     backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
     _begin_motion(axis, motion, VELOCITY, 256 if backwards else 128, 0, dynamics_and_merge)
 
@@ -128,21 +126,21 @@ def _begin_motion(
     kind: int,
     command: int,
     target: int,
-    operands: tuple[MotionOperand, ...],
+    operands: tuple[Argument, ...],
 ) -> None:
     """Request a move or a jog; `operands` begin with the speed, and have the merge at 10 and 11."""
-    kind_under_way = axis.kind_under_way
+    present = axis.kind_under_way
     merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
-    if not merge and any(kind_under_way in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
+    if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
         raise MotionError(IN_MOTION)
     speed, *rates = _dynamics(axis, *operands[:6])
-    if merge and kind_under_way and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
+    if merge and present and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
         speed = axis.requested_speed or speed
     axis.request(motion, kind, *_profile(command, target, speed, rates))
     motion.set(DN=True, IP=True, AC=True)
 
 
-def _dynamics(axis: Axis, *operands: MotionOperand) -> tuple[int, int, int]:
+def _dynamics(axis: Axis, *operands: Argument) -> tuple[int, int, int]:
     """Return speed and both rates in the module's units, from three values with a unit after each."""
     speed, up, down = (number_of(axis.machine, value) for value in operands[::2])
     keywords = zip(operands[1::2], (SPEED_UNITS, RATE_UNITS, RATE_UNITS), strict=True)
@@ -151,7 +149,7 @@ def _dynamics(axis: Axis, *operands: MotionOperand) -> tuple[int, int, int]:
     return axis.speed(speed, speed_unit), *rates
 
 
-def _stop(axis: Axis, motion: MotionControl, operand: MotionOperand, *_others: MotionOperand) -> None:
+def _stop(axis: Axis, motion: MotionControl, operand: Argument, *_others: Argument) -> None:
     stop_type = word_of(axis.machine, operand, STOP_TYPES)
     if stop_type == "ALL" or axis.kind_under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
         motion.set(DN=True, IP=True)
@@ -172,7 +170,7 @@ def _home(axis: Axis, motion: MotionControl) -> None:
 
 
 def _redefine(
-    axis: Axis, motion: MotionControl, kind: MotionOperand, _select: MotionOperand, position: Resolved
+    axis: Axis, motion: MotionControl, kind: Argument, _select: Argument, position: Resolved
 ) -> None:
     units = number_of(axis.machine, position)
     if word_of(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
@@ -185,14 +183,14 @@ def _redefine(
 def _change(
     axis: Axis,
     motion: MotionControl,
-    kind: MotionOperand,
-    change_speed: MotionOperand,
+    kind: Argument,
+    change_speed: Argument,
     speed: Resolved,
-    change_up: MotionOperand,
+    change_up: Argument,
     up: Resolved,
-    change_down: MotionOperand,
+    change_down: Argument,
     down: Resolved,
-    *others: MotionOperand,
+    *others: Argument,
 ) -> None:
     """Change the speed of a manual move; MCD can't change other moves."""
     words = axis.output_words
@@ -213,7 +211,7 @@ def _change(
     motion.set(DN=True)
 
 
-def _unit(axis: Axis, operand: MotionOperand) -> str:
+def _unit(axis: Axis, operand: Argument) -> str:
     return word_of(axis.machine, operand, RATE_UNITS)
 
 
@@ -232,7 +230,7 @@ STARTERS: Starters = {
 }
 
 
-def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[MotionOperand, ...]) -> None:
+def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Argument, ...]) -> None:
     """Begin an instruction with the operands after the axis and the control, or raise a MotionError."""
     start(STARTERS, name, axis.check_ready, axis, motion, *operands)
 

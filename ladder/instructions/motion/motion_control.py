@@ -37,7 +37,7 @@ class MotionError(Exception):
         self.code = code
 
 
-MotionOperand = Resolved | str
+Argument = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
 
@@ -68,7 +68,7 @@ class MotionControl(Members):
         self.set(ER=True, IP=False, AC=False, ERR=error)
 
 
-def word_of(machine: Interpreter, operand: MotionOperand, words: tuple[str, ...]) -> str:
+def word_of(machine: Interpreter, operand: Argument, words: tuple[str, ...]) -> str:
     """Return a keyword operand in the form of `plain`; "" for a number beyond its list."""
     if isinstance(operand, str):
         return operand
@@ -76,7 +76,7 @@ def word_of(machine: Interpreter, operand: MotionOperand, words: tuple[str, ...]
     return plain(words[number]) if 0 <= number < len(words) else ""
 
 
-def number_of(machine: Interpreter, operand: MotionOperand) -> float:
+def number_of(machine: Interpreter, operand: Argument) -> float:
     """Return a numeric operand; 0 for a keyword."""
     return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))
 
@@ -92,7 +92,7 @@ Starters = Mapping[str, Starter]
 """Starters by names of instructions."""
 
 
-def start(starters: Starters, name: str, check_ready: Callable[[], None], *arguments: Any) -> None:
+def start(starters: Starters, name: str, check_ready: Callable[[], object], *arguments: Any) -> None:
     """Begin an instruction by its starter, or raise a MotionError.
 
     Args:

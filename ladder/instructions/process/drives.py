@@ -140,9 +140,8 @@ def _pulses(block: FunctionBlock) -> float:
     if initialize:
         block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
         return 0.0
-    previous_in = (
-        int(block["InitialValue"]) if was_initializing else value if block.first else int(block["~before"])
-    )
+    last_in = value if block.first else int(block["~before"])
+    previous_in = int(block["InitialValue"]) if was_initializing else last_in
     remainder = 0 if block.first else int(block["~remainder"])
     half = 1 << (size - 1)
     difference = (value - previous_in + half) % (2 * half) - half if block["Mode"] else value
