@@ -36,10 +36,8 @@ _TIMER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),)
 _COUNTER = BlockState(".PRE", "{.ACC} of {.PRE}"), BlockState("", "{.ACC}, preset 0")
 
 
-def _block(
-    busy: str, done: str, second_line: str = "", *specific_states: BlockState
-) -> tuple[BlockState, ...]:
-    return _ERROR, *specific_states, BlockState(".Busy", busy, second_line), BlockState(".Done", done), _IDLE
+def _block(busy: str, done: str, second: str = "", *extra: BlockState) -> tuple[BlockState, ...]:
+    return _ERROR, *extra, BlockState(".Busy", busy, second), BlockState(".Done", done), _IDLE
 
 
 def _motion(busy: str, done: str) -> tuple[BlockState, ...]:
@@ -129,9 +127,7 @@ class BlockTexts(NamedTuple):
 
     def names(self) -> tuple[str, ...]:
         """Return the tags in conditions and lines."""
-        used = [
-            reference[1] for row in self.rows for text in row[1:] for reference in _REFERENCE.finditer(text)
-        ]
+        used = [match[1] for row in self.rows for text in row[1:] for match in _REFERENCE.finditer(text)]
         return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
 
 
@@ -158,8 +154,7 @@ class _TagReader(NamedTuple):
             is_plain = state.condition in ("", POWER)
             condition = state.condition if is_plain else self._value(state.condition).strip("{}")
             line, second_line = (
-                _REFERENCE.sub(lambda reference: self._value(*reference.groups("")), text)
-                for text in state[1:]
+                _REFERENCE.sub(lambda match: self._value(*match.groups("")), text) for text in state[1:]
             )
         except LookupError:
             return None

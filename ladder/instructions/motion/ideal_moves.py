@@ -30,7 +30,7 @@ from ...model.predefined.motion_words import (
     SPEED_UNITS,
     STOP_TYPES,
 )
-from .calls import MotionCall, dynamics_at, in_range, merge_at, scaled
+from .calls import MotionCall, Starter, Starters, dynamics_at, in_range, merge_at, scaled, start
 from .courses import Kind
 from .ideal_axis import BITS, IdealAxis, all_axes, forward_distance
 from .motion_control import (
@@ -40,9 +40,6 @@ from .motion_control import (
     SHUT_DOWN,
     Argument,
     MotionError,
-    Starter,
-    Starters,
-    start,
 )
 from .ramps import Dynamics
 from .spots import Ideal, report
@@ -312,8 +309,7 @@ GROUP_ACTIONS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal axis, or raise a MotionError."""
-    axis = IdealAxis(call.machine.memory, ideal, number)
-    start(STARTERS, call.name, lambda: check_ready(axis), axis, call)
+    start(STARTERS, IdealAxis(call.machine.memory, ideal, number), call, check_ready)
     call.motion.set(DN=True)
 
 

@@ -24,11 +24,11 @@ from ...model.errors import LadderError
 from ...model.operands import Group, Place
 from ...model.types import Elementary, Structure
 from ...state.memory import Memory
-from .calls import MotionCall, allowed, dynamics_at, in_range, merge_at
+from .calls import MotionCall, Starter, Starters, allowed, dynamics_at, in_range, merge_at, start
 from .courses import DYNAMICS, Course, Kind
 from .ideal_axis import IdealAxis, all_axes
 from .ideal_moves import check_ready, restart, servo_off
-from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, MotionError, Starter, Starters, start
+from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, MotionError
 from .ramps import Dynamics
 from .spots import ENDED, Ideal, MotionSpot, report
 
@@ -376,5 +376,10 @@ STARTERS: Starters = {
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal coordinate system, or raise a MotionError."""
     system = IdealSystem(call.machine.memory, ideal, number)
-    start(STARTERS, call.name, lambda: list(map(check_ready, _axes_of(system))), system, call)
+    start(STARTERS, system, call, _check_ready)
     call.motion.set(DN=True)
+
+
+def _check_ready(system: IdealSystem) -> None:
+    for axis in _axes_of(system):
+        check_ready(axis)

@@ -174,9 +174,7 @@ def _setting(
         names, read = _in_head(node)
         if names:
             yield head, names, read
-        yield from _setting_in_blocks(
-            node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above
-        )
+        yield from _setting_below(node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above)
 
 
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:
@@ -186,9 +184,7 @@ def _in_head(node: ast.stmt) -> tuple[Names, Names]:
     return _names(nodes), _loaded(nodes)
 
 
-def _setting_in_blocks(
-    node: ast.stmt, end: tuple[int, int], above: str
-) -> Iterator[tuple[str, Names, Names]]:
+def _setting_below(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
     """Yield the statements in the blocks of a statement that set names, see `_setting`."""
     for statement in (inner for field in _BLOCKS for inner in getattr(node, field, [])):
         if isinstance(statement, ast.stmt):

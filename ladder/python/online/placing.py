@@ -185,10 +185,8 @@ def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
         return False
     if "__class__" in frame.code.co_freevars:
         return False
-    names_read = set(frame.code.co_names)
-    if names_read & (
-        context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}
-    ):
+    names = set(frame.code.co_names)
+    if names & (context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}):
         return False
     texts = [ast.dump(tree, include_attributes=True) for tree in (old_tree, new_tree)]
     return texts[0] == texts[1]
@@ -237,17 +235,13 @@ _TUPLE_ITERATOR: type[Any] = type(iter(()))
 
 def _iterator_at_same_pass(iterator: Any, text: str, context: EditContext) -> Any:
     """Return an iterator over the edited tuple, at the same pass; None if the passes so far may differ."""
-    old_tuple, new_tuple = (edition.constant(text) for edition in (context.old, context.new))
-    if (
-        type(iterator) is not _TUPLE_ITERATOR
-        or not isinstance(old_tuple, tuple)
-        or not isinstance(new_tuple, tuple)
-    ):
+    old, new = (edition.constant(text) for edition in (context.old, context.new))
+    if type(iterator) is not _TUPLE_ITERATOR or not isinstance(old, tuple) or not isinstance(new, tuple):
         return None
-    passes = len(old_tuple) - iterator.__length_hint__()
-    if iterator.__reduce__()[1] != (old_tuple,) or old_tuple[:passes] != new_tuple[:passes]:
+    passes = len(old) - iterator.__length_hint__()
+    if iterator.__reduce__()[1] != (old,) or old[:passes] != new[:passes]:
         return None
-    remaining = iter(new_tuple)
+    remaining = iter(new)
     for _ in range(passes):
         next(remaining)
     return remaining

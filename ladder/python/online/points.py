@@ -176,12 +176,10 @@ def counterpart(point: Point, old_points: list[Point], new_points: list[Point]) 
     new_matches = [candidate for candidate in new_points if candidate.key == point.key]
     if len(old_matches) == len(new_matches):
         match = new_matches[old_matches.index(point)]
-        count_before, count_after = (
-            _count_reached(*pair) for pair in ((point, old_points), (match, new_points))
-        )
-        if count_before == count_after:
+        old_count, new_count = (_count_reached(*pair) for pair in ((point, old_points), (match, new_points)))
+        if old_count == new_count:
             return match
-        old_matches, new_matches = [point] * count_before, [match] * count_after
+        old_matches, new_matches = [point] * old_count, [match] * new_count
     if new_matches:
         raise NoCounterpartError(
             f"`{point.text}` occurs {_times(len(new_matches))}, before {_times(len(old_matches))}; "
