@@ -112,7 +112,7 @@ class _Placer:
                 element.name,
                 self._ruler.lines(element, room),
                 number,
-                self._ruler.state_texts(element),
+                self._ruler.states(element),
             )
         )
         self._wire(x + width - GAP, y, x + width - 1, number)

@@ -194,7 +194,7 @@ class Ruler:
         texts = [operand] if longest is None else pieces(operand, longest)
         return [BoxLine(caption if index == 0 else "", text) for index, text in enumerate(texts)]
 
-    def state_texts(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+    def states(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
         """Return the conditions and texts of a block's state beside its title, see `block_states`."""
         return ()
 
