@@ -24,7 +24,7 @@ _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Positio
 
 
 def _captions(spec: Spec) -> tuple[str, ...]:
-    """Return the captions of an instruction's operands; without captions, those of the shown members."""
+    """Return the captions of an instruction's operands; if it has none, names of the shown members."""
     shown = {index: _OF_MEMBERS.get(member, member) for index, (_, member) in spec.members.items()}
     return spec.captions or tuple(shown.get(index, "") for index in range(max(shown, default=-1) + 1))
 

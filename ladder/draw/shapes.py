@@ -48,7 +48,7 @@ class BoxFrame:
 
 @dataclass(frozen=True, slots=True)
 class Letters:
-    """A text whose first character is in a cell."""
+    """A text; its first character is in a cell."""
 
     x: float
     y: float
@@ -72,7 +72,7 @@ Form = Line | Curve | BoxFrame | Letters | Value
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A form, its style class, and the element whose power it shows, or None."""
+    """A form, its style class, and the element of the power that it shows, or None."""
 
     form: Form
     kind: str

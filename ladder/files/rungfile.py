@@ -86,7 +86,7 @@ def read_program(path: Path | str) -> Program | Controller:
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
-    """Read a program or a controller from text, see `read_program`; `stubs` override those in the text."""
+    """Read a program or a controller from text, see `read_program`; `stubs` override the text's stubs."""
     _check(text, TextKind.RUNGS, file)
     return Reader(text, file, stubs).program()
 
@@ -222,7 +222,7 @@ def instruction_text(definition: AddOn) -> str:
 
 
 def _types(logic: LadderLogic) -> Iterator[str]:
-    """Yield the lines of structures and add-on instructions, each after those that it uses."""
+    """Yield the lines of structures and add-on instructions, each after the types that it uses."""
     written: dict[str, DataType] = dict(PREDEFINED_TYPES)
     for name in LIBRARIES:
         if any(is_of_library(add_on, name) for add_on in logic.add_ons.values()):

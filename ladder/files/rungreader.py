@@ -119,7 +119,7 @@ _MEMBER = re.compile(
 
 _DIGITS = 9  # maximum digits of an array length
 
-_MARK = "\0"  # marks a JSON string that stands for a number with a radix
+_MARK = "\0"  # begins a JSON string that replaces a number with a radix
 
 _RADIX = re.compile(r'"(?:[^"\\]++|\\.)*+"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""
@@ -425,7 +425,7 @@ class Reader(LineReader):
         return kind if isinstance(kind, Structure) else self._fail("a structure", name)
 
     def _dims(self, text: str | None) -> tuple[int, ...]:
-        """Return the dimensions in brackets; () if there are no brackets."""
+        """Return the dimensions in brackets; () without brackets."""
         lengths = text.split(",") if text is not None else []
         if not all(length.strip().isdecimal() and len(length) <= _DIGITS for length in lengths):
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))

@@ -119,7 +119,10 @@ def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
 def _write_row(
     rungs: RungWriter, source: tuple[ArrayRegion, int], target: tuple[ArrayRegion, int], length: int
 ) -> bool:
-    """Write code for a copy from or to a whole InOut, whose array length is only known in the call."""
+    """Write code for a copy from or to a whole InOut, which has its array length only in the call.
+
+    Return whether that was possible.
+    """
     kind = plain(source[0])
     if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
         return False

@@ -102,7 +102,7 @@ def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
-    """Return code that calls a function of `state.characters`; some convert to the target's type."""
+    """Return code that calls a function of `state.characters`; `typed` is a target for its conversion."""
     if isinstance(typed, Place):
         arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
     return f"string_{name}(faults, {', '.join(arguments)})"

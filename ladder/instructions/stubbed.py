@@ -69,7 +69,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class TimedCall:
-    """An instruction that takes time."""
+    """The members of an instruction that is done after some time."""
 
     bits: Mapping[str, Place]  # the members EN, DN, ER, IP and PC that exist
     error: Place | None  # member ERR, or None
@@ -122,7 +122,7 @@ def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
 
 
 def _stub_argument(machine: Interpreter, operand: Resolved | str) -> object:
-    """Return an operand in the form in which a Python stub receives it."""
+    """Return an operand as the argument of a Python stub."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
     if isinstance(operand, (Constant, StringConstant)):

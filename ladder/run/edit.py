@@ -39,7 +39,7 @@ class Edit:
     now_ns: int  # virtual time of the previous scan
     kept: tuple[str, ...]  # tags with their old values
     new: tuple[str, ...]  # new tags, with initial values
-    changed: tuple[str, ...]  # tags whose type has changed, with initial values
+    changed: tuple[str, ...]  # tags with a new type, with initial values
     dropped: tuple[str, ...]  # removed tags
     restated: tuple[str, ...] = ()  # kept values that differ from the program text: `Fill.PRE 1000, not 2000`
 
@@ -50,7 +50,7 @@ class Edit:
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The tags that the edit affects, grouped by what happens to them."""
+        """The tags that the edit affects, grouped by effect."""
         return (
             ("new", self.new),
             ("of another type", self.changed),

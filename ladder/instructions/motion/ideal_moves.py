@@ -2,16 +2,16 @@
 
 | instruction | ideal axis |
 |---|---|
-| MSO, MSF, MASD, MASR, MAFR | at once; DN |
-| MAM, MAJ | a profile of its own planner, trapezoidal or S-curve; with Merge, it ends all others |
-| MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
-| MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
-| MRP | at once, also in motion |
-| MAG | the slave follows the master's position, locked at once; IP until it ends; no axis leads itself |
-| MAW, MDW | PC when the axis reaches the position in that direction; for a rotary axis, in any turn |
-| MAR, MDR | armed; there is no registration input |
-| MRAT, MAAT, MRHD, MAHD | take one scan; PC |
-| MGS, MGSD, MGSR, MGSP | act on all axes: there is one group |
+| MSO, MSF, MASD, MASR, MAFR | act immediately; DN |
+| MAM, MAJ | a profile of a separate planner, trapezoidal or S-curve; with Merge, it ends all other motion |
+| MCD, MAS | change or stop the planner that they name; MAS of All stops the sum of all planners |
+| MAH | HomePosition immediately, as active homing "immediate"; PC a scan later |
+| MRP | acts immediately, also in motion |
+| MAG | the slave follows the master's position immediately; IP until it ends; no axis is its own master |
+| MAW, MDW | PC when the axis reaches the position in the given direction; for a rotary axis, in any turn |
+| MAR, MDR | armed; an ideal axis has no registration input |
+| MRAT, MAAT, MRHD, MAHD | one scan; PC |
+| MGS, MGSD, MGSR, MGSP | act on all axes, which are one group |
 | all others | ER, ERR 25 |
 """
 
@@ -186,7 +186,7 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move, whose instruction continues."""
+    """Change speed and rates of a jog or a move; the instruction of the motion continues."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.keyword(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
@@ -314,7 +314,7 @@ def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
 
 
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
-    """Begin an instruction on the motion group; it is done at once."""
+    """Begin an instruction on the motion group; it is done immediately."""
     for axis in all_axes(call.machine.memory, ideal):
         GROUP_ACTIONS[call.name](axis, call)
     call.motion.set(DN=True, PC=True)

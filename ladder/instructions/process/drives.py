@@ -51,7 +51,7 @@ def _with_limits(
     crossed = block.wrong(HighLowLimsInv=not low < high)
     if not math.isfinite(integral + other_term):
         return integral, integral + other_term
-    if block.holds(integral - last_integral):
+    if block.forbids(integral - last_integral):
         integral = last_integral
     above, below = crossed or integral + other_term >= high, crossed or integral + other_term <= low
     block.set(HighAlarm=above, LowAlarm=below)

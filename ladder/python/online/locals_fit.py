@@ -219,8 +219,8 @@ def names_read(node: ast.AST) -> Names:
     return _loaded([node])
 
 
-def check_bound(needed: Collection[str], own: Collection[str], values: Mapping[str, Any]) -> None:
+def check_bound(needed: Collection[str], local_names: Collection[str], values: Mapping[str, Any]) -> None:
     """Raise a LocalsError for a needed local of a function that the frame does not have."""
     for name in sorted(needed):
-        if name in own and name not in values:
+        if name in local_names and name not in values:
             raise LocalsError(f"its local {name} has no value; the edited function sets it before this await")

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from scanrack.io_images.dataclass import dataclass
 
-from .suspended import Hold, Range
+from .suspended import BlockKind, Range
 
 Function = ast.AsyncFunctionDef
 
@@ -56,19 +56,19 @@ class Point:
         return (*(f"{step.field} {type(step.node).__name__}" for step in self.steps), self.text)
 
     @property
-    def holds(self) -> list[Hold]:
+    def block_kinds(self) -> list[BlockKind]:
         """The kinds of objects of its open blocks on the stack, outermost first."""
-        holds: list[Hold] = []
+        block_kinds: list[BlockKind] = []
         for step in self.steps:
             if isinstance(step.node, ast.For) and step.field == "body":
-                holds.append(Hold.ITERATOR)
+                block_kinds.append(BlockKind.ITERATOR)
             elif isinstance(step.node, ast.With | ast.AsyncWith) and step.field == "body":
-                holds += [Hold.EXIT] * len(step.node.items)
+                block_kinds += [BlockKind.EXIT] * len(step.node.items)
             elif step.field == "handlers":
-                holds.append(Hold.HANDLER)
+                block_kinds.append(BlockKind.HANDLER)
         if isinstance(self.node, ast.AsyncWith):
-            holds.append(Hold.EXIT)
-        return holds
+            block_kinds.append(BlockKind.EXIT)
+        return block_kinds
 
     def is_at(self, position: Range) -> bool:
         """Return whether a position from Python is the position of this point."""

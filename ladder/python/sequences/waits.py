@@ -38,11 +38,11 @@ class SequenceTurn(threading.local):
     so this await ends at once.
 
     Attributes:
-        now: whether a sequence takes its turn.
+        active: whether a sequence takes its turn.
         dropped: awaits ended this way since the last turn.
     """
 
-    now = False
+    active = False
     dropped = 0
 
     def drop(self) -> None:
@@ -99,10 +99,10 @@ class Wait(Generic[T_co]):
         return True
 
     def drop(self) -> None:
-        """End at once, without a scan, and close everything inside."""
+        """End immediately, without a scan, and close all branches inside."""
 
     def __await__(self) -> Generator[Wait[Any], None, T_co]:
-        if not stepping.now:
+        if not stepping.active:
             stepping.drop()
         yield self
         return self.result()
@@ -278,14 +278,14 @@ class steady(Wait[None]):  # noqa: N801
 
 
 class Edge(Wait[None]):
-    """Waits for a change of a signal to the level `to`, after the scan of the await."""
+    """Waits for a change of a signal to a level, after the scan of the await."""
 
-    __slots__ = ("_last_level", "_place", "_read", "_to", "text")
+    __slots__ = ("_last_level", "_level", "_place", "_read", "text")
 
-    def __init__(self, read: Callable[[], bool], to: bool, text: str, place: Place | None = None) -> None:
-        self._read, self._to, self.text = read, to, text
+    def __init__(self, read: Callable[[], bool], level: bool, text: str, place: Place | None = None) -> None:
+        self._read, self._level, self.text = read, level, text
         self._place = place  # everything that `read` reads
-        self._last_level = to
+        self._last_level = level
 
     @override
     def watched(self) -> Watch | None:
@@ -298,7 +298,7 @@ class Edge(Wait[None]):
     @override
     def poll(self, now_ns: int) -> bool:
         last_level, self._last_level = self._last_level, self._read()
-        return self._last_level is self._to and last_level is not self._to
+        return self._last_level is self._level and last_level is not self._level
 
     def __repr__(self) -> str:
         return self.text
