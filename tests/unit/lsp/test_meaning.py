@@ -39,7 +39,7 @@ def test_a_block_is_written_as_a_rung_has_it() -> None:
         "\n\nsearches for home, where the position becomes 0"
     )
     assert "INPUT Direction : INT  // 1 clockwise, -1 counterclockwise" in said
-    assert "OUTPUT CommandAborted : BOOL  // another block has taken the axis" in said
+    assert "OUTPUT CommandAborted : BOOL  // another block has taken over the axis" in said
     assert "Refused" not in said, "what the block keeps to itself"
 
 
