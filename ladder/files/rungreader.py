@@ -248,11 +248,11 @@ class Reader(LineReader):
         start = self._skip_comments(0)
         head = PROGRAM_HEAD.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
-        self._flat(program, start + 1 if head else start, MAIN)
+        self._structured_routine(program, start + 1 if head else start, MAIN)
         program.take_stubs(self._rack_stubs)
         return program
 
-    def _flat(self, program: Program, start: int, name: str) -> None:
+    def _structured_routine(self, program: Program, start: int, name: str) -> None:
         """Read declarations, beginning at a line, and the statements below them as a routine."""
         self._line_index = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
@@ -273,7 +273,7 @@ class Reader(LineReader):
         self._types |= {structure.name: structure for structure in program.structures()}
         self._specs = program.specs
         if routine is not None:
-            self._flat(program, 0, routine)
+            self._structured_routine(program, 0, routine)
             return
         while self._peek() is not None:
             self._declaration(program)

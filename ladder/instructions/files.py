@@ -55,7 +55,10 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
 
 
 def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
-    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative."""
+    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative.
+
+    It is the least of the operand's size and of the bytes from each end to the end of its array.
+    """
     ends = (target, *source)
     if isinstance(length, Constant):
         size = int(length.value) * target.size

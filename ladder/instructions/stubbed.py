@@ -43,8 +43,7 @@ class Argument:
 
     @value.setter
     def value(self, value: Value) -> None:
-        place = self._place()
-        self._machine.put(place, bool(value) if place.type.is_bool else value)
+        self._put(self._place(), value)
 
     def __getitem__(self, member: str) -> Value:
         """Return a member of a structure."""
@@ -52,7 +51,9 @@ class Argument:
 
     def __setitem__(self, member: str, value: Value) -> None:
         """Set a member of a structure."""
-        place = self._member(member)
+        self._put(self._member(member), value)
+
+    def _put(self, place: Place, value: Value) -> None:
         self._machine.put(place, bool(value) if place.type.is_bool else value)
 
     def _place(self) -> Place:

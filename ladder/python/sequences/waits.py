@@ -168,18 +168,19 @@ def _expression(code: CodeType) -> str:
 
 def _source_text(code: CodeType) -> str:
     """Return the source text of code as one line; "" if it is unknown."""
-    spans = [
-        position for position in code.co_positions() if None not in position and position[2] != position[3]
-    ]
-    if not spans:
+    begins, ends = [], []
+    for line, end_line, column, end_column in code.co_positions():
+        if line and end_line and column is not None and end_column is not None and column != end_column:
+            begins.append((line, column))
+            ends.append((end_line, end_column))
+    if not begins:
         return ""
-    begin = min((span[0] or 0, span[2] or 0) for span in spans)
-    end = max((span[1] or 0, span[3] or 0) for span in spans)
+    (first_line, first_column), (last_line, last_column) = min(begins), max(ends)
     linecache.checkcache(code.co_filename)
-    lines = [line.encode() for line in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
+    lines = [line.encode() for line in linecache.getlines(code.co_filename)[first_line - 1 : last_line]]
     if lines:
-        lines[-1] = lines[-1][: end[1]]
-        lines[0] = lines[0][begin[1] :]
+        lines[-1] = lines[-1][:last_column]  # columns count bytes
+        lines[0] = lines[0][first_column:]
     return " ".join(b"".join(lines).decode(errors="replace").split())
 
 
