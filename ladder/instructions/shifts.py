@@ -25,7 +25,7 @@ from .prescans import prescan_sets
 def check_dints(array: Resolved, *_others: Resolved) -> None:
     """Raise an OperandError unless an array has type DINT."""
     if isinstance(array, (Place, Group)) and array.type != DINT:
-        raise mismatch(array.text, array, "an array of DINT", "declare it so")
+        raise mismatch(array.text, array, "an array of DINT", "declare it as DINT")
 
 
 def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], None]:

@@ -58,7 +58,7 @@ class Argument:
 
     def _place(self) -> Place:
         if isinstance(self._tag, Group):
-            raise ValueError(f"{self.name} is a structure or an array: name a member, as in operand['PRE']")
+            raise ValueError(f"{self.name} is a structure or an array; name a member, as in operand['PRE']")
         return self._tag
 
     def _member(self, name: str) -> Place:

@@ -239,7 +239,7 @@ def _check_time(name: str, time_index: int, most_ms: int) -> Callable[..., None]
         require_type(block, SAFETY[name])
         limit = operands[time_index]
         if isinstance(limit, Constant) and not 5 <= limit.value <= most_ms:
-            raise OperandError(f"{limit.value} ms is not 5 to {most_ms} ms", "write a time within this range")
+            raise OperandError(f"time {limit.value} ms is out of range", f"must be 5 to {most_ms} ms")
 
     return check
 
