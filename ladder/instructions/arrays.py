@@ -39,7 +39,11 @@ def _passes(machine: Interpreter, power: bool, control: Control, mode: str, step
     if not _begin_passes(power, control, mode):
         return
     control.check()
-    remaining = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
+    remaining = 1
+    if mode == "ALL":
+        remaining = control["LEN"]
+    elif mode.isdigit():
+        remaining = int(mode)
     while remaining and control["POS"] < control["LEN"]:
         machine.fault_log.jumped_back(machine.site)
         if not step():

@@ -46,7 +46,9 @@ def _limit(block: FunctionBlock) -> None:
         block.set(Out=low)
         return
     above, below = select != 2 and value >= high, select != 1 and value <= low
-    block.set(HighAlarm=above, LowAlarm=below, Out=high if above else low if below else value)
+    if above or below:
+        value = high if above else low
+    block.set(HighAlarm=above, LowAlarm=below, Out=value)
 
 
 def _select(block: FunctionBlock) -> None:

@@ -111,8 +111,10 @@ def _set_dcs_output(block: Members, *, active: bool, status: bool, restarts: boo
     """Set O1, and DiagnosticCode to the missing condition."""
     ready = active and status and not block["FP"] and bool(block["~tested"])
     on = ready and bool(block["O1"] or restarts)
-    held = ready and not on and reset
-    block.set(O1=on, DiagnosticCode=RESET_HELD if held else 0 if status or block["FP"] else INPUT_OFF)
+    code = 0 if status or block["FP"] else INPUT_OFF
+    if ready and not on and reset:
+        code = RESET_HELD
+    block.set(O1=on, DiagnosticCode=code)
 
 
 def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:

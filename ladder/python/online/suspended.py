@@ -66,7 +66,7 @@ class WaitingFrame:
         values: list[Any] = []
         for kind in reversed(kinds):
             item = stack.pop() if stack else None
-            if kind is BlockKind.HANDLER:
+            if kind is BlockKind.HANDLER:  # the stack has the exception before the present one
                 values.append(present)
                 item, present = present, item
             if kind is BlockKind.EXIT and not _is(kind, item):
