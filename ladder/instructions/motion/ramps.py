@@ -117,11 +117,11 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     peak = dynamics.speed
     if abs(speed) < peak:
         peak = min(peak, math.sqrt((abs(distance) + speed * speed * up) / (up + down)))
-    ramps = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
-    cruise = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
+    to_peak, to_rest = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
+    cruise = abs(distance) - abs(length(to_peak)) - abs(length(to_rest))
     if peak <= 0 or cruise <= 0:
-        return (*ramps[0], *ramps[1])
-    return (*ramps[0], Phase(cruise / peak, direction * peak, direction * peak), *ramps[1])
+        return (*to_peak, *to_rest)
+    return (*to_peak, Phase(cruise / peak, direction * peak, direction * peak), *to_rest)
 
 
 def length(phases: Phases) -> float:

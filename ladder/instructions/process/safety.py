@@ -211,7 +211,8 @@ def _monitor(
     if feedback == (expected, expected):
         block.set(**{"~settled": True})
         return
-    reason = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
+    first, second = feedback
+    reason = _WRONG_FEEDBACK[first == expected, second == expected]
     late = _lasts(machine, block, limit_ms)
     if block["~settled"] or (late and not block["~moved"]):
         _fault(block, (TURNED_OFF if expected else TURNED_ON) + reason)

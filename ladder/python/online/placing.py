@@ -192,8 +192,7 @@ def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
     names = set(frame.code.co_names)
     if names & (context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}):
         return False
-    texts = [ast.dump(tree, include_attributes=True) for tree in (old_tree, new_tree)]
-    return texts[0] == texts[1]
+    return ast.dump(old_tree, include_attributes=True) == ast.dump(new_tree, include_attributes=True)
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
