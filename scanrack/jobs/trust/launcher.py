@@ -105,7 +105,7 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
 def _ticket(each: Handed, pid: int) -> Ticket:
     """Return a ticket with which another process can open a shared memory or socket."""
     if isinstance(each, SharedMemory):
-        return each.size, each.place
+        return each.size, each.handle
     if sys.platform == "win32":
         place: int | bytes = each.share(pid)
     else:

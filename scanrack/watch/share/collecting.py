@@ -81,7 +81,7 @@ def collect(
         },
         "formats": monitor.states.formats.changes(),
         "steppers": [slot for slot, words in subject.words.items() if is_stepper(words)],
-        "machines": list(subject.places.machines),
+        "machines": list(subject.row_layout.machines),
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
         "lists": lists.packed(lead),
         "events": before + [event for event in events if event["scan"] >= first],

@@ -31,7 +31,7 @@ from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.monitors import panel_questions, session_monitor
 from scanrack.watch.monitors.monitor import SessionFacts, Subject
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 from scanrack.watch.panels import bindings
 from scanrack.watch.panels.kept_panel import KeptPanel

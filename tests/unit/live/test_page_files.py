@@ -21,7 +21,7 @@ WEB = files("scanrack.watch") / "web"
 
 
 def answer(path="/", **more):
-    found = GATE.answer(path, HOST, None, **more)
+    found = GATE.respond(path, HOST, None, **more)
     assert found is not None
     return found
 

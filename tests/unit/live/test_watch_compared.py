@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 from recordings import Opened, opened, recorded
 from scanrack.watch.monitors import comparison
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.recorded_session import open_beside
 
 SCANS = 300
