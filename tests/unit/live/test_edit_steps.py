@@ -154,7 +154,7 @@ def test_a_step_waits_for_the_exchange_before_it(session):
     session.until(lambda: len(takeovers) >= 4, attended=False)  # exchange, its outcome, and two answers
     session.until(lambda: cancelled)
     assert tested[0]["stage"] == "testing"
-    assert "being exchanged" in cancelled[0]["refused"]
+    assert "being replaced" in cancelled[0]["refused"]
     assert session.step("cancel") == ""
     assert session.runs == RUNGS
 
@@ -176,7 +176,7 @@ def test_the_accepted_edit_has_its_page_and_another_page_does_not_test_it_unseen
 def test_an_edit_that_changes_nothing_is_not_accepted(session):
     base = digest(session.runs.encode())
     same = session.ask(Online("accept", base, (("Main", 0, ("ADD(N, 1, N);",)),)))
-    assert "are those that run" in same["refused"]
+    assert "are the same as the running ones" in same["refused"]
     assert session.step("test") == "test: no edit has been accepted"
 
 
