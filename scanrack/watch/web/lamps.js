@@ -1,4 +1,4 @@
-// The lamps of a card: its output points by name.
+// The lamps of a card, which are its output points by name.
 
 import { el } from "./dom.js";
 import { placeLevel } from "./values.js";
