@@ -12,7 +12,8 @@ export const WAITS = [
   [" changes", "changes", "changes"],
   [" executes", "executes", "executes"],
 ];
-export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([suffix]) => list.includes(ident + suffix));
+export const breakpointsAt = (ident, list = run.breakpoints) =>
+  WAITS.filter(([suffix]) => list.includes(ident + suffix));
 
 // The conditions that are available: a line of Python can only execute.
 export const waits = () => (isPython() ? WAITS.slice(2) : WAITS);

@@ -245,7 +245,8 @@ onCauses(hasChanged => {
 
 onPaint(changes => {
   if (failed?.seen && run.state === "past") failed.past = true; // a frame from before the stop may be painted after it
-  if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss(); // the operator pressed Live
+  // the operator pressed Live
+  if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss();
   if (late !== reported) reported = late, paint();
   if (changes.faults) faulted();
   else if (changes.words && failed?.bit && !claim && over !== isOver(failed)) paint();

@@ -22,12 +22,12 @@ export function grid(to, times, x, left, from, end, high) {
   }
 }
 
-// Draws a position. The last value of a stretch is of its last scan; from there to the next stretch the line is straight.
+// Draws a position. The last value of a stretch is that of its last scan; a straight line leads to the next stretch.
 export function curve(to, points, range, period, name, x, top, left, tall, color = colors.curve) {
   to.label(name, left - 8, top + tall / 2 + 4, colors.ink);
   if (!points.length) return;
   const y = scale(to, range, top, left, tall);
-  to.inside(left, top, () => {
+  to.clipped(left, top, () => {
     to.begin(color, 1.5);
     let previous = null; // value at the end of the line so far; null: no line yet
     points.forEach(([time, least, most, last], index) => {
@@ -69,12 +69,12 @@ function scale(to, [low, high], top, left, tall) {
 
 export function lane(to, stretches, name, x, top, left, right) {
   to.label(name, left - 8, top + LANE - 5, colors.ink);
-  to.inside(left, top, () => bars(to, stretches, x, top, left, right));
+  to.clipped(left, top, () => bars(to, stretches, x, top, left, right));
 }
 
 // Draws the same bit of another trace, as a thin bar below.
 export function below(to, stretches, x, top, left) {
-  to.inside(left, top, () => {
+  to.clipped(left, top, () => {
     for (const [from, end, on] of stretches)
       if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colors.mark);
   });
@@ -98,7 +98,7 @@ export function tagLane(to, { points, range, stretches }, name, x, top, left, ri
   const tall = highOf(points);
   to.label(name, left - 8, tall === LANE ? top + LANE - 5 : top + tall / 2 + 4, colors.ink);
   if (tall === NUMBER) return numbers(to, stretches, range, x, top, left);
-  to.inside(left, top, () => {
+  to.clipped(left, top, () => {
     if (!points.some(([, value]) => typeof value === "string")) return bars(to, stretches, x, top, left, right);
     for (const [from, end, text] of stretches) if (text !== null) box(to, String(text), x(from), x(end), top, left);
   });
@@ -106,7 +106,7 @@ export function tagLane(to, { points, range, stretches }, name, x, top, left, ri
 
 function numbers(to, stretches, range, x, top, left) {
   const y = scale(to, range, top, left, NUMBER);
-  to.inside(left, top, () => {
+  to.clipped(left, top, () => {
     to.begin(colors.bit, 1.5);
     let isKnown = false; // whether the line continues
     for (const [from, end, value, least, most] of stretches) {

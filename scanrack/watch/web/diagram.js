@@ -4,7 +4,7 @@ import { drawing, el } from "./dom.js";
 import { shown } from "./format.js";
 import { pressable } from "./pointer.js";
 import { select } from "./selection.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 
 // A value at a pin, short enough even for the largest REAL.
 const short = value => (Math.abs(value) >= 1e10 ? value.toExponential(4) : shown(value));
@@ -25,8 +25,8 @@ function built(text, title, say, chosenAt, notes = []) {
   for (const group of picture.querySelectorAll(".element"))
     pressable(group, () => select({ ...chosenAt(group), rung: group.dataset.at }));
   for (const node of picture.querySelectorAll("[data-lit]:not([data-lit=''])"))
-    place(node, node.dataset.lit, () => null); // the style sheet lights it by data-value
-  for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, say);
+    bindValue(node, node.dataset.lit, () => null); // the style sheet lights it by data-value
+  for (const value of picture.querySelectorAll("[data-value-of]")) bindValue(value, value.dataset.valueOf, say);
   return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": title },
     ...notes.map(note => el("p", { class: "comment" }, note)), picture);
 }

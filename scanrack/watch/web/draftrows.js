@@ -4,7 +4,7 @@
 import { button, drawing, el, setFlag } from "./dom.js";
 import { declare, draft, keyOf } from "./draft.js";
 import { shown } from "./format.js";
-import { place, unplace } from "./values.js";
+import { bindValue, unbindIn } from "./values.js";
 
 let sheet = null, routine = "", running = new Map(); // text of each running rung by key
 // Rows of running rungs by key, and of edited rungs by key and index, since a large program has many.
@@ -46,7 +46,7 @@ export function neighborOf(where, by) {
 // Draws the edited rungs of the routine, or removes them.
 export function drawDrafts(isOpen) {
   for (const row of drafts.values()) {
-    unplace(row);
+    unbindIn(row);
     row.remove();
     if (rows.has(row.dataset.key)) delete rows.get(row.dataset.key).dataset.edited;
   }
@@ -76,7 +76,7 @@ function rowOf(key, index, text, letter) {
   const checked = checkedOf({ key, index }), title = { e: "Edited", i: "Inserted" }[letter];
   const picture = checked?.svg ? drawing(checked.svg) : el("code", { class: "unread" }, text);
   if (checked?.svg) {
-    picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+    picture.querySelectorAll("[data-name]").forEach(node => bindValue(node, node.dataset.name, shown));
     picture.querySelectorAll("[data-element]").forEach((group, number) =>
       setFlag(
         group,

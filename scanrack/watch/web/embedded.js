@@ -6,7 +6,8 @@ import { read } from "./exact.js";
 export class Refused extends Error {}
 
 const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "pressed", "faults"];
-const BACK = 50, EVENTS = 200, HITS = 200; // scans over which speed is measured; maximum rows of answers, as in the server
+// scans over which speed is measured; maximum rows of answers, as in the server
+const BACK = 50, EVENTS = 200, HITS = 200;
 
 const lists = new Map(); // key -> { scans, values }
 let data = null, sizes = {}, heard = null, at = null, number = 0, sent = {}; // sizes: words in and out of each slot

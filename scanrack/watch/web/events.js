@@ -111,7 +111,9 @@ function sayEnd() {
 
 const say = text => setText(end, text);
 
-new IntersectionObserver(([{ isIntersecting }]) => { if (isIntersecting && listed.length) loadEarlier(); }).observe(end);
+new IntersectionObserver(([{ isIntersecting }]) => {
+  if (isIntersecting && listed.length) loadEarlier();
+}).observe(end);
 
 // Shows events. Rows that stay are not replaced, since one may have the focus.
 function show(events) {

@@ -2,7 +2,7 @@
 
 import { el, setAttribute } from "./dom.js";
 import * as orders from "./orders.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 import { bitName } from "./words.js";
 
 const HELD_MS = 350; // a button that is pressed longer springs back when it is released
@@ -59,7 +59,7 @@ class Input {
       el("span", { class: "level" })
     );
     if (word === undefined) Object.assign(this.node.dataset, { name: `${slot.number}.input.${name}`, value: "0" });
-    else place(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
+    else bindValue(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
   }
 
   show(on) {

@@ -7,7 +7,7 @@ import { beginNow, paintNow } from "./now.js";
 import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
 import { namesOf } from "./subject.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 
 const MANY = 60; // with more rungs, only rungs in view are laid out
 
@@ -41,7 +41,7 @@ function rowOf(ident, { number, svg, comment, file, line }) {
     group.setAttribute("role", isCall(group) ? "link" : "button");
     group.setAttribute("tabindex", "-1");
   }
-  picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+  picture.querySelectorAll("[data-name]").forEach(node => bindValue(node, node.dataset.name, shown));
   rungs.set(ident, { row, elements, power: "", stop });
   return row;
 }

@@ -5,7 +5,7 @@ import { clocked } from "./format.js";
 import { hush, tell } from "./notice.js";
 import { allowed, reload } from "./orders.js";
 import { connect } from "./source.js";
-import { exchange, greet, handles, run, take } from "./state.js";
+import { exchange, greet, setHandles, run, take } from "./state.js";
 import "./layout.js";
 import "./statebar.js";
 import "./machine.js";
@@ -41,7 +41,7 @@ const HANDLERS = {
   edited: edit => { taken(); tell(edited(edit), "news"); },
   mistake: mistake => mistake ? tell(mistaken(mistake), "mistake", ...restarting(mistake)) : hush("mistake"),
   note: note => tell(note, "news"),
-  lost: text => { run.state = "lost"; handles(); paintMode(); tell(text, "lost"); },
+  lost: text => { run.state = "lost"; setHandles(); paintMode(); tell(text, "lost"); },
 };
 
 function hear(message) {

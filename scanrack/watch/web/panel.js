@@ -8,7 +8,7 @@ import { itemOf, lay } from "./panelitems.js";
 import { editing, editor } from "./paneledit.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, onProgram, run } from "./state.js";
-import { place, unplace } from "./values.js";
+import { bindValue, unbindIn } from "./values.js";
 import { alsoWatched, sendWatched } from "./watchtable.js";
 
 const CONFIRM_MS = 500; // the server releases presses that are not confirmed for four times as long
@@ -67,7 +67,7 @@ export function edit(on) {
 
 // Shows items with their bindings. During an edit they press nothing.
 export function show(items, bound) {
-  unplace(grid);
+  unbindIn(grid);
   release();
   parts = bound.map((binding, index) => partOf(items[index], binding));
   const inOrder = [...parts].sort((a, b) => a.item.at[1] - b.item.at[1] || a.item.at[0] - b.item.at[0]);
@@ -116,7 +116,7 @@ function partOf(item, bound) {
     },
   };
   made.show(null);
-  if (bound.read && !isLevel(bound)) place(cell, bound.read, value => { part.show(value); return null; });
+  if (bound.read && !isLevel(bound)) bindValue(cell, bound.read, value => { part.show(value); return null; });
   else if (!bound.broken) cell.dataset.name = bound.read;
   return part;
 }
