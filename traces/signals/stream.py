@@ -115,7 +115,7 @@ def _nothing(selection: Selection, ends: Columns) -> str:
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
     content = f"scans {ends.scan[0]} to {ends.scan[1]}, time {start} s to {end} s"
-    return f"the trace has no scan in {selection.says()}; it holds {content}"
+    return f"the trace has no scan in {selection.says()}; it has {content}"
 
 
 def half_window(trace: Trace) -> int:
