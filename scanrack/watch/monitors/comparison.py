@@ -231,7 +231,7 @@ def compare(monitor: Monitor, page: Page, question: Question) -> Json:
         page.compare(None)
         return {"with": None}
     if monitor.opener is None or name not in recordings_beside(record):
-        raise ValueError(f"no trace {str(name)[:60]!r} in the same folder")
+        raise ValueError(f"no recording {str(name)[:60]!r} in the same folder")
     try:
         page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
     except (OSError, TraceError) as error:
@@ -252,7 +252,7 @@ def beside(_monitor: Monitor, page: Page, question: Question) -> Json:
 
 def _comparison(page: Page) -> Comparison:
     if not isinstance(page.compared, Comparison):
-        raise ValueError("this page does not compare with a trace")
+        raise ValueError("this page does not compare with a recording")
     return page.compared
 
 

@@ -186,7 +186,7 @@ def test_an_edit_that_changes_nothing_is_not_accepted(session):
         ("a.rung", ""),
         ("a.L5X", ""),
         ("a.slc", ""),
-        ("a.py", "since Python makes them: edit that"),
+        ("a.py", "edit the Python code"),
         ("a.st", "a .st file"),
     ],
 )

@@ -88,7 +88,7 @@ def test_the_next_and_the_previous_mark_and_the_failure(seen: Opened) -> None:
     answer = asked(seen, "marks")
     assert (answer["whole"], answer["total"]) == (True, len(seen.monitor.marks.all))
     assert answer["failure"]["name"] == "INPUT_ERROR"
-    assert "from is the number" in asked(seen, "mark", **{"from": "x", "way": 1})["refused"]
+    assert "from must be a scan number" in asked(seen, "mark", **{"from": "x", "way": 1})["refused"]
 
 
 def test_modes_restarts_and_bits_without_a_rule_are_marks(seen: Opened) -> None:

@@ -429,7 +429,7 @@ def test_a_page_that_says_nothing_any_more_lets_go(monitor, monkeypatch):
         monitor.tick()
         if ms == 1999:
             assert monitor.sent == []
-        assert bool(page.holds) is (ms > 0 and held)
+        assert bool(page.releases) is (ms > 0 and held)
         if ms == 0:
             asked(monitor, page, "hold", give=[RELEASE])
     assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
@@ -440,7 +440,7 @@ def test_a_page_that_says_nothing_any_more_lets_go(monitor, monkeypatch):
 def test_only_presses_and_writes_are_kept_for_that(monitor, give):
     page = joined(monitor)
     assert "refused" in asked(monitor, page, "hold", give=give)
-    assert page.holds == []
+    assert page.releases == []
 
 
 def test_a_branch_lets_go_what_a_page_presses_once(monitor):
@@ -449,7 +449,7 @@ def test_a_branch_lets_go_what_a_page_presses_once(monitor):
     ran = monitor.ran
     told = {"record": None, "trace": "none.mcap", "rows": 0, "snapshots": 0}
     monitor._take_branch({**told, "programs": [(ran.first, ran.place, ran.rack, ran.program)]})
-    assert page.holds == []
+    assert page.releases == []
     assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
 
 

@@ -31,7 +31,7 @@ def test_a_name_is_text_of_1_to_400_characters(seen, text):
     for do, key in (("why", "tag"), ("xref", "tag"), ("since", "tag"), ("find", "text"), ("show", "routine")):
         assert asked(seen, do, **{key: text}) == {
             "id": 1,
-            "refused": f"{key} is text of 1 to 400 characters",
+            "refused": f"{key} must be text of 1 to 400 characters",
         }
 
 
