@@ -25,8 +25,8 @@ def judged(scene: PlayedScene, timing: Timing, most: int = 4000) -> SceneVerdict
 @pytest.mark.parametrize(
     ("scan_ms", "advice"),
     [
-        (2, "a counter of scans, see --print-counter, leaves fewer"),
-        (0, "a longer wait at rest before leaves"),
+        (2, "use a counter of scans, see --print-counter"),
+        (0, "wait longer at rest before"),
     ],
 )
 def test_too_many_hypotheses_are_told_with_their_words(scan_ms: int, advice: str) -> None:
