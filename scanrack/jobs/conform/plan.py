@@ -90,7 +90,7 @@ class SceneStep:
 
     def over(self, image: Image, lasted_ns: int) -> bool:
         """Whether the step is over. `lasted_ns` is the time since the step began, ns."""
-        return lasted_ns >= self.for_ns if self.step is None else self.step.over(image, lasted_ns)
+        return lasted_ns >= self.for_ns if self.step is None else self.step.ends(image, lasted_ns)
 
 
 @dataclass(frozen=True, slots=True)
