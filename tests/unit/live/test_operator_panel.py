@@ -433,7 +433,7 @@ def test_a_page_that_says_nothing_any_more_lets_go(monitor, monkeypatch):
         if ms == 0:
             asked(monitor, page, "hold", give=[RELEASE])
     assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
-    assert any("let go" in each.get("note", "") for each in page.outbox)
+    assert any("were released" in each.get("note", "") for each in page.outbox)
 
 
 @pytest.mark.parametrize("give", ["x", [{"do": "mode", "mode": "run"}], [{"do": "press"}], [RELEASE] * 21])
