@@ -61,7 +61,7 @@ def test_a_file_that_was_cut_off_has_its_whole_packets(make) -> None:
         (pcapng([]) + block(6, pack("<IIIII", 1, 0, 0, 0, 0)), "a packet of interface 1; must be below 1"),
         (pcapng([]) + block(6, pack("<IIIII", 0, 0, 0, 9, 9) + b"1234"), "a packet of 9 bytes in a block"),
         (pcapng([]) + block(3, pack("<I", 0)), "a packet without a time"),
-        (pcapng([]) + block(5, b"")[:-1] + b"\1", "a block has the length 12 at its beginning, 16,777,228 at its end"),
+        (pcapng([]) + block(5, b"")[:-1] + b"\1", "the length 12 at its beginning, 16,777,228 at its end"),
         (pcapng([]) + block(1, pack("<HHIHHBxxx", 1, 0, 0, 9, 1, 99)), "unsupported unit of time, 10**-99 s"),
     ],
 )
