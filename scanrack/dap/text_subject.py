@@ -255,7 +255,7 @@ class TextSubject(Subject):
     @override
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
         recording = self.recording()
-        text, chain = Why(recording, scan, self._spec, self._load).of(tag)
+        text, chain = Why(recording, scan, self._spec, self._load).explain(tag)
         folder = self._load.folder
         links = [
             (str(link), Origin(str(folder / link.site.file), link.site.line))

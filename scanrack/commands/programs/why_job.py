@@ -109,7 +109,7 @@ def _as_json(answer: _Answer) -> dict[str, object]:
 def _ask_bench(file: str, question: Question) -> _Answer:
     from scanrack.jobs.bench.opening import open_bench  # a trace needs no bench
     from scanrack.jobs.why.acts import acts_for
-    from scanrack.jobs.why.answer import value_of
+    from scanrack.jobs.why.answer import parse_value
 
     subject, moment, want = question.what, question.moment, question.want
     bench = open_bench(file, watched=True)
@@ -125,7 +125,7 @@ def _ask_bench(file: str, question: Question) -> _Answer:
     remedies = acts = None
     if subject is not None and chain is not None and want is not None:
         remedies = bench.suggest_inputs(subject, want)
-        acts = acts_for(bench, chain, subject, value_of(want))
+        acts = acts_for(bench, chain, subject, parse_value(want))
     return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 
 

@@ -344,11 +344,11 @@ class Bench:
             ValueError: an unknown name, or no scan has run.
         """
         why = self._why()
-        return why.rack() if tag is None else why.of(tag)[0]
+        return why.rack() if tag is None else why.explain(tag)[0]
 
     def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
         """Return the answer of `why` and its chain; `deep` puts all of the chain into the text."""
-        return self._why().of(tag, deep=deep)
+        return self._why().explain(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, back to an input, operator, incident or power-up.

@@ -44,7 +44,7 @@ def answer(
 
 
 def _described(found: Acts) -> dict[str, Any]:
-    acts = None if found.found is None else [act.text for act in found.found]
+    acts = None if found.acts is None else [act.text for act in found.acts]
     return {
         "text": str(found),
         "acts": acts,
