@@ -147,7 +147,7 @@ def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iter
 
 
 def _choices(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
-    """Yield no act, each act, and each pair of acts on two objects; pairs that end with a button come first."""
+    """Yield no act, each act, and pairs of acts on two objects; pairs that end with a button come first."""
 
     def is_last_choice(chosen: tuple[Act, ...]) -> bool:
         *earlier, last = (act.is_press for act in chosen)

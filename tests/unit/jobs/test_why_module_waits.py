@@ -85,8 +85,8 @@ def test_at_rest_it_waits_for_a_command_and_says_what_is_not_valid(bench):
     assert state(bench) == [
         "at rest at 0: it waits for a command bit to go from 0 to 1",
         "POSITION_INVALID since scan 3 (0.006 s): the module was configured, which always makes the position "
-        "invalid [POS-01, chapter 6, Position Invalid 1]; a home or a preset clears it; until then it refuses "
-        "absolute moves",
+        "invalid [POS-01, chapter 6, Position Invalid 1]; a home or a preset clears it; until then it "
+        "refuses absolute moves",
     ]
 
 

@@ -194,7 +194,7 @@ class ProgramChain(PythonChain):
         return reader_of
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
-        """Return the row up to `row` in which each value last changed; set `present` to the values after it."""
+        """Return the last row up to `row` in which each value changed; keep the values after it."""
 
         def reader_of(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
             codes = {}
