@@ -1,4 +1,4 @@
-"""Collects the claims of a job: properties from its rack file and from its ladder program."""
+"""Claims of a job: assumptions and properties in its rack file and its ladder program."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ def with_monitors(job: LoadedRack) -> MonitoredProgram:
     """
     if not isinstance(job.logic, LadderLogic):
         raise ValueError(
-            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+            f"{job.program}: the program is in Python: only ladder logic and structured text can be proved"
         )
     return monitored(job.logic, claims_of(job.spec), [slot.number for slot in job.spec.slot])

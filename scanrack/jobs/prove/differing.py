@@ -124,7 +124,7 @@ def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
     job, _ = load_any(file)
     if not isinstance(job.logic, LadderLogic):
         raise ValueError(
-            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+            f"{job.program}: the program is in Python: only ladder logic and structured text can be proved"
         )
     return job, job.logic
 

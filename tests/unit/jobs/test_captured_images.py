@@ -167,7 +167,7 @@ def test_one_slot_of_several(tmp_path: Path) -> None:
     talk += [(True, unconnected(read)), (False, unconnected(done(0x4C, ints(*reversed(WORDS)))))]
     code, said = imported(tmp_path, talk)
     assert code == 2
-    assert "it has the units 1, 3: give --address" in said
+    assert "several units (1, 3): give --address" in said
     assert imported(tmp_path, talk, "--address", "3")[0] == 0
     assert images_in(tmp_path, 3)[2] == [list(reversed(WORDS))]
 
@@ -211,5 +211,5 @@ def test_reads_of_tags_alone_are_counted(tmp_path: Path) -> None:
         talk += [(True, unconnected(request, context)), (False, unconnected(done(0x4C, ints(1)), context))]
     status, said = imported(tmp_path, talk)
     assert status == 2
-    told = "3 reads of tags, 1 of them by numbers whose names came before the capture, none of Local:n:I"
+    told = "3 reads of tags, 1 of them by numbers without a name in the capture, none of Local:n:I"
     assert told in said

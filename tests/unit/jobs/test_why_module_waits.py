@@ -58,7 +58,7 @@ def ready(bench):
 def test_from_power_up_to_configured(bench):
     bench.scan()  # the configuration is out; its answer is of the next scan
     assert state(bench)[0].startswith(
-        "bit 15 of output word 0 is 1 since scan 0 (0 s): it goes into configuration"
+        "bit 15 of output word 0 is 1 since scan 0 (0 s): it enters configuration"
     )
     bench.scan()
     assert state(bench) == [

@@ -172,7 +172,7 @@ FORGERIES = {
             "q.rung": RUNGS,
         },
         "q.rung",
-        "is a real one",
+        " is real, ",
     ),
     "harmless, with Python that is not needed": Forgery(
         {"rack.toml": rack("q.rung"), "q.rung": RUNGS, "sitecustomize.py": EVIL, "../e.py": EVIL},
