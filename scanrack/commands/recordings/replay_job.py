@@ -15,7 +15,7 @@ from scanrack.jobs.replay.replaying import (
     Replay,
     check_slots,
     forced_rows,
-    of_recording,
+    without_missing_slots,
     plan_of,
     with_stimuli,
 )
@@ -61,7 +61,7 @@ def replay_trace(options: ReplayOptions) -> None:
             left_out: list[str] = []
             resumed = None
             if options.into is ReplayTarget.MODULE:
-                spec, left_out = of_recording(recording, spec)
+                spec, left_out = without_missing_slots(recording, spec)
                 facts = trace.head.metadata
                 resumed = ResumedOperation(
                     recording,

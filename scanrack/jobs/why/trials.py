@@ -100,7 +100,7 @@ class ProgramTrials:
         """Run further scans with changed inputs; return their number until the value is reached, or None."""
         past = Past(self._recording, self._row)
         for slot in {change.cell.slot for change in changes}:
-            self._replay.hold(slot, _image(past, slot, changes))
+            self._replay.replace_inputs(slot, _image(past, slot, changes))
         return next((row - self._row for row in rows if read() == target), None)
 
     def _try_from_start(self, changes: Sequence[InputChange], watched: Watched, target: Value) -> int | None:

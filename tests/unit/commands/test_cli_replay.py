@@ -185,7 +185,7 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
         cpu.run(50)
     result = scanrack("replay", "late.mcap", "--into", "program")
     assert (
-        "note: the trace begins with scan 100, in mid-life: the program is taken to have just"
+        "note: the trace begins with scan 100: the program is assumed to have just"
         in result.stderr
     )
 
@@ -195,7 +195,7 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
     [
         (["--slot", "3"], "--slot 3: the trace has slot 1"),
         (["--program", "line.py"], "--program goes with --into program or rack"),
-        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they have to be the same"),
+        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they must be the same"),
         (["--configuration", "8000h x"], "give words such as 843Ch 003Ch 0 500"),
         (["--configuration", "0 0"], "a configuration has bit 15 set"),
         (["--into", "rack", "--configuration", "843Ch"], "--configuration goes with --into module"),
@@ -433,9 +433,9 @@ def test_scans_that_are_missing_are_told(folder: Path) -> None:
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
     result = scanrack("replay", "gap.mcap", "--rack", "rack.toml", "--to-the-end")
-    assert "note: scans 3 to 9 are missing: outputs and inputs are taken to stay" in result.stderr
+    assert "note: scans 3 to 9 are missing: outputs and inputs are assumed to stay" in result.stderr
     assert "note: and so on, 4 times in all" in result.stderr
-    assert "note: the flags of all scans say program mode" in result.stderr
+    assert "note: all scans are in program mode" in result.stderr
 
 
 def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:

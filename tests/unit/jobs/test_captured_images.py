@@ -8,7 +8,7 @@ from struct import pack
 import pytest
 from captured import conversation, pcap
 from scanrack.commands import build
-from scanrack.jobs.captures.cip_pairing import CipPairing, _parts
+from scanrack.jobs.captures.cip_pairing import CipPairing, _batch_messages
 from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
@@ -155,7 +155,7 @@ def test_a_batch_whose_places_go_back_has_no_messages() -> None:
     """Each would be read again."""
     head, places = b"\x0a\x02\x20\x02\x24\x01", pack("<H3H", 3, 8, 40, 8)
     batched = places.ljust(40, b"x")
-    assert not _parts(batched)
+    assert not _batch_messages(batched)
     pairing = CipPairing()
     assert not list(pairing.feed(0, unconnected(head + batched), to_device=True, fresh=True))
     assert not list(pairing.feed(1, unconnected(done(0x0A, batched)), to_device=False, fresh=True))

@@ -140,7 +140,7 @@ def expired(place: Path) -> None:
     key = load_pem_private_key((place / "server-key.pem").read_bytes(), None)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(ua_files, "DAYS", 0)
-        (place / "server.der").write_bytes(ua_files._signed(key, LOCAL).public_bytes(Encoding.DER))
+        (place / "server.der").write_bytes(ua_files._self_signed(key, LOCAL).public_bytes(Encoding.DER))
 
 
 def strange_file(place: Path) -> None:
