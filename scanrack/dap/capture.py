@@ -11,7 +11,7 @@ from types import CodeType, FrameType
 from typing import Any, NamedTuple
 
 from scanrack.jobs.record.logic_wrapper import unwrapped
-from scanrack.jobs.record.sequence_watch import sequences_in, standing
+from scanrack.jobs.record.sequence_watch import sequences_in, wait_of
 from scanrack.jobs.record.tag_names import named_values, namespace_of
 from scanrack.jobs.replay.input_replay import InputReplay
 from scanrack.ladder.files.steps import Steps
@@ -172,7 +172,7 @@ def waits_of(logic: ScanLogic) -> Mapping[str, str]:
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
         return {"step": BareText(f"line {inside.line}")}
-    steps = {sequence.name: standing(sequence, 0) for sequence in sequences_in(inside)}
+    steps = {sequence.name: wait_of(sequence, 0) for sequence in sequences_in(inside)}
     return {
         name: BareText(f"line {step.line}: {step.wait}" if step.wait else "over")
         for name, step in steps.items()

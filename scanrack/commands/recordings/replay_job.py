@@ -15,9 +15,9 @@ from scanrack.jobs.replay.replaying import (
     Replay,
     check_slots,
     forced_rows,
-    without_missing_slots,
     plan_of,
     with_stimuli,
+    without_missing_slots,
 )
 from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.jobs.replay.resumed_operation import ResumedOperation

@@ -26,7 +26,7 @@ from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.edits_and_forces import SET
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, wait_of, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import continue_as, tags_in
 from ..run.external_tags import report_external_tags
@@ -429,7 +429,7 @@ class Bench:
 
     def __str__(self) -> str:
         lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
-        lines += [str(standing(sequence, self.scans)) for sequence in self.sequences.values()]
+        lines += [str(wait_of(sequence, self.scans)) for sequence in self.sequences.values()]
         lines += [f"  {event}" for event in self.events[-5:]]
         return "\n".join(lines)
 

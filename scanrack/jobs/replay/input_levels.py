@@ -50,7 +50,9 @@ def _levels_of(recording: PackedTrace, slot: int, active_high: int) -> Iterator[
         last_levels = levels
 
 
-def _level_changes(recording: PackedTrace, places: ImagePlaces, active_high: int) -> Iterator[tuple[int, int]]:
+def _level_changes(
+    recording: PackedTrace, places: ImagePlaces, active_high: int
+) -> Iterator[tuple[int, int]]:
     """Yield the levels of a slot, first and after each change: time, ns, and mask of energized inputs.
 
     Args:

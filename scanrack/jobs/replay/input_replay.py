@@ -229,7 +229,7 @@ class InputReplay:
         return is_ordered or isinstance(tags, Debugger) or (tags is not None and bool(tags.forces))
 
     def _apply(self, order: Action, scan: int) -> None:
-        """Apply an action on the program; the recorded images already contain the effects of other actions."""
+        """Apply an action on the program; recorded images already have the effects of other actions."""
         tags = settable_tags(self.logic)
         match order:
             case Edit():
@@ -254,7 +254,7 @@ class InputReplay:
             return True
 
     def _edit(self, order: Edit) -> None:
-        """Continue with an edited program, with the values of the present one unless the edit restarts all."""
+        """Continue with an edited program; it keeps the present values unless the edit restarts all."""
         if self._edited is None:
             return
         program, edited, restart = unwrapped(self.logic), self._edited(order.number), names_in(order.restart)

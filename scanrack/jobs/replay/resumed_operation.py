@@ -42,7 +42,11 @@ class ResumedOperation:
         sampled: bool = False,
     ) -> None:
         self._recording, self._forced, self._sampled = recording, forced, sampled
-        self._given_configuration = configuration if configuration is None else tuple(Configuration.from_image(Image(configuration)).to_image())
+        self._given_configuration = (
+            configuration
+            if configuration is None
+            else tuple(Configuration.from_image(Image(configuration)).to_image())
+        )
         self.slots = [
             slot.number
             for slot in (recording.slots if captured or recording.numbers[0] else ())
@@ -114,10 +118,11 @@ class ResumedOperation:
             reason = ", ".join(module.unknown)
             yield f"slot {slot}: the trace begins in the middle of operation; it is not compared: {reason}"
             return
-        snapshot = module.starts[0]
+        start = module.starts[0]
+        source = self._source(slot, start.row)
         yield (
-            f"slot {slot}: the trace begins in the middle of operation; the module starts with the state of scan "
-            f"{numbers[snapshot.row]:,}, position {snapshot.position:,}{self._source(slot, snapshot.row)}; "
+            f"slot {slot}: the trace begins in the middle of operation; the module starts with the state of "
+            f"scan {numbers[start.row]:,}, position {start.position:,}{source}; "
             "it is compared from the next scan on"
         )
         rows = sum(module.unknown.values())
@@ -130,7 +135,7 @@ class ResumedOperation:
         if first is not None and first[0] < row:
             return ""
         if self._given_configuration is not None:
-            return ", configuration as configuration"
+            return ", configuration as given"
         if first is None:
             return ", without a configuration"
         return f", configuration of scan {self._recording.numbers[first[0]]:,}, the first that it shows"

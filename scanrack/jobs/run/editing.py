@@ -52,7 +52,7 @@ class RestartEdit:
     """An edit that restarts a Python program with new objects in its module."""
 
     names: tuple[str, ...]  # names of the program's values
-    keeps = "the program is reloaded: the objects of its module are new"
+    keeps = "the program is loaded again: the objects of its module are new"
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -182,7 +182,7 @@ class RunProgram:
             edit_result = continue_as(self._own_logic(), logic, restart, self._fields, self._followers)
             self._edits += 1
             return job.program.name, str(edit_result), tags_in(edit_result)
-        text = f"{job.program.name} is reloaded: the objects of its module are new"
+        text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
     def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
@@ -200,7 +200,7 @@ class RunProgram:
             if isinstance(previous, AttachedLogic):
                 previous.__close_logic__()
         except Exception as error:  # a user's error, in a program that has ended
-            return f"; the previous program raised at its end {type(error).__name__}: {error}"
+            return f"; at its end the one before raised {type(error).__name__}: {error}"
         return ""
 
 

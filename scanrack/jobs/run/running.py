@@ -24,7 +24,7 @@ from scanrack.traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
 from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
-from ..record.sequence_watch import declared_axes, standing, waiting_in
+from ..record.sequence_watch import declared_axes, wait_of, waiting_in
 from .editing import RunProgram
 from .external_tags import report_external_tags
 from .hints import Hints
@@ -165,7 +165,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(sequence, cpu.scan)) for sequence in waiting_in(self.program.logic)]
+            self.steps = [str(wait_of(sequence, cpu.scan)) for sequence in waiting_in(self.program.logic)]
 
 
 def _frozen_collector() -> AbstractContextManager[None]:

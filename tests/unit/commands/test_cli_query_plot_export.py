@@ -65,10 +65,10 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("plot", "{}", "--out", "{}.gif"), "the file's suffix says what to draw: .png, .svg, .html"),
         (("plot", "{}", "--title", "Line", "--slot", 2), "no card with names in slot 2; there is one in 1"),
         (("plot", "{}", "--range", "500:"), "no scan in scans from 500; it holds scans 0 to 99"),
-        (("plot", "{}", "--range", "3s:1s"), "it ends before it begins"),
+        (("plot", "{}", "--range", "3s:1s"), "ends before it begins"),
         (("plot", "{}", "--range", "3s"), "must be A:B, A: or :B"),
         (("plot", "{}", "--range", "1.5:2"), "write a number and a unit"),
-        (("plot", "{}", "--range", "1:2", "--range", "3:4"), "--range 1:2 and 3:4: give one of them"),
+        (("plot", "{}", "--range", "1:2", "--range", "3:4"), "--range 1:2 and 3:4: give only one"),
         (("export", "{}", "--csv", "{}"), "is the trace itself: choose another file"),
         (
             ("export", "{}", "--csv", "{}.csv", "--bits", "--signal", "*.position"),

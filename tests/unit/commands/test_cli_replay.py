@@ -184,10 +184,7 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
         cpu.add_listener(recorder_for(job, rack, folder / "late.mcap"))
         cpu.run(50)
     result = scanrack("replay", "late.mcap", "--into", "program")
-    assert (
-        "note: the trace begins with scan 100: the program is assumed to have just"
-        in result.stderr
-    )
+    assert "note: the trace begins with scan 100: the program is assumed to have just" in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -261,7 +261,7 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, and a port is 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
         (["--pty", "--time-scale", "0"], "time scale 0: must be above 0"),
-        (["--pty", "--address", "x"], "--address x: an address is a number"),
+        (["--pty", "--address", "x"], "--address x: must be a number"),
         (["--pty", "--address", "1-3"], "a line has one PMC006"),
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
         (["--pty", "--whole-writes"], "--whole-writes: pmc006 does not have it"),

@@ -133,8 +133,8 @@ def test_what_was_assumed_is_said(recordings: dict[str, tuple[PackedTrace, RackS
     late = cut(recording, 1500)
     done = replayed(late, spec, words_before(recording, 1500, 1))
     first = done.modules[0].starts[0].row + 1500
-    said = f"its state is that of scan {first:,}, position 6,000, configuration as given"
-    assert said in done.notes[0].replace("the module's state", "its state")
+    said = f"the module starts with the state of scan {first:,}, position 6,000, configuration as given"
+    assert said in done.notes[0]
     assert set(done.modules[0].unknown) == {NOT_AT_REST, INPUT_CHANGED}
     resting = [recording.images((1, "in"))[row] for row in (first - 1, first)]
     assert resting[0] == resting[1]
@@ -144,7 +144,7 @@ def test_without_a_configuration_nothing_is_compared(
     recordings: dict[str, tuple[PackedTrace, RackSpec]],
 ) -> None:
     recording, spec = recordings["feeder"]
-    with pytest.raises(ValueError, match=f"{NO_CONFIGURATION}; --configuration gives"):
+    with pytest.raises(ValueError, match=f"{NO_CONFIGURATION}; give the missing words with --configuration"):
         replayed(cut(recording, 1500), spec, None)
 
 

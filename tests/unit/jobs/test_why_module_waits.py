@@ -62,8 +62,8 @@ def test_from_power_up_to_configured(bench):
     )
     bench.scan()
     assert state(bench) == [
-        "in configuration mode since scan 1 (0.002 s), configured: it waits for bit 15 of output word 0 to "
-        "go back to 0, and takes no command"
+        "in configuration mode since scan 1 (0.002 s), configured: it accepts no command until "
+        "bit 15 of output word 0 goes back to 0"
     ]
 
 

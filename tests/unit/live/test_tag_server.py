@@ -136,7 +136,7 @@ def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
     rack = str(write_rack(tmp_path))
     with socket.create_server(("127.0.0.1", 0)) as taken:
         for given, told in (
-            ("modbus", "--server modbus is not allowed: ethernet-ip, opc-ua, modbus-tcp, each with :PORT"),
+            ("modbus", "--server modbus: must be ethernet-ip, opc-ua, modbus-tcp, each with :PORT"),
             ("modbus-tcp:0", "--server modbus-tcp: the rack file has no [server.modbus]"),
             ("ethernet-ip:x", "--server ethernet-ip:x: x: must be HOST:PORT or PORT"),
             (f"ethernet-ip:{taken.getsockname()[1]}", "choose another port"),

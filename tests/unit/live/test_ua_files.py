@@ -77,8 +77,8 @@ def test_it_is_open_on_this_machine_and_encrypted_elsewhere(
 @pytest.mark.parametrize(
     ("servers", "security", "users", "part"),
     [
-        ([], "encrypted", None, "--opc-ua-security goes with --server opc-ua"),
-        (["ethernet-ip"], None, Path("users"), "--opc-ua-users goes with --server opc-ua"),
+        ([], "encrypted", None, "--opc-ua-security needs --server opc-ua"),
+        (["ethernet-ip"], None, Path("users"), "--opc-ua-users needs --server opc-ua"),
         (["opc-ua"], "none", Path("users"), "--opc-ua-users needs encryption"),
     ],
 )
@@ -163,7 +163,7 @@ def dangling_link(place: Path) -> None:
         (lambda place: (place / "server-key.pem").unlink(), "server-key.pem is missing"),
         (lambda place: (place / "server-key.pem").chmod(0o640), "other users may read"),
         (lambda place: (place / "server-key.pem").write_bytes(b"no key"), "must be a private key in PEM"),
-        (lambda place: (place / "server.der").write_bytes(b"nothing"), "no certificate in DER"),
+        (lambda place: (place / "server.der").write_bytes(b"nothing"), "must be a certificate in DER"),
         (lambda place: (place / "server.der").write_bytes(bytes(1 << 17)), "more than 65,536 bytes"),
         (other_key, "server-key.pem is the key of another certificate"),
         (expired, "server.der: valid until "),
@@ -238,7 +238,7 @@ def test_commands_refuse_security_without_a_server(command: str, option: list[st
     words = [command, str(FIRST), "--scans", "1", "--record", str(tmp_path / "a.mcap"), *option]
     done = CliRunner().invoke(build(), words)
     assert done.exit_code == 2
-    assert f"{option[0]} goes with --server opc-ua" in done.stderr
+    assert f"{option[0]} needs --server opc-ua" in done.stderr
 
 
 @needs_asyncua

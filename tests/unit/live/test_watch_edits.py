@@ -138,4 +138,4 @@ def test_a_python_program_begins_anew_and_says_so(tmp_path):
 
     with watched(rack=tmp_path / "rack.toml") as session:
         news = asyncio.run(edit(session))
-    assert "count.py is reloaded: the objects of its module are new" in news["text"]
+    assert "count.py is loaded again: the objects of its module are new" in news["text"]

@@ -156,7 +156,7 @@ def test_a_python_function_begins_anew_and_its_text_needs_trust(rack):
     async def work(page):
         base = (await page.ask("source"))["base"]
         preview = (await page.ask("draft", text=text, base=base))["preview"]
-        assert preview["keeps"] == "the program is reloaded: the objects of its module are new"
+        assert preview["keeps"] == "the program is loaded again: the objects of its module are new"
         assert groups(preview) == {"restart": ["state.count"]}
         broken = (await page.ask("draft", text=f"{text}    (\n", base=base))["preview"]
         assert [(each["line"], each["text"][:33]) for each in broken["mistakes"]] == [
