@@ -199,7 +199,7 @@ def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "says"),
     [
-        ("line.py", "the program is in Python: what is proved is ladder logic and structured text"),
+        ("line.py", "the program is in Python: only ladder logic and structured text can be proved"),
         ("twice.rung", "routine \\Main.Fault"),
     ],
 )
