@@ -78,7 +78,7 @@ def _export_command(
             stdout = sys.stdout.buffer if format_.binary else sys.stdout
             with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
                 into = stdout if to_stdout else target
-                signals = [_chosen(opened, signal or (), bits=bits)] if format_.chooses else []
+                signals = [_chosen(opened, signal or (), bits=bits)] if format_.selects_signals else []
                 count = format_.write(opened, into, *signals, selected, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
@@ -103,7 +103,7 @@ def _check(outputs: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice:
     Args:
         choice: the option that chooses signals; "" without one.
     """
-    if choice and not any(export_format.chooses for export_format, _ in outputs):
+    if choice and not any(export_format.selects_signals for export_format, _ in outputs):
         raise ValueError(f"{choice}: not possible for a copy as MCAP, which has the whole trace")
     if not outputs:
         options = ", ".join(export_format.option for export_format in formats.FORMATS)

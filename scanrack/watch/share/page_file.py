@@ -113,7 +113,7 @@ def recording_in(path: Path) -> bytes:
         trace = base64.b64decode(match[1], validate=True)
     except ValueError as error:
         raise ValueError(f"{path}: its recording is damaged: {error}") from error
-    if not TRACE.fits(trace):
+    if not TRACE.recognizes(trace):
         raise ValueError(f"{path}: its recording is damaged: it is not {TRACE.name}")
     return trace
 

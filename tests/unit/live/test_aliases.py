@@ -144,7 +144,7 @@ def test_a_bench_forces_a_name_as_its_address():
     assert bench["Run"]
     assert bench.slot[3].outputs[0] & 1 == 0
     for name in ("Start", "card.I.Data[0]", "card.I.Data"):
-        with pytest.raises(ValueError, match="is an input image, which every scan writes again: force it"):
+        with pytest.raises(ValueError, match="is an input image, which every scan overwrites; force it"):
             bench[name] = [1] * 8 if name.endswith("Data") else 1
 
 
