@@ -49,7 +49,7 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     explained = tags if scan < MOST_EXPLAINED_SCANS else ()
     failure = Failure(test.name, test.message, next(iter(explained), None), test.passed)
     options = ShareOptions(
-        scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=explained, failure=failure
+        scan, before=SHOWN, most=SHOWN, latest_answers=0, trust=True, tags=explained, failure=failure
     )
     try:
         share(trace, page, options)
