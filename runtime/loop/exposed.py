@@ -49,7 +49,7 @@ class ModuleWithFaults(Module, Protocol):
 class OnALine(Module, Protocol):
     """A module with a controller at the far end of a line."""
 
-    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
+    def disturb(self, fault: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
 
 

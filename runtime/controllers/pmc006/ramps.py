@@ -23,7 +23,7 @@ from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOV
 
 from ...kinematics import NANO, Course, Motion, Phase, takeover
 
-RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0), (48, 72, 14, 54, 54, -54))
+RAISED_COSINE = (Phase(0, 24, 0, 0, 0, 54), Phase(24, 48, 2, 18, 54, 0), Phase(48, 72, 14, 54, 54, -54))
 """The S-curve, in the terms of `kinematics.course`."""
 
 

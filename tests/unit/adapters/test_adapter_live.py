@@ -212,7 +212,7 @@ def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, 
         live.move()
         assert live.position == 2000
         said = [event.text for event in module.events if event.kind == "adapter"]
-        assert said[0] == "the controller was in AA ASCII, and is sent back to Modbus"
+        assert said[0] == "the device used AA ASCII, and is switched back to Modbus"
         assert sum("AA ASCII" in each for each in said) == 1
 
 

@@ -202,7 +202,7 @@ def test_outputs_are_off_in_program_mode() -> None:
     ("options", "says"),
     [
         ({"inputs": {"start": 16}}, "a discrete16 has no terminal 16: 0 to 15"),
-        ({"inputs": {"Start": 1}}, "'Start' is not a name: small letters"),
+        ({"inputs": {"Start": 1}}, "'Start' is not a name: use small letters"),
         ({"inputs": {"data": 1}}, "'data' is the name of a word"),
         ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
         ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "no input 'b': inputs are a"),

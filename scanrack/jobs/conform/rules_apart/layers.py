@@ -170,8 +170,8 @@ class StoppedAtEveryEnd(AlteredLayer):
     """Every end of a motion sets Stopped."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        super().finish(now_ns, completion, how)
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        super().finish(now_ns, completion, outcome)
         self.state.latches.bits |= STOPPED
 
 
@@ -179,18 +179,18 @@ class StoppedAfterOneShot(AlteredLayer):
     """Stopped is set when the bit of a one-shot command is released."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         one_shot = self.operation is not None and self.operation.name == "one-shot manual"
-        super().finish(now_ns, STOPPED if one_shot else completion, how)
+        super().finish(now_ns, STOPPED if one_shot else completion, outcome)
 
 
 class ManualInvalidates(AlteredLayer):
     """The position is invalid after a manual move."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         manual = self.operation is not None and self.operation.name == "manual"
-        super().finish(now_ns, completion, how)
+        super().finish(now_ns, completion, outcome)
         if manual:
             self.state.latches.bits |= POSITION_INVALID
 
@@ -199,18 +199,18 @@ class NoDistanceNoEnd(AlteredLayer):
     """A move of distance zero does not set Move Complete."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         still = self.operation is not None and self.operation.started_at == self.axis.position
-        super().finish(now_ns, 0 if still else completion, how)
+        super().finish(now_ns, 0 if still else completion, outcome)
 
 
 class BlendOnce(AlteredLayer):
     """A blend profile is lost once it has run."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         blend = self.operation is not None and self.operation.name == "blend"
-        super().finish(now_ns, completion, how)
+        super().finish(now_ns, completion, outcome)
         if blend:
             self.state.blend = None
 
