@@ -69,4 +69,4 @@ def check_blend(
             ramp_pico += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
         if length < 1 or length * PICO < ramp_pico:
             steps_needed = max(1, -(-ramp_pico // PICO))
-            raise ValueError(f"blend segment {number}: {length} steps; its ramps need {steps_needed}")
+            raise ValueError(f"blend segment {number} is {length} steps long; its ramps need {steps_needed}")

@@ -207,14 +207,18 @@ def test_a_compact_output_card_repeats_the_outputs_in_force() -> None:
         (
             "1769-IF4",
             {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1, "for_ms": 1}]},
-            "no for_ms",
+            "remove for_ms",
         ),
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1}]},
             "has no value",
         ),
-        ("1769-IQ16", {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1}]}, "needs first, last or both"),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1}]},
+            "needs a switch, or first, last or both",
+        ),
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 2, "last": 1}]},

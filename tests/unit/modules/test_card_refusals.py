@@ -32,7 +32,7 @@ PRESS = "timeline = [{ at_ms = 10, input = 'start'%s }, { at_ms = 20, input = 's
     [
         (('firmware = "3.0"',), 'firmware = "3.0": a 1769-IQ16 has no firmware here: leave the key out'),
         (options(PRESS % ""), "'start' is pressed at 20 ms, but also from 10 ms on"),
-        (options(PRESS % ", for_ms = 11"), "it is already, from 10 ms until 21 ms: presses must not overlap"),
+        (options(PRESS % ", for_ms = 11"), "also from 10 ms to 21 ms; presses must not overlap"),
         (options("outputs = { start = 0 }"), "'start' names an input and an output"),
         (
             options('cam = [{ input = "start", slot = 1, switch = "cw_limit" }]'),

@@ -209,7 +209,7 @@ def test_outputs_are_off_in_program_mode() -> None:
         ({"timeline": [{"at_ms": 1, "input": "a"}]}, "no input 'a': inputs are none"),
         ({"timeline": [{"input": "a"}]}, r"timeline\.0: one of at_ms and at_s is needed"),
         ({"timeline": [{"at_ms": 1, "at_s": 1, "input": "a"}]}, "one of at_ms and at_s is needed"),
-        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "for_ms and for_s are given"),
+        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "use for_ms or for_s, not both"),
         ({"timeline": [{"at_s": 1, "input": "a", "for_m": 1}]}, r"timeline\.0\.for_m: "),
         ({"lamps": {}}, "the card has no such option"),
     ],
@@ -221,7 +221,7 @@ def test_wiring_that_cannot_be_is_refused(options: dict[str, object], says: str)
 
 def test_it_has_no_machine(rack: Path) -> None:
     machine = "\n[slot.machine]\njams = [{ at = 5, direction = 1 }]\n"
-    with pytest.raises(RackFileError, match="bolted to none"):
+    with pytest.raises(RackFileError, match="has no machine"):
         parse_rack_file(rack.read_text(encoding="utf-8") + machine, rack)
 
 
