@@ -256,12 +256,8 @@ class Pcl601Controller:
     def _code_table(self) -> dict[Code, Callable[[], bool]]:
         return {
             Code.GO: self._go,
-            Code.HOME_TYPE_0: lambda: self._begin_endless(
-                lambda: self.axis.home(self._now_ns, AxisActivity.HOME_0)
-            ),
-            Code.HOME_TYPE_1: lambda: self._begin_endless(
-                lambda: self.axis.home(self._now_ns, AxisActivity.HOME_1)
-            ),
+            Code.HOME_TYPE_0: lambda: self._home(AxisActivity.HOME_0),
+            Code.HOME_TYPE_1: lambda: self._home(AxisActivity.HOME_1),
             Code.GO_SLEW: lambda: self._begin_endless(lambda: self.axis.slew(self._now_ns)),
             Code.STOP_MOTION: _never_refused(self.stop_everything),
             Code.STOP_SOFT: _never_refused(lambda: self.axis.stop_soft(self._now_ns)),

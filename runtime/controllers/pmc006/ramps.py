@@ -8,8 +8,8 @@ of the speed, so that steps have exact instants. The parabolas equal the cosine 
 its time and differ from it by at most 0.6 % of the speed change.
 
 If the ramps do not fit the steps, both are shortened, and so steepened, in the same ratio [4.3.3: "the actual
-acceleration and deceleration coefficient may increase automatically"]. A move of fewer than 256 steps has no S-curve: its
-speed changes at a constant rate from the start speed to the stop speed.
+acceleration and deceleration coefficient may increase automatically"]. A move of fewer than 256 steps has no
+S-curve: its speed changes at a constant rate from the start speed to the stop speed.
 """
 
 from __future__ import annotations
