@@ -118,9 +118,8 @@ class Shaft:
         """Begin or continue the slips at the position; return the steps that are lost, up to `steps`."""
         if self._departing != direction:
             self._departing = direction
-            self._steps_to_lose = sum(
-                slip.begin() for slip in self._slips.get((self.position, direction), ())
-            )
+            slips = self._slips.get((self.position, direction), ())
+            self._steps_to_lose = sum(slip.begin() for slip in slips)
         steps_lost = min(self._steps_to_lose, steps)
         self._steps_to_lose -= steps_lost
         return steps_lost

@@ -361,9 +361,8 @@ class MachineSpec:
             _check_whole(self, "master_speed", 1)
         for turn, next_turn in pairwise(self.turns):
             if next_turn.at_ns < turn.end_ns:
-                raise refusal(
-                    self, "turns", next_turn, f"at_ns of {turn.end_ns} (end of the last turn) or more"
-                )
+                allowed_ns = f"at_ns of {turn.end_ns} or more, the end of the last turn"
+                raise refusal(self, "turns", next_turn, allowed_ns)
         self._check_wiring()
 
     def _check_parts(self, field: str, kind: type) -> None:
