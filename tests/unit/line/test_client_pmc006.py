@@ -149,9 +149,8 @@ def test_a_refusal_is_told() -> None:
     controller = Pmc006Controller()
     client, _ = client_of(controller)
     client.set("free_run", 1)
-    with pytest.raises(
-        RefusedError, match="step is refused with error 6: wrong state, or value out of range"
-    ):
+    message = "step is refused with error 6: wrong state, or value out of range"
+    with pytest.raises(RefusedError, match=message):
         client.move(100)
     client.set("free_run", 0)
     controller.set_pin(Pin.EXT2, False)
