@@ -168,7 +168,7 @@ class Homing(Operation):
             self.axis.watch_marker()
 
     def _stop(self, now_ns: int, phase: Phase) -> None:
-        """Ramp down in `phase`; the tick after the ramp reverses. The motion bits show the ramp until then."""
+        """Ramp down in `phase`; the tick after the ramp reverses. The motion bits show the ramp."""
         self.phase = phase
         self.shown_direction = self.axis.direction
         self.shown_ramp = -1 if self.profile.has_ramps else 0
