@@ -28,7 +28,7 @@ def serving(units: list[Unit]) -> Iterator[str]:
     try:
         yield place
     finally:
-        stop.ask()
+        stop.request()
         thread.join(120)
 
 

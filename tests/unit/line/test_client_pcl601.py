@@ -381,7 +381,7 @@ def test_end_to_end_over_modbus_tcp() -> None:
         client.set("accel", 50_000)
         assert client.move(500) == 500
         with pytest.raises(RefusedError, match="exception 2"):
-            client._answer_to(WriteSingleRegisterRequest(address=0x22, registers=[1]))
+            client._exchange(WriteSingleRegisterRequest(address=0x22, registers=[1]))
         line.close()
 
 

@@ -313,5 +313,5 @@ def test_serving_ends_when_it_is_asked_to_and_closes_the_port() -> None:
             self.closed = True
 
     server = Server()
-    serve_until_interrupted(server, lambda: stop.ask() if len(steps) == 3 else None, stop)
+    serve_until_interrupted(server, lambda: stop.request() if len(steps) == 3 else None, stop)
     assert (len(steps), server.closed) == (3, True)
