@@ -322,7 +322,7 @@ def test_a_rack_with_a_real_port_is_not_built_without_being_told_so() -> None:
     spec = RackSpec(
         program=print, slot=(SlotSpec(number=1, module="pcl601-adapter", port="/dev/nothing-here"),)
     )
-    with pytest.raises(ValueError, match="slot 1: port /dev/nothing-here is a real one"):
+    with pytest.raises(ValueError, match="slot 1: port /dev/nothing-here is real"):
         build_rack(spec)
 
 

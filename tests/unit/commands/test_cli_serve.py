@@ -261,10 +261,10 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, with a port of 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
         (["--pty", "--time-scale", "0"], "time scale 0: must be above 0"),
-        (["--pty", "--address", "x"], "--address x: an address is a number"),
-        (["--pty", "--address", "1-3"], "a line holds one PMC006"),
+        (["--pty", "--address", "x"], "--address x: must be a number"),
+        (["--pty", "--address", "1-3"], "a line has one PMC006"),
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
-        (["--pty", "--whole-writes"], "--whole-writes: pmc006 does not have it"),
+        (["--pty", "--whole-writes"], "--whole-writes: not supported by pmc006"),
         (["--pty", "--fault", "drop"], "'' is no number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: must be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),
@@ -282,15 +282,15 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
     ("arguments", "said"),
     [
         (["smd23e2"], "smd23e2: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both"),
-        (["smd23e2", "--tcp", "0", "--pty"], "--pty: smd23e2 does not have it"),
+        (["smd23e2", "--tcp", "0", "--pty"], "--pty: not supported by smd23e2"),
         (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: must be HOST:PORT or PORT"),
         (
             ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
             "--ethernet-ip: the EDS file of one SMD23E2 is known",
         ),
         (["anf2", "--tcp", "0", "--memory", "anf2.json"], "--memory anf2.json: the anf2 keeps nothing"),
-        (["pcl601", "--pty", "--io-port", "0"], "--io-port: pcl601 does not have it"),
-        (["pcl601", "--pty", "--axes", "2"], "--axes: pcl601 does not have it"),
+        (["pcl601", "--pty", "--io-port", "0"], "--io-port: not supported by pcl601"),
+        (["pcl601", "--pty", "--axes", "2"], "--axes: not supported by pcl601"),
     ],
 )
 def test_what_cannot_be_served_of_a_drive(arguments: list[str], said: str) -> None:
@@ -304,8 +304,8 @@ def test_what_cannot_be_served_of_a_drive(arguments: list[str], said: str) -> No
     ("arguments", "said"),
     [
         ([], "amci3601: give --tcp [HOST:]PORT"),
-        (["--tcp", "0", "--pty"], "--pty: amci3601 does not have it"),
-        (["--tcp", "0", "--address", "1"], "--address: amci3601 does not have it"),
+        (["--tcp", "0", "--pty"], "--pty: not supported by amci3601"),
+        (["--tcp", "0", "--address", "1"], "--address: not supported by amci3601"),
         (["--tcp", "0", "--slot", "2"], "--slot 2: no amci3601"),
         (["none.toml", "--tcp", "0"], "none.toml"),
     ],

@@ -7,13 +7,13 @@ import json
 from typing import Any
 
 import pytest
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.jobs.drive.targets import BENCHES
 
 
 def driven(*requests: dict[str, Any]) -> list[dict[str, Any]]:
     out = io.StringIO()
-    converse(BENCHES["pmc006"](), (json.dumps(request) for request in requests), out)
+    respond_to_lines(BENCHES["pmc006"](), (json.dumps(request) for request in requests), out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 

@@ -59,7 +59,7 @@ def test_it_runs_is_recorded_by_name_and_runs_again(rack: Path) -> None:
         "149",
     ]
     told = scanrack("replay", "--into", "session", "a.mcap")[1]
-    assert told.endswith("the same byte for byte\n")  # the file is that of this folder
+    assert told.endswith("identical byte for byte\n")  # the file is that of this folder
 
 
 def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
@@ -72,7 +72,7 @@ def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
     assert "blinker.py" in said
     assert "say --trust" in said
     assert scanrack("replay", "--into", "session", "a.mcap", "--trust")[1].endswith(
-        "the same byte for byte\n"
+        "identical byte for byte\n"
     )
 
 

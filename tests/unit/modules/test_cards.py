@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.io_images.image import Image
 from scanrack.jobs.drive.targets import BENCHES
 from scanrack.runtime import RackFileError, parse_rack_file
@@ -122,7 +122,7 @@ def test_show_tells_by_name(trace: Path) -> None:
 
 
 def test_rerun_and_compare_find_it_the_same(trace: Path) -> None:
-    assert "the same byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
+    assert "identical byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
 
 
 def test_a_difference_is_told_by_name(rack: Path, trace: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_test_presses_its_buttons(rack: Path) -> None:
 def drive(*requests: object) -> list[dict[str, object]]:
     """Return the replies of a session."""
     out = io.StringIO()
-    converse(BENCHES["discrete16"](), [json.dumps(each) for each in requests], out)
+    respond_to_lines(BENCHES["discrete16"](), [json.dumps(each) for each in requests], out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 
