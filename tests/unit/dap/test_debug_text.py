@@ -225,7 +225,7 @@ def test_breakpoints_of_lines_take_python_of_the_frame(client: DebugClient, plai
     (bad,) = client.break_at(file, line, condition="result ==")
     assert (bad["verified"], "not an expression of Python" in bad["message"]) == (False, True)
     (none,) = client.break_at(file, 999)
-    assert "no instruction from there" in none["message"]
+    assert "no instruction from this line" in none["message"]
 
 
 def test_backwards_meets_what_forwards_has_met(client: DebugClient, plain: Path) -> None:
