@@ -260,11 +260,11 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
     interrupt = Stop()
 
     def look() -> None:
-        if interrupt.asked:
+        if interrupt.requested:
             raise KeyboardInterrupt
 
     try:
-        with stopping_on_interrupt(interrupt.ask, look.__code__):
+        with stopping_on_interrupt(interrupt.request, look.__code__):
             yield look
     except KeyboardInterrupt:
         if not try_to_stop(stop):

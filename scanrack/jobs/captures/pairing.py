@@ -12,7 +12,7 @@ from scanrack.io_images.pmc006 import frame as pmc
 from scanrack.runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
 from scanrack.runtime.line.pcl601_pdus import ANSWERS
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
-from scanrack.runtime.line.rtu import LONGEST, Framer, Timing, is_frame
+from scanrack.runtime.line.rtu import FRAME_MAX, Framer, Timing, is_frame
 from typing_extensions import override
 
 OPEN_MAX = 256
@@ -139,7 +139,7 @@ class RtuPairing(Pairing):
         if self._request is None or at_ns < self._request[0]:
             return
         requested_ns, request = self._request
-        self._received += data[:LONGEST]
+        self._received += data[:FRAME_MAX]
         size = _reply_bytes(request, bytes(self._received))
         if size is None or len(self._received) < size:
             return

@@ -28,7 +28,7 @@ def serving(units: list[Unit]) -> Iterator[str]:
     try:
         yield place
     finally:
-        stop.ask()
+        stop.request()
         thread.join(120)
 
 
@@ -87,7 +87,7 @@ def test_nobody_is_a_status_of_its_own() -> None:
     ("arguments", "status", "said"),
     [
         (["/dev/nothing-here"], 1, "/dev/nothing-here can't be opened: No such file or directory"),
-        (["tcp:5020"], 2, "over TCP it is tcp:HOST:PORT"),
+        (["tcp:5020"], 2, "must be tcp:HOST:PORT"),
         (["/dev/nothing-here", "--address", "x"], 2, "must be a number, such as 7"),
     ],
 )

@@ -258,7 +258,7 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         ([], "give one of --pty, --serial DEVICE and --tcp HOST:PORT"),
         (["--pty", "--tcp", "0"], "give one of --pty"),
         (["--tcp", "here"], "--tcp here: must be HOST:PORT or PORT"),
-        (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, and a port is 0 to 65535"),
+        (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, with a port of 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
         (["--pty", "--time-scale", "0"], "time scale 0: must be above 0"),
         (["--pty", "--address", "x"], "--address x: must be a number"),

@@ -69,7 +69,7 @@ def test_a_program_runs_when_it_is_told_to() -> None:
 @pytest.mark.parametrize(
     ("request_", "said"),
     [
-        ({"new": {"address": 121}}, "new: address 121: must be 1 to 120, or the factory's 255"),
+        ({"new": {"address": 121}}, "new: address 121: must be 1 to 120, or 255 (factory setting)"),
         ({"new": {"program": "RIT 0 1"}}, "new: program: line 1: RIT is not a user instruction"),
         ({"new": {"speed": 1}}, "new.speed: unknown key; choose from address, program"),
         ({"env": {"ext1": "up"}}, 'env.ext1: "up" is not allowed: must be "low", "high"'),

@@ -202,14 +202,14 @@ def test_outputs_are_off_in_program_mode() -> None:
     ("options", "says"),
     [
         ({"inputs": {"start": 16}}, "a discrete16 has no terminal 16: 0 to 15"),
-        ({"inputs": {"Start": 1}}, "'Start' is not a name: small letters"),
+        ({"inputs": {"Start": 1}}, "'Start' is not a name: use small letters"),
         ({"inputs": {"data": 1}}, "'data' is the name of a word"),
         ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
         ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "no input 'b': inputs are a"),
         ({"timeline": [{"at_ms": 1, "input": "a"}]}, "no input 'a': inputs are none"),
         ({"timeline": [{"input": "a"}]}, r"timeline\.0: one of at_ms and at_s is needed"),
         ({"timeline": [{"at_ms": 1, "at_s": 1, "input": "a"}]}, "one of at_ms and at_s is needed"),
-        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "for_ms and for_s are given"),
+        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "use for_ms or for_s, not both"),
         ({"timeline": [{"at_s": 1, "input": "a", "for_m": 1}]}, r"timeline\.0\.for_m: "),
         ({"lamps": {}}, "the card has no such option"),
     ],
@@ -221,7 +221,7 @@ def test_wiring_that_cannot_be_is_refused(options: dict[str, object], says: str)
 
 def test_it_has_no_machine(rack: Path) -> None:
     machine = "\n[slot.machine]\njams = [{ at = 5, direction = 1 }]\n"
-    with pytest.raises(RackFileError, match="bolted to none"):
+    with pytest.raises(RackFileError, match="has no machine"):
         parse_rack_file(rack.read_text(encoding="utf-8") + machine, rack)
 
 
