@@ -204,7 +204,7 @@ def test_a_step_back_is_the_line_before(client: DebugClient, plain: Path) -> Non
     for before in reversed(places):
         client.go("stepBack")
         assert (*where(client), client.value("state.number"), client.value("state.big")) == before
-    with pytest.raises(RefusedError, match="scan 0 is the first one"):
+    with pytest.raises(RefusedError, match="scan 0 is the first scan"):
         client.go("stepBack")
 
 
