@@ -67,7 +67,7 @@ def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> Ob
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
         namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
         for name in text_names:
-            namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), held=observation.forced)
+            namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), forced=observation.forced)
         functions: dict[str, FunctionType] = {}
         for code in codes:
             closure = tuple(engine.memory.cells[name] for name in code.co_freevars)

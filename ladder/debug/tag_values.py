@@ -61,7 +61,7 @@ class TagValues:
         matches = [self.known[place] for place in self._names.places(plain)]
         if matches and not one_element:
             return matches
-        address = Resolver(self._layout).meant(plain)
+        address = Resolver(self._layout).address_of(plain)
         return self.matching(str(address)) if str(address) != plain else self._at(address)
 
     def _at(self, address: Address) -> list[TagValue]:

@@ -14,7 +14,7 @@ from ..model.errors import SHORT_STRING_CODE, STRING_CODE
 from ..model.operands import Constant, Group, Place, Resolved, StringConstant, is_integer, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
-from ..state.characters import fits, too_long
+from ..state.characters import check_length, record_long_string
 
 
 def _room(operand: Group) -> int:
@@ -26,7 +26,7 @@ def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     if isinstance(operand, Group):
         length, room = machine.get(operand.length), _room(operand)
         if length > room:
-            too_long(machine.fault_log, machine.site, operand.text, machine.whole(length), room)
+            record_long_string(machine.fault_log, machine.site, operand.text, machine.whole(length), room)
             return None
     return machine.text(operand)
 
@@ -66,7 +66,7 @@ def _row(
             found(machine, target, result)
         elif isinstance(target, Group):
             machine.string(target)  # a subscript out of range faults first
-            if fits(machine.fault_log, machine.site, target.text, result, _room(target), code):
+            if check_length(machine.fault_log, machine.site, target.text, result, _room(target), code):
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:

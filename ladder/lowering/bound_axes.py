@@ -128,7 +128,7 @@ def _parts(tag: Tag) -> Iterator[MotionPart]:
 
 def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
     """Yield the motion instructions of a program, including those in add-on instructions."""
-    for leaf in lowered.layout.ending("~ticket"):
+    for leaf in lowered.layout.leaves_ending_in("~ticket"):
         path = leaf.path.rpartition(".")[0]
         for index in range(leaf.size):
             yield MotionPart(path, index, path)

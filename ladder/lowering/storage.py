@@ -58,7 +58,7 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     for path in uses.wholes:
         if tag_in(path).upper() not in layout.boxed:
             layout.request_below(path)
-    for tag in filter(_is_large, layout.begun):
+    for tag in filter(_is_large, layout.partly_used):
         layout.fold_rest(tag.name.upper())
 
 

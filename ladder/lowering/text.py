@@ -140,7 +140,7 @@ class RungParser(ExpressionParser):
                 self.fail(f", or ) in {spec.name}")
 
     def _check_count(self, spec: Spec, operands: tuple[Operand, ...], start: int) -> None:
-        if expected := spec.other_count(len(operands)):
+        if expected := spec.expected_count(len(operands)):
             self.at = start
             self.fail(f"{expected} operands of {spec.name}", str(len(operands)))
 

@@ -321,7 +321,7 @@ def in_order(chart: Chart) -> Chart:
     """Return a chart with its steps in order of execution: top to bottom, branches left to right."""
     cells = layout_of(chart).steps
     steps = sorted(chart.steps, key=lambda each: (cells[each.name.upper()][1], cells[each.name.upper()][0]))
-    after = {step.name: [*chart.after(step.name)] for step in steps}
+    after = {step.name: [*chart.transitions_after(step.name)] for step in steps}
     transitions = [follower for step in steps for follower in after[step.name]]
     return replace(
         chart, steps=tuple(steps), transitions=tuple(dict.fromkeys([*transitions, *chart.transitions]))

@@ -139,7 +139,7 @@ class RungReader:
         return is_name and not is_address(word) and _HEX.fullmatch(word) is None
 
     def _check_count(self, spec: Spec, count: int, at: int) -> None:
-        if expected := spec.other_count(count):
+        if expected := spec.expected_count(count):
             self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", at)
 
     def _operands(self, spec: Spec, words: Sequence[str], at: int) -> list[Operand]:

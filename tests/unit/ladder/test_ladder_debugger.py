@@ -121,7 +121,7 @@ def test_a_removed_breakpoint_leaves_the_others_as_they_are(filling):
 @pytest.mark.parametrize(
     ("routine", "rung", "says"),
     [
-        ("Main", 5, "routine Main has no rung 5: 0 to 4"),
+        ("Main", 5, "routine Main has no rung 5; must be 0 to 4"),
         ("Mane", 0, "no routine Mane; choose from Main"),
     ],
 )

@@ -53,7 +53,7 @@ SLOT axis : 1"""
         ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
         ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),
         ("TON(T,1.5,0);", "PRE 1.5 is not a whole number", "MOV to .PRE"),
-        ("MOV(?,N);", "? is in place of a value", "write the tag"),
+        ("MOV(?,N);", "? is not a value", "write the tag"),
     ],
 )
 def test_operands_that_do_not_fit(rung, text, remedy):

@@ -86,7 +86,7 @@ def test_a_breakpoint_on_a_line_is_met_when_it_begins_to_run(debugger):
     (stop,) = debugger.scan()
     assert stop.text == "Main, line 11 runs: Run := Start OR Run;"
     assert debugger.scan(3) == ()
-    with pytest.raises(LadderError, match=r"routine Main has no line 10: 9, 11, 13, 15, 17, 18, 21"):
+    with pytest.raises(LadderError, match=r"routine Main has no line 10; must be 9, 11, 13, 15, 17, 18, 21"):
         debugger.break_at("Main", 10)
 
 
