@@ -6,7 +6,7 @@ Noting: a rung collects the power after its instructions in variables and puts t
 `power_notes`, and `statements` for structured text.
 
 Forcing: a line after every assignment to a forced variable forces it again. The value is computed
-anyway, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.
+anyway, since that may record a fault. Lists are forced in the memory, see `debug.forces.ForcedList`.
 """
 
 from __future__ import annotations

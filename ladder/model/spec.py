@@ -139,8 +139,8 @@ class Spec:
         fetch: computes in the interpreter the value of `fetched(site, ...)` in the compiled program; called
             like `run`, with the additional values before the operands.
         prescan: called like `run` without the condition; None if prescan does nothing.
-        postscan: called like `prescan` on the last scan of an SFC action with automatic reset. None runs it on
-            a false rung, in structured text not at all [1756-PM006, automatic reset option].
+        postscan: called like `prescan` in the last scan of an SFC action with automatic reset; None runs it
+            on a false rung, in structured text not at all [1756-PM006, automatic reset option].
         check: raises an OperandError for resolved operands that do not match; None without such a rule.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).

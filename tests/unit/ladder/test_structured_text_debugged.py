@@ -60,7 +60,7 @@ def test_why_names_the_statement_what_it_read_and_what_it_stands_in(debugger):
 def test_a_tag_that_never_changed_lists_the_lines_that_write_it(debugger):
     debugger.scan()
     assert debugger.why("I") == (
-        "I is 0 and has not changed while it was watched. What writes it:\n"
+        "I is 0 and has not changed while watched. Its writers:\n"
         "    Main, line 17: FOR I := 0 TO 3 DO writes I"
     )
 
