@@ -99,7 +99,7 @@ class RungReader:
 
     def _branch(self) -> Branch:
         if self._branches == BRANCHES:
-            self._fail(f"there are more than {BRANCHES} branches in one another", "use several rungs")
+            self._fail(f"more than {BRANCHES} nested branches", "use several rungs")
         self._branches += 1
         self._at += 1
         legs = [self._series()]

@@ -167,9 +167,9 @@ def block_signature(block: AddOn) -> str:
 def block_text(block: AddOn) -> str:
     """Return the description of a block in Markdown: its operands, what it does, its parameters."""
     parameters = [
-        f"{part.way.value} {part.name} : {part.type.name}{f'  // {part.comment}' if part.comment else ''}"
+        f"{part.mode.value} {part.name} : {part.type.name}{f'  // {part.comment}' if part.comment else ''}"
         for part in block.parameters
-        if part.way is not ParameterMode.LOCAL
+        if part.mode is not ParameterMode.LOCAL
     ]
     return "\n\n".join(
         (
@@ -185,7 +185,7 @@ def _members(type_name: str) -> list[Offer]:
     blocks = {block.name.upper(): block for block in _blocks()}
     if type_name in blocks:
         reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
-        parameters = [parameter for parameter in blocks[type_name].parameters if parameter.way in reached]
+        parameters = [parameter for parameter in blocks[type_name].parameters if parameter.mode in reached]
         return [
             Offer(parameter.name, "member", parameter.type.name, parameter.comment)
             for parameter in parameters

@@ -103,7 +103,7 @@ def test_blocks_without_drives_are_refused_on_a_drive():
     program = parse_program(ONE_AXIS.format(2))
     program.take_stubs(DRIVES)
     with pytest.raises(
-        LadderError, match="the module is a networked drive, and these blocks are those without"
+        LadderError, match="the module is a networked drive, but these blocks are for"
     ):
         program.build()
 

@@ -332,9 +332,9 @@ def test_bits_of_a_word_are_forced_one_by_one(filling):
     ("tag", "value", "says"),
     [
         ("Rum", 1, "no tag Rum"),
-        ("W", 1, "W is not one value"),
+        ("W", 1, "W is not a single value"),
         ("W[I]", 1, r"W\[I\] is not a single value with constant subscripts"),
-        ("axis.command.HOLD_MOVE", 1, "is an image: force it at the CPU"),
+        ("axis.command.HOLD_MOVE", 1, "is an image; force it at the CPU"),
         ("Run", 2, "2 is not a BOOL"),
         ("I", 2**31, "out of range"),
     ],

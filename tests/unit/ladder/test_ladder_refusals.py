@@ -205,7 +205,7 @@ def test_no_copy_ends_in_the_middle_of_a_command_word(rung, may):
     if may:
         program.build()
         return
-    with pytest.raises(BuildError, match="half of a new command and half of an old one"):
+    with pytest.raises(BuildError, match="half of a new and half of an old command"):
         program.build()
 
 

@@ -36,7 +36,7 @@ def note_add_ons(view: LadderView, facts: Facts) -> None:
                 Variable(member.name, view.declaration(member.name), Role.PLAIN, member.type.name), own, facts
             )
         elif not any(access.writes for access in own):
-            kind = "local tag" if member.way is ParameterMode.LOCAL else "output"
+            kind = "local tag" if member.mode is ParameterMode.LOCAL else "output"
             text = f"{kind} {member.name} is read, and no routine of the add-on writes it: it is always 0"
             for first in own[:1]:
                 facts.remark("never-written", first.place, text)
@@ -47,7 +47,7 @@ def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Paramete
     others = hosts_in(add_on).union(written_outside)
     for parameter in add_on.parameters:
         is_simple = isinstance(parameter.type, Elementary) and not _is_set(parameter.initial)
-        is_own = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in others
+        is_own = parameter.mode in OWNED and not parameter.at and parameter.name.upper() not in others
         if is_own and (is_simple or parameter.type.name in RUN):
             yield parameter
 

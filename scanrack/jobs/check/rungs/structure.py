@@ -128,7 +128,7 @@ class Structure:
             names_used |= hosts_in(add_on)
             for parameter in add_on.parameters:
                 if parameter.name.upper() not in names_used and not parameter.at:
-                    kind = "local tag" if parameter.way is ParameterMode.LOCAL else "parameter"
+                    kind = "local tag" if parameter.mode is ParameterMode.LOCAL else "parameter"
                     text = f"{add_on.name} does not use its {kind} {parameter.name}"
                     self._facts.remark("unused-parameter", self._view.declaration(parameter.name), text)
 
