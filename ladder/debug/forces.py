@@ -13,7 +13,7 @@ from typing import Any
 from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ..compiler.observed import held_name, kept_name
+from ..compiler.observed import force_variable, free_mask_variable
 from ..model.arithmetic import wrap
 from ..model.tags import Layout, Leaf
 from ..state.memory import Value
@@ -140,7 +140,7 @@ def force_variables(forced_values: Iterable[ForcedValue]) -> dict[str, Value]:
     """Return the names of the compiled program's variables for forces."""
     names: dict[str, Value] = {}
     for forced in forced_values:
-        names[held_name(forced.leaf.ident)] = forced.value
+        names[force_variable(forced.leaf.ident)] = forced.value
         if forced.free_mask is not None:
-            names[kept_name(forced.leaf.ident)] = forced.free_mask
+            names[free_mask_variable(forced.leaf.ident)] = forced.free_mask
     return names

@@ -126,7 +126,7 @@ class WatchedEngine(Engine):
                 variant = self.variants.get(observation)
                 if variant is None:
                     variant = self.variants[observation] = observed_scanner_of(self.lowered, observation)
-                self._notes, self._readings = [None] * variant.places, variant.readings
+                self._notes, self._readings = [None] * variant.note_count, variant.readings
                 self._blank = [None] * len(self.noted)
                 self._bound = variant.bind(self, {NOTED: self._notes, **force_variables(self._variables)})
                 self._calling = self.call_routine

@@ -124,7 +124,7 @@ def _left(
 ) -> dict[str, str]:
     """Return the strings that are still in variables after an instruction that had `texts`."""
     if stored is not None:
-        return {**texts, str(stored): result} if stored.at.isdigit() else {}
+        return {**texts, str(stored): result} if stored.byte.isdigit() else {}
     assert isinstance(target, Place)
     return texts if rungs.writer.layout.spot(target.leaf) is None else {}
 
@@ -146,7 +146,7 @@ def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts:
 def _place(rungs: RungWriter, operand: Group) -> StringPlace:
     place = rungs.values.string(operand)
     assert place is not None
-    return place if place.is_fixed else replace(place, at=rungs.values.keep(place.at))
+    return place if place.is_fixed else replace(place, byte=rungs.values.keep(place.byte))
 
 
 def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> StringPlace | None:
@@ -156,7 +156,9 @@ def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -
         place = _place(rungs, target)
         stored = f"store_string(faults, {values.site}, {place}, {target.text!r}, {result}, {code})"
         length = rungs.writer.temporary()
-        rungs.writer.line(f"if ({length} := len({result})) <= {place.room}: {place.store(result, length)}")
+        rungs.writer.line(
+            f"if ({length} := len({result})) <= {place.capacity}: {place.store(result, length)}"
+        )
         rungs.writer.line(f"else: {stored}; {result} = None")
         return place
     assert isinstance(target, Place)
