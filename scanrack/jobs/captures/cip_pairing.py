@@ -232,9 +232,9 @@ def _change(place: ImagePlace, service: int, data: bytes, answer: bytes) -> _Cha
         return None
     skip, body = _elements(service, data, answer)
     if place.bit is None:
-        return _within(place.at + skip, body, b"")
+        return _within(place.offset + skip, body, b"")
     mask = 1 << place.bit
-    return _within(place.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
+    return _within(place.offset, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
 
 
 def _modified(place: ImagePlace, data: bytes) -> _Change | None:
@@ -244,7 +244,7 @@ def _modified(place: ImagePlace, data: bytes) -> _Change | None:
     if place.bit is not None or not size or len(ands) < size:
         return None
     keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
-    return _within(place.at, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
+    return _within(place.offset, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
 
 
 def _elements(service: int, data: bytes, answer: bytes) -> tuple[int, bytes]:

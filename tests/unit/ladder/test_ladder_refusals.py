@@ -48,7 +48,7 @@ SLOT axis : 1"""
         ("JMP(Nowhere);", "no label NOWHERE", "add LBL"),
         ("JSR(Nowhere,0);", "no routine NOWHERE", "routines are Main"),
         ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) is not first", "put it first"),
-        ("MCR()OTE(Run);", "MCR is not last", "separate rung"),
+        ("MCR()OTE(Run);", "MCR is not last", "another rung"),
         ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
         ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
         ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),

@@ -51,7 +51,7 @@ def test_they_are_copied_in_and_out():
     [
         ("JSR(Sub,4,X,Long,Said,5);", "Sub takes INT[5], INT[6] is passed"),
         ("JSR(Sub,4,Said,List,Said,5);", "Sub takes Rec, STRING is passed"),
-        ("JSR(Sub,4,X,List,Said,5,X.In[0]);", "RET in rung 2 of Sub returns Rec, Inner is expected"),
+        ("JSR(Sub,4,X,List,Said,5,X.In[0]);", "RET in rung 2 of Sub returns Rec; JSR expects Inner"),
         ("JSR(Sub,3,X,List,Said);", "Sub has 4 inputs, but JSR passes 3"),
     ],
 )

@@ -27,7 +27,7 @@ needs_asyncua = pytest.mark.extra("opcua")
         ("ann", "line 1: must be name:password"),
         ("# users\n\n:secret", "line 3: must be name:password"),
         ("ann:", "must be name:password"),
-        ("ann:1\nann:2", "line 2: 'ann' stands above, too"),
+        ("ann:1\nann:2", "line 2: 'ann' appears above; list each user once"),
         ("# nobody", "1 to 64 users"),
         ("\n".join(f"u{n}:x" for n in range(65)), "1 to 64 users"),
         (f"ann:{'é' * 65}", "at most 128 bytes"),
