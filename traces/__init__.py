@@ -1,7 +1,7 @@
 """The flight recorder: schema, recorder and reader of MCAP traces.
 
-This package knows only `io_images`: the recorder receives the rack's memory block, and
-the loop calls it with scans and events as a listener.
+This package imports only `io_images`: the recorder receives the rack's memory block, and is a listener of
+the scan loop, which calls it with scans and events.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .write.recorder import Attachment, ScanRecorder
 
 
-def _imported(module: str, name: str) -> Callable[..., Any]:
-    """Return a function that imports a function when it is called, and calls it."""
+def _lazy(module: str, name: str) -> Callable[..., Any]:
+    """Return a function that imports the named function at each call, and calls it."""
     return lambda *args: getattr(import_module(module, __name__), name)(*args)
 
 
-hooks.to_pandas = _imported(".export.frames", "to_pandas")
-hooks.to_polars = _imported(".export.frames", "to_polars")
-hooks.read_columns = _imported(".read.arrays", "read_columns")
-hooks.short_text = _imported(".read.notebook", "short_text")
-hooks.as_html = _imported(".read.notebook", "as_html")
+hooks.to_pandas = _lazy(".export.frames", "to_pandas")
+hooks.to_polars = _lazy(".export.frames", "to_polars")
+hooks.read_columns = _lazy(".read.arrays", "read_columns")
+hooks.short_text = _lazy(".read.notebook", "short_text")
+hooks.as_html = _lazy(".read.notebook", "as_html")
 
 
 def __getattr__(name: str) -> object:

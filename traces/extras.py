@@ -1,4 +1,4 @@
-"""Optional libraries for recording and reading; the error for a missing library names its extra."""
+"""Imports optional libraries; the error for a missing library names the command that installs it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def need(module: str, extra: str) -> ModuleType:
     'json'
 
     Raises:
-        MissingExtraError: the library is not installed; the message names the package to install.
+        MissingExtraError: the library is not installed; the message explains how to install it.
     """
     try:
         return import_module(module)

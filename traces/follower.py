@@ -1,11 +1,11 @@
-"""Compares the replay of a recording to a module, a program or a whole rack with the recording.
+"""Compares a replay with its recording, scan by scan.
 
     recording ---> receiver ---> its images in each scan
         |                                |
         +---------- Follower ------------+   stops at the first scan that differs
 
-The receiver does not know about traces: its owner runs it scan by scan, and a
-`Follower` listens to that run like a recorder.
+The receiver is a module, a program or a whole rack. Its owner runs it scan by scan, and a `Follower`
+listens to that run like a recorder.
 """
 
 from __future__ import annotations
@@ -21,14 +21,15 @@ from .replay import Image, PackedTrace
 
 
 class Follower:
-    """Follows a replay and compares it with the recording; a listener of the scan loop.
+    """Compares a replay with the recording while it runs; a listener of the scan loop.
 
     Args:
         memory: the memory block of the receiver, with the layout of the recording.
+        images: the images that are compared.
 
     Attributes:
-        stop: called at the first scan that differs, if there is no tolerance; a comparison with a tolerance
-            reads the whole recording, since late changes may still be within it. None: continue.
+        stop: called at the first scan that differs; None = continue. With a tolerance it is not called, since
+            a later scan may show that the difference is within the tolerance.
         stopped: whether `stop` has been called.
     """
 
@@ -49,7 +50,7 @@ class Follower:
         self._spans = [recording.span(image) for image in self._images]
         self._recorded = recording.memory
         self._replayed = NotedScans(recording.layout.words)
-        self._rules: list[tuple[int, object, str]] = []
+        self._rules: list[tuple[int, object, str]] = []  # scan, slot and text
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
         """Record the rules that fire."""
@@ -78,7 +79,7 @@ class Follower:
     def comparison(self) -> Comparison:
         """Return the comparison, with the recording first and the replay second.
 
-        A replay that ended early, but was not stopped here, counts as the shorter of the two.
+        A replay that ended early, without a call of `stop`, is compared as a shorter recording.
         """
         slots, recorded = self._recording.slots, self._recording.scans.chunks()
         comparison = compare_parts(
@@ -90,19 +91,22 @@ class Follower:
         if comparison.first is None:
             return comparison
         involved = {detail.slot for detail in comparison.first.details}
-        rules = [
+        recorded_rules = [
             (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
             for event in self._recording.events
             if event.fields.get("kind") == "rule"
         ]
-        rules_a, rules_b = (
-            tuple(text for number, slot, text in fired if number == scan and slot in involved)
-            for fired, scan in ((rules, comparison.first.scan), (self._rules, comparison.first.scan_b))
-        )
+
+        def texts(rules: Sequence[tuple[int, object, str]], scan: int | None) -> tuple[str, ...]:
+            return tuple(text for rule_scan, slot, text in rules if rule_scan == scan and slot in involved)
+
+        rules_a = texts(recorded_rules, comparison.first.scan)
+        rules_b = texts(self._rules, comparison.first.scan_b)
         return replace(comparison, first=replace(comparison.first, rules_a=rules_a, rules_b=rules_b))
 
 
 def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
+    """Yield the chunks up to the first `count` scans."""
     for columns in chunks:
         yield columns.rows(0, count)
         count -= len(columns.scan)

@@ -1,12 +1,11 @@
-"""Completes a trace without an end, or a damaged trace: whole records are kept, indexes and end are rebuilt.
+"""Repairs a trace that is damaged or has no end: copies whole records, and rebuilds the indexes and the end.
 
     head | chunk | index | chunk | index | chu                      the process was killed here
     head | chunk | index | chunk | index | summary | footer         after repair
 
-Whole records are copied unchanged, so that a trace that only lacks its end becomes
-identical to a complete recording. The repaired trace is written beside the
-original and flushed to the disk, and only then replaces it. The original is kept
-unless the repaired trace begins with all of it except a torn end.
+Whole records are copied unchanged. A trace that only lacks its end therefore becomes identical to a
+complete recording. The repaired trace is written beside the original and flushed to the disk, and only
+then replaces it. The original is kept, unless the repaired trace begins with all of it except a torn end.
 """
 
 from __future__ import annotations
@@ -59,10 +58,10 @@ ORIGINAL_SUFFIX = ".orig"
 class Repair:
     """The result of a repair."""
 
-    notes: list[str] = field(default_factory=list)  # defects of the trace; if there are none, it is unchanged
-    scans: int | None = 0  # number of scans, without those left out; None for the trace of a serial line
-    messages: int = 0  # number of messages, including scans
-    original: Path | None = None  # path of the kept original; None if it is not kept, or still in its place
+    notes: list[str] = field(default_factory=list)  # defects of the trace; without any, it is unchanged
+    scans: int | None = 0  # number of copied scans; None for the trace of a serial line
+    messages: int = 0  # number of copied messages, including scans
+    original: Path | None = None  # path of the renamed original; None if it was not renamed
 
     @property
     def needed(self) -> bool:
@@ -71,22 +70,22 @@ class Repair:
 
     @property
     def damaged(self) -> int:
-        """Number of chunks and other records that were left out because they can't be read."""
+        """Number of chunks and other records that were left out as unreadable."""
         return sum(isinstance(note, Damage) for note in self.notes)
 
 
 def repair(
     path: Path | str, output: Path | str | None = None, *, progress: Callable[[int], None] = lambda size: None
 ) -> Repair:
-    """Complete a trace.
+    """Repair a trace; a trace without defects is left unchanged, and `output` is not written.
 
-    The original is kept, with the suffix `.orig`, unless the repaired trace begins with
-    all of it, except a chunk in which it was cut off.
+    A replaced original is kept with the suffix `.orig`, unless the repaired trace begins with
+    all of it, except a chunk that was cut off.
 
     Args:
         path: the trace, of scans or of a serial line.
         output: path of the repaired trace; None to replace the trace.
-        progress: called at each record with the number of bytes read so far.
+        progress: called at each record with the number of bytes read since the last call.
 
     Raises:
         TraceError: the file is not a trace, or of an unknown version; see `open_trace`.
@@ -95,23 +94,23 @@ def repair(
     """
     path = Path(realpath(path))
     target = path if output is None else Path(output)
-    result = Repair()
     with _open(path) as trace, replacing(target, TRACE) as draft:
-        rewriter = Rewriter(trace, draft.file, result, progress)
-        rewriter.run()
+        result = Rewriter(trace, draft.file, progress).run()
         draft.file.flush()
         if not result.notes:
-            result.notes += _misfits(trace, rewriter.library, draft.place, path)
-        if result.needed:
-            whole_end = trace.spans[-1].end
-            is_kept = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole_end))
-            result.original = _free_name(path) if is_kept else None
-            trace.close()  # Windows can't replace an open file
-            _put_in_place(draft, path, result.original)
+            result.notes += _index_defects(trace, draft.path, path)
+        if not result.needed:
+            return result
+        last_record_end = trace.spans[-1].end
+        if target == path and (result.damaged or not begin_alike(draft.path, path, last_record_end)):
+            result.original = _free_name(path)
+        trace.close()  # Windows can't replace an open file
+        _replace_trace(draft, path, result.original)
     return result
 
 
 def _open(path: Path) -> Records:
+    """Open the trace of a rack or of a serial line; raise a TraceError for any other file."""
     try:
         return open_trace(path, check=False)  # the rewriter reads each byte anyway
     except TraceLimitError:
@@ -129,93 +128,89 @@ def _header(records: Records) -> Header:
     return read_record(records.file, headers[0], Header.read) if headers else Header("", "")
 
 
-def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[str]:
-    """Yield the defects of a trace in which everything could be read.
+def _index_defects(trace: Records, rewritten: Path, path: Path) -> list[str]:
+    """Return the defects of the indexes and the end of a trace whose messages are all readable.
 
-    Our own traces are compared with a rewritten version; others are read by the stock reader.
+    Our own trace must equal the rewritten one. The reader of `mcap` checks the trace of another writer.
     """
-    if library.startswith(LIBRARY):
-        if made.stat().st_size != path.stat().st_size or not begin_alike(made, path, trace.size):
-            yield "its indexes or its end do not fit its contents"
-        return
+    if _header(trace).library.startswith(LIBRARY):
+        is_same_size = rewritten.stat().st_size == path.stat().st_size
+        is_equal = is_same_size and begin_alike(rewritten, path, trace.size)
+        return [] if is_equal else ["its indexes or its end do not fit its contents"]
     try:
         trace.file.seek(0)
         for _ in make_reader(trace.file, validate_crcs=True).iter_messages(log_time_order=False):
             pass
     except BROKEN as error:
-        yield f"the stock reader can't read it to its end: {error}"
+        return [f"the stock reader can't read it to its end: {error}"]
+    return []
 
 
-def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
-    """Replace the trace by the repaired one; keep the original as `original`, if that is given."""
-    shutil.copymode(path, draft.place)
+def _replace_trace(draft: Draft, path: Path, original: Path | None) -> None:
+    """Replace the target by the repaired trace; first give the old trace the name `original`, unless None."""
+    shutil.copymode(path, draft.path)
     if original is not None:
-        _give_name(path, original)
+        _add_name(path, original)
     try:
-        draft.put()
+        draft.replace_target()
     except OSError:
         if original is not None:
             original.unlink()
         raise
 
 
-def _give_name(path: Path, other: Path) -> None:
+def _add_name(path: Path, new_name: Path) -> None:
     """Give a file a second name; copy it if the file system has no links."""
     try:
-        os.link(path, other)
+        os.link(path, new_name)
     except OSError:
-        with path.open("rb") as source, new_file(other, TRACE, "wb") as file:
+        with path.open("rb") as source, new_file(new_name, TRACE, "wb") as file:
             shutil.copyfileobj(source, file)
 
 
 def _free_name(path: Path) -> Path:
+    """Return the first unused name for the original: `NAME.orig`, `NAME.orig1`, `NAME.orig2`."""
     names = (path.with_name(f"{path.name}{ORIGINAL_SUFFIX}{number or ''}") for number in count())
     return next(name for name in names if not name.exists())
 
 
 class Rewriter:
-    """Copies the whole records of a trace, and writes a new end.
+    """Copies the whole records of a trace, and writes a new end."""
 
-    Args:
-        result: receives counts and notes.
-    """
-
-    def __init__(
-        self, trace: Records, file: IO[bytes], result: Repair, progress: Callable[[int], None]
-    ) -> None:
-        self._trace, self._file, self._result, self._progress = trace, file, result, progress
-        self.library = _header(trace).library
-        self._crc = 0
+    def __init__(self, trace: Records, file: IO[bytes], progress: Callable[[int], None]) -> None:
+        self._trace, self._file, self._progress = trace, file, progress
+        self._result = Repair(scans=0 if isinstance(trace, Trace) else None)
+        self._crc = 0  # of the data written so far
         self._sections = {section.span.offset: section for section in trace.sections}
         self._summary = Summary()
-        self._guarded = list(_guarded(trace))
-        self._registered = 0
+        summary_records = list(_checksummed_records(trace))
+        self._has_checksummed = bool(summary_records)
+        self._unwritten_checksummed = iter(summary_records)
         drafts = [span.offset for span in trace.spans if span.opcode == DRAFT]
-        self._draft = min(drafts, default=trace.size)
+        self._draft_offset = min(drafts, default=trace.size)
 
-    def run(self) -> None:
-        """Write the repaired trace."""
-        if not isinstance(self._trace, Trace):
-            self._result.scans = None
+    def run(self) -> Repair:
+        """Write the repaired trace; return the counts and the defects."""
         self._write(MAGIC)
-        done = 0
-        for span in self._data():
-            self._record(span)
-            self._progress(span.end - done)
-            done = span.end
-        self._file.write(self._summary.end(self._file.tell(), self._data_crc()))
-        self._progress(self._trace.size - done)
+        reported_end = 0
+        for span in self._data_records():
+            self._copy_record(span)
+            self._progress(span.end - reported_end)
+            reported_end = span.end
+        self._file.write(self._summary.end(self._file.tell(), self._checked_crc()))
+        self._progress(self._trace.size - reported_end)
         self._result.notes += self._trace.notes
+        return self._result
 
-    def _data(self) -> Iterator[Span]:
+    def _data_records(self) -> Iterator[Span]:
         """Yield the records before the end of the data: the first DataEnd that no message follows."""
-        last_offset = max(self._sections, default=0)
+        last_section = max(self._sections, default=0)
         for span in self._trace.spans:
-            if span.opcode == Opcode.DATA_END and span.offset > last_offset:
+            if span.opcode == Opcode.DATA_END and span.offset > last_section:
                 return
             yield span
 
-    def _data_crc(self) -> int:
+    def _checked_crc(self) -> int:
         """Return the CRC to write; note a different CRC in the trace, if no other damage is known."""
         stored_crc = data_crc(self._trace.file, self._trace.spans)
         if stored_crc == 0 and ends_whole(self._trace.file, self._trace.spans):
@@ -230,67 +225,58 @@ class Rewriter:
         self._file.write(data)
         self._crc = zlib.crc32(data, self._crc)
 
-    def _record(self, span: Span) -> None:
+    def _copy_record(self, span: Span) -> None:
+        """Copy a record; leave it out and note it if it is damaged."""
         section = self._sections.get(span.offset)
         if section is not None:
-            self._section(section)
-        elif span.opcode in (Opcode.SCHEMA, Opcode.CHANNEL) and self._guarded:
-            self._register()
+            self._copy_section(section)
+        elif span.opcode in (Opcode.SCHEMA, Opcode.CHANNEL) and self._has_checksummed:
+            self._write_checksummed()
         elif span.opcode not in _NOT_COPIED:
             try:
-                self._index(span)
+                self._summarize(span)
             except TraceError as error:
                 self._trace.note(note_of(error, "it is left out"))
             else:
                 self._write(self._trace.raw(span))
 
-    def _register(self) -> None:
-        """Write the schemas and channels of the checksummed summary, unless that is done."""
-        for record in self._guarded[self._registered :]:
+    def _write_checksummed(self) -> None:
+        """Write all schemas and channels of the checksummed summary at the first call."""
+        for record in self._unwritten_checksummed:
             self._write(encoded(record))
-            self._take(record)
-            self._registered += 1
+            self._summary.register(record)
 
-    def _take(self, record: Schema | Channel) -> None:
-        """Add a schema or channel to the summary."""
-        if isinstance(record, Schema):
-            self._summary.schema(record)
-        else:
-            self._summary.channel(record)
-
-    def _index(self, span: Span) -> None:
+    def _summarize(self, span: Span) -> None:
         """Add a record outside of chunks to the summary; raise a TraceError if it is damaged."""
-        file, record_place = self._trace.file, (self._file.tell(), span.end - span.offset)
+        file, offset, length = self._trace.file, self._file.tell(), span.end - span.offset
         if span.opcode == Opcode.SCHEMA:
-            self._take(read_record(file, span, Schema.read))
+            self._summary.register(read_record(file, span, Schema.read))
         elif span.opcode == Opcode.CHANNEL:
-            self._take(read_record(file, span, Channel.read))
+            self._summary.register(read_record(file, span, Channel.read))
         elif span.opcode == Opcode.METADATA:
-            self._summary.metadata(*record_place, read_record(file, span, Metadata.read))
+            self._summary.metadata(offset, length, read_record(file, span, Metadata.read))
         elif span.opcode == Opcode.ATTACHMENT:
-            self._summary.attachment(*record_place, read_attachment(file, span))
+            self._summary.attachment(offset, length, read_attachment(file, span))
 
-    def _section(self, section: Section) -> None:
+    def _copy_section(self, section: Section) -> None:
+        """Copy a chunk or messages outside of chunks; compress the messages of a draft to a chunk."""
         section_parts = self._trace.parts(section)
         if section_parts is None:
             return
         entries = self._entries(section_parts)
+        bounds = _time_bounds(entries)
         if section.is_chunk:
-            self._chunk(section, entries)
-        elif section.span.offset > self._draft:
-            self._write_chunk(chunk_of(self._trace.raw(section.span), *_bounds(entries)), entries)
+            chunk = read_record(self._trace.file, section.span, Chunk.read)
+            chunk.message_start_time, chunk.message_end_time = bounds  # no checksum protects the old times
+            self._write_chunk(chunk, entries)
+        elif section.span.offset > self._draft_offset:
+            self._write_chunk(chunk_of(self._trace.raw(section.span), *bounds), entries)
         else:
             self._write(self._trace.raw(section.span))
-            self._summary.messages(*_bounds(entries), entries)
+            self._summary.messages(*bounds, entries)
         self._result.messages += sum(map(len, entries.values())) // 2
         if self._result.scans is not None and self._trace.shape.channel is not None:
             self._result.scans += len(entries.get(self._trace.shape.channel, ())) // 2
-
-    def _chunk(self, section: Section, entries: Mapping[int, Entries]) -> None:
-        """Copy a chunk and rebuild its times, which no checksum protects."""
-        chunk = read_record(self._trace.file, section.span, Chunk.read)
-        chunk.message_start_time, chunk.message_end_time = _bounds(entries)
-        self._write_chunk(chunk, entries)
 
     def _write_chunk(self, chunk: Chunk, entries: Mapping[int, Entries]) -> None:
         content, start = encoded(chunk), self._file.tell()
@@ -300,33 +286,33 @@ class Rewriter:
         """Return times and offsets of messages by channel; add schemas and channels to the summary."""
         entries: dict[int, Entries] = {}
         for part in parts:
-            record = part.what
-            if isinstance(record, Schema | Channel):
-                self._take(record)
-            elif isinstance(record, Message):
-                entries.setdefault(record.channel, array("Q")).extend((record.log_time, part.offset))
-            else:
-                offsets = part.offset + self._trace.shape.stride * np.arange(len(record), dtype=np.uint64)
-                rows = np.column_stack((record["log_time"], offsets.astype(np.uint64)))
-                entries.setdefault(int(record["channel"][0]), array("Q")).frombytes(rows.tobytes())
+            content = part.content
+            if isinstance(content, Schema | Channel):
+                self._summary.register(content)
+            elif isinstance(content, Message):
+                entries.setdefault(content.channel, array("Q")).extend((content.log_time, part.offset))
+            else:  # successive scans
+                offsets = part.offset + self._trace.shape.stride * np.arange(len(content), dtype=np.uint64)
+                rows = np.column_stack((content["log_time"], offsets.astype(np.uint64)))
+                entries.setdefault(int(content["channel"][0]), array("Q")).frombytes(rows.tobytes())
         return {channel: entries[channel] for channel in sorted(entries)}
 
 
-def _bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
+def _time_bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
     """Return the least and the greatest time of messages; both 0 if there are none."""
     times = [np.frombuffer(entry, np.uint64)[::2] for entry in entries.values()] or [np.zeros(1, np.uint64)]
     return min(int(stamps.min()) for stamps in times), max(int(stamps.max()) for stamps in times)
 
 
-def _guarded(trace: Records) -> Iterator[Schema | Channel]:
+def _checksummed_records(trace: Records) -> Iterator[Schema | Channel]:
     """Yield the schemas and channels in a trace's summary, each schema before its channels.
 
-    Schemas and channels at the beginning of the file have no checksum.
+    Their copies at the beginning of the file have no checksum.
     """
-    summary = sound_summary(trace.file, trace.spans)
-    if summary is None:
+    summary_start = sound_summary(trace.file, trace.spans)
+    if summary_start is None:
         return
-    spans = [span for span in trace.spans if span.offset >= summary]
+    spans = [span for span in trace.spans if span.offset >= summary_start]
     schemas = [read_record(trace.file, span, Schema.read) for span in spans if span.opcode == Opcode.SCHEMA]
     channels = [
         read_record(trace.file, span, Channel.read) for span in spans if span.opcode == Opcode.CHANNEL

@@ -1,4 +1,4 @@
-"""A packed trace in memory, for replay, or for questions about it."""
+"""Packed traces in memory, for a replay or an explanation."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class PackedTrace:
         """Read a trace.
 
         Args:
-            more: scans that may not be written yet; scans that the trace already has are left out.
+            more: scans that may not be in the file yet; duplicates of scans in the file are left out.
 
         Raises:
-            TraceError: the file is damaged beyond what can be left out.
+            TraceError: the file can't be read, even without its damaged parts.
             ValueError: it has no scans.
         """
         scans, events = PackedScans(trace.head.layout.words), list[TraceEvent]()
@@ -44,8 +44,8 @@ class PackedTrace:
             scans.add(columns)
             events += new_events
         if more is not None:
-            scans_written = extent(trace).scan.tolist()
-            first_row = bisect_right(more.scan.tolist(), scans_written[-1]) if scans_written else 0
+            edge_scans = extent(trace).scan.tolist()
+            first_row = bisect_right(more.scan.tolist(), edge_scans[-1]) if edge_scans else 0
             scans.add(more.rows(first_row, len(more.scan)))
         if not len(scans):
             raise ValueError("the trace has no scans to replay")

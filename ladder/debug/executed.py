@@ -313,11 +313,11 @@ class TracedEngine(WatchedEngine):
     execution: Execution | None = None
 
     @override
-    def _do(self, now_ns: int, first: bool) -> None:
+    def _scan_at(self, now_ns: int, first: bool) -> None:
         if self.watching and self.traced:
             self.execution = self.interpreter.execution = Execution(self.scans, now_ns)
         try:
-            super()._do(now_ns, first)
+            super()._scan_at(now_ns, first)
         finally:
             self.interpreter.execution = None
 

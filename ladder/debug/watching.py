@@ -137,7 +137,7 @@ class WatchedEngine(Engine):
     def do(self, now_ns: int, first: bool) -> None:
         """Run one scan; may raise a LadderFault."""
         if self._bound is None or self._scan is not self._bound or self.outside or self.watching:
-            self._do(now_ns, first=first)
+            self._scan_at(now_ns, first=first)
             return
         if self._blank:
             self._notes[: len(self._blank)] = self._blank  # other notes are read only with these
@@ -145,12 +145,12 @@ class WatchedEngine(Engine):
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            Engine._do(self, now_ns, first)  # it observes the same as in the previous scan
+            Engine._scan_at(self, now_ns, first)  # it observes the same as in the previous scan
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1
 
-    def _do(self, now_ns: int, first: bool) -> None:
+    def _scan_at(self, now_ns: int, first: bool) -> None:
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
@@ -168,7 +168,7 @@ class WatchedEngine(Engine):
             self.outside = ()
             if self._has_unapplied_forces:
                 self.apply_forces()
-            super()._do(now_ns, first)
+            super()._scan_at(now_ns, first)
             self.broken_off = handled != self._handled
         finally:
             self.memory.watcher = None

@@ -40,10 +40,10 @@ HEAVY_SIGN = str.maketrans("┤├", "┨┠")
 
 
 class _Canvas:
-    """Character cells: the wires that leave each cell, and the text over them."""
+    """Character cells: the directions of the wires in each cell, and the text over them."""
 
     def __init__(self, width: int, rows: int) -> None:
-        self._ways = [[0] * width for _ in range(rows)]
+        self._directions = [[0] * width for _ in range(rows)]
         self._live = [[False] * width for _ in range(rows)]
         self._written: list[dict[int, str]] = [{} for _ in range(rows)]
         self._width = width
@@ -54,11 +54,11 @@ class _Canvas:
                 self._add(x, wire.y, LEFT | RIGHT, live)
             return
         for y in range(wire.y, wire.to_y + 1):
-            ways = (UP if y > wire.y else 0) | (DOWN if y < wire.to_y else 0)
-            self._add(wire.x, y, ways, live)
+            directions = (UP if y > wire.y else 0) | (DOWN if y < wire.to_y else 0)
+            self._add(wire.x, y, directions, live)
 
-    def _add(self, x: int, y: int, ways: int, live: bool) -> None:
-        self._ways[y][x] |= ways
+    def _add(self, x: int, y: int, directions: int, live: bool) -> None:
+        self._directions[y][x] |= directions
         self._live[y][x] |= live
 
     def corner(self, corner: Corner, live: bool) -> None:
@@ -69,10 +69,10 @@ class _Canvas:
             self._written[y][x + number] = sign
 
     def lines(self) -> Iterator[str]:
-        for ways, live, written in zip(self._ways, self._live, self._written, strict=True):
+        for directions, live, written in zip(self._directions, self._live, self._written, strict=True):
             signs = []
             for x in range(self._width):
-                sign = LIGHT[ways[x]]
+                sign = LIGHT[directions[x]]
                 signs.append(written.get(x, HEAVY.get(sign, sign) if live[x] else sign))
             yield "".join(signs)
 
@@ -107,17 +107,17 @@ def rung_text(
 
 def comment_lines(comment: str, width: int) -> list[str]:
     """Return the lines of a comment, wrapped between words."""
-    return [part for line in comment.splitlines() for part in textwrap.wrap(line, width) or [""]]
+    return [wrapped for line in comment.splitlines() for wrapped in textwrap.wrap(line, width) or [""]]
 
 
 def _box(canvas: _Canvas, box: Box, live: bool) -> None:
     captions = caption_width(box.lines)
     inner = box.width - 2
-    left, right = ("┨", "┠") if live else ("┤", "├")
+    left_edge, right_edge = ("┨", "┠") if live else ("┤", "├")
     canvas.write(box.x, box.y - 1, f"┌{box.title.center(inner, '─')}┐")
     for number, (caption, operand, *_) in enumerate(box.lines or (BoxLine("", ""),)):
         text = f"{caption.ljust(captions)}{operand.rjust(inner - 2 - captions) if captions else operand}"
-        edges = (left, right) if number == 0 else ("│", "│")
+        edges = (left_edge, right_edge) if number == 0 else ("│", "│")
         canvas.write(box.x, box.y + number, f"{edges[0]} {text.ljust(inner - 2)} {edges[1]}")
     canvas.write(box.x, box.y + max(len(box.lines), 1), f"└{'─' * inner}┘")
 
@@ -129,7 +129,9 @@ def routine_text(
     rungs: Iterable[int] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Draw a routine: rungs with numbers and comments above; a bar marks executed lines of structured text.
+    """Draw a routine: rungs with their numbers and comments, or lines of structured text.
+
+    A heavy bar marks executed lines of structured text.
 
     Args:
         width: columns between the rails.
@@ -169,8 +171,8 @@ def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[Numbered
         yield from (line for line in chart_lines(routine.chart) if shown is None or line[0] in set(shown))
         return
     chosen = set(routine.numbers if shown is None else shown)
-    whole = chosen.issuperset(routine.numbers)
-    yield from (line for line in numbered_lines(routine.statements or ()) if whole or line[0] in chosen)
+    shows_all = chosen.issuperset(routine.numbers)
+    yield from (line for line in numbered_lines(routine.statements or ()) if shows_all or line[0] in chosen)
 
 
 def ran(truths: Sequence[Sequence[bool] | None] | None, number: int) -> bool:

@@ -39,12 +39,12 @@ def action_lines(action: Action) -> list[str]:
     if action.body is None:
         return [cut(head, MOST_WIDE)]
     body = [line for line in block_lines(action.body) if line]
-    left_out = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
-    return [*(cut(line, MOST_WIDE) for line in (head, *body[:MOST_SHOWN])), *left_out]
+    omitted = [f"… {len(body) - MOST_SHOWN} more lines"] if len(body) > MOST_SHOWN else []
+    return [*(cut(line, MOST_WIDE) for line in (head, *body[:MOST_SHOWN])), *omitted]
 
 
 def _actions_width(step: ChartStep) -> int:
-    """Return the width of the texts of a step's actions; 0 without actions."""
+    """Return the width of the longest line of a step's actions; 0 without actions."""
     longest = max((len(line) for action in step.actions for line in action_lines(action)), default=0)
     return longest * CELL
 
@@ -56,7 +56,7 @@ class _Picture:
         self._names: dict[str, None] = {}
         self._lefts = self._columns()
         self._tops = self._rows()
-        self._parts: list[str] = []
+        self._svg: list[str] = []
 
     def drawn(self) -> LivePicture:
         """Draw wires first, then the elements over them."""
@@ -68,25 +68,25 @@ class _Picture:
             self._transition(number, transition)
         width, height = self._lefts[-1] + EDGE, self._tops[-1] + EDGE
         label = f"Chart {self._ident}"
-        return live_picture("rung chart", label, self._parts, self._names, width, height)
+        return live_picture("rung chart", label, self._svg, self._names, width, height)
 
     # --- measures
 
-    def _box(self, step: ChartStep) -> int:
+    def _box_width(self, step: ChartStep) -> int:
         return max(LEAST, len(step.name) * CELL + 2 * PAD + 8)
 
-    def _wide(self, step: ChartStep) -> int:
+    def _width(self, step: ChartStep) -> int:
         """Return the width of a step including its actions."""
-        return self._box(step) + (_actions_width(step) + 4 * PAD + 40 if step.actions else 0)
+        return self._box_width(step) + (_actions_width(step) + 4 * PAD + 40 if step.actions else 0)
 
-    def _high(self, step: ChartStep) -> int:
+    def _height(self, step: ChartStep) -> int:
         return max(STEP_HIGH, sum(len(action_lines(action)) * LINE + 8 for action in step.actions))
 
     def _columns(self) -> list[int]:
         widths = [LEAST] * self._cells.columns
         for step in self._chart.steps:
             column = self._cells.steps[step.name.upper()][0]
-            widths[column] = max(widths[column], self._wide(step))
+            widths[column] = max(widths[column], self._width(step))
         for (column, _), leaving in zip(self._cells.transitions, self._chart.transitions, strict=True):
             text = len(cut(f"{leaving.name}  {leaving.condition}", MOST_WIDE)) * CELL
             widths[column] = max(widths[column], LEAST // 2 + 2 * PAD + text)
@@ -96,15 +96,15 @@ class _Picture:
         return lefts
 
     def _rows(self) -> list[int]:
-        high = [LINE + 4] * self._cells.rows
+        heights = [LINE + 4] * self._cells.rows
         for step in self._chart.steps:
             row = self._cells.steps[step.name.upper()][1]
-            high[row] = max(high[row], self._high(step))
+            heights[row] = max(heights[row], self._height(step))
         for number, target in self._cells.jumps:
             row = self._cells.transitions[number][1]
-            high[row] = max(high[row], LINE + 4 + (LINE if target else 0))
+            heights[row] = max(heights[row], LINE + 4 + (LINE if target else 0))
         tops = [EDGE]
-        for height in high:
+        for height in heights:
             tops.append(tops[-1] + height + GAP)
         return tops
 
@@ -121,13 +121,11 @@ class _Picture:
 
     def _group(self, kind: str, number: int, lit: str, title: str, inside: str) -> None:
         attributes = f"data-at={attribute(f'{self._ident}.{number}')} data-lit={attribute(lit)}"
-        self._parts.append(
-            f'<g class="element {kind}" {attributes}><title>{plain(title)}</title>{inside}</g>'
-        )
+        self._svg.append(f'<g class="element {kind}" {attributes}><title>{plain(title)}</title>{inside}</g>')
 
     def _step(self, step: ChartStep) -> None:
         column, row = self._cells.steps[step.name.upper()]
-        x, y, width = self._lefts[column], self._tops[row], self._box(step)
+        x, y, width = self._lefts[column], self._tops[row], self._box_width(step)
         kind = "stop" if step.stop else "step"
         inside = f'<rect class="box" x="{x}" y="{y}" width="{width}" height="{STEP_HIGH}" rx="4"/>'
         if step.initial:
@@ -148,32 +146,32 @@ class _Picture:
             self._wire(f"M{x} {y + STEP_HIGH // 2}h16")
         for action in step.actions:
             lines = action_lines(action)
-            high, left = len(lines) * LINE + 8, x + 16
-            inside = f'<rect class="box" x="{left}" y="{y}" width="{width + 40}" height="{high}" rx="2"/>'
-            inside += f'<path class="sign" d="M{left + 36} {y}v{high}"/>'
+            height, left = len(lines) * LINE + 8, x + 16
+            inside = f'<rect class="box" x="{left}" y="{y}" width="{width + 40}" height="{height}" rx="2"/>'
+            inside += f'<path class="sign" d="M{left + 36} {y}v{height}"/>'
             inside += _text(left + 18, y + 17, action.qualifier.value, "heading middle")
-            for place, line in enumerate(lines):
-                kind = "caption" if place else "name"
-                inside += _text(left + 36 + PAD, y + 17 + place * LINE, line, kind)
+            for line_number, line in enumerate(lines):
+                kind = "caption" if line_number else "name"
+                inside += _text(left + 36 + PAD, y + 17 + line_number * LINE, line, kind)
             title = f"step {step.name}: {action.head}"
             resets = action.qualifier is Qualifier.R
             lit = self._tag(step.name, "X") if resets else self._tag(action.name, "A")
             self._group("action", action.number, lit, title, inside)
-            y += high
+            y += height
 
-    def _transition(self, number: int, each: Transition) -> None:
+    def _transition(self, number: int, transition: Transition) -> None:
         column, row = self._cells.transitions[number]
         x, y = self._middle(column), self._tops[row] + 11
         inside = f'<path class="sign bar" d="M{x - 18} {y}h36"/>'
-        inside += _text(x + 26, y + 5, each.name, "name")
-        condition = cut(f"{each.name}  {each.condition}", MOST_WIDE)[len(each.name) + 2 :]
-        inside += _text(x + 26 + (len(each.name) + 2) * CELL, y + 5, condition, "caption")
-        jumps = [name for name in each.targets if (number, name.upper()) in self._cells.jumps]
+        inside += _text(x + 26, y + 5, transition.name, "name")
+        condition = cut(f"{transition.name}  {transition.condition}", MOST_WIDE)[len(transition.name) + 2 :]
+        inside += _text(x + 26 + (len(transition.name) + 2) * CELL, y + 5, condition, "caption")
+        jumps = [name for name in transition.targets if (number, name.upper()) in self._cells.jumps]
         if jumps:
             inside += f'<path class="sign" d="M{x} {y + 6}v14m-5 -6l5 7l5 -7"/>'
             inside += _text(x + 12, y + 24, f"to {', '.join(jumps)}", "caption")
-        title = f"{each.head}: {each.condition}"
-        self._group("transition", each.number, self._tag(each.name), title, inside)
+        title = f"{transition.head}: {transition.condition}"
+        self._group("transition", transition.number, self._tag(transition.name), title, inside)
 
     def _value(self, name: str, member: str, x: int, y: int, anchor: str) -> str:
         tag = self._tag(name, member)
@@ -186,17 +184,17 @@ class _Picture:
     # --- wires
 
     def _wire(self, path: str) -> None:
-        self._parts.append(f'<path class="wire" d="{path}"/>')
+        self._svg.append(f'<path class="wire" d="{path}"/>')
 
-    def _wires(self, number: int, each: Transition) -> None:
-        """Draw the links of a transition; a double line joins simultaneous branches."""
+    def _wires(self, number: int, transition: Transition) -> None:
+        """Draw the wires of a transition; a double line joins simultaneous branches."""
         column, row = self._cells.transitions[number]
         x, y = self._middle(column), self._tops[row] + 11
         above, below = self._tops[row] - GAP // 2, self._tops[row] + LINE + 4 + GAP // 2
-        sources = [self._cells.steps[name.upper()] for name in each.sources]
+        sources = [self._cells.steps[name.upper()] for name in transition.sources]
         targets = [
             self._cells.steps[name.upper()]
-            for name in each.targets
+            for name in transition.targets
             if (number, name.upper()) not in self._cells.jumps
         ]
         starts = [
@@ -210,17 +208,17 @@ class _Picture:
             self._joined(ends, (x, y), below)
 
     def _joined(self, ends: list[tuple[int, int]], point: tuple[int, int], bar: int) -> None:
-        """Draw wires between steps and a transition that cross at the height of a bar."""
+        """Draw wires between a transition at `point` and its steps at `ends`, which meet at height `bar`."""
         x, y = point
         if len(ends) == 1:
             self._wire(f"M{x} {y}V{bar}H{ends[0][0]}V{ends[0][1]}")
             return
-        self._wire("".join(f"M{start_x} {to}V{bar}" for start_x, to in [*ends, point]))
-        self._double([x, *(start_x for start_x, _ in ends)], bar)
+        self._wire("".join(f"M{end_x} {end_y}V{bar}" for end_x, end_y in [*ends, point]))
+        self._double([x, *(end_x for end_x, _ in ends)], bar)
 
     def _double(self, middles: list[int], y: int) -> None:
         left, right = min(middles) - 12, max(middles) + 12
-        self._parts.append(f'<path class="wire double" d="M{left} {y - 2}H{right}M{left} {y + 2}H{right}"/>')
+        self._svg.append(f'<path class="wire double" d="M{left} {y - 2}H{right}M{left} {y + 2}H{right}"/>')
 
 
 def _text(x: int, y: int, text: str, kind: str) -> str:

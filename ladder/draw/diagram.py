@@ -5,8 +5,8 @@
     <text class="value" data-value-of="Delay.ACC"></text>
 
 The page sets `data-value` of elements with `data-lit`, which are wires and references of bits, and fills in
-the values. An element has nested groups, one for each of its lines of structured text. The editor's units are
-stretched, because names are wider here.
+the values. An element has nested groups, one for each of its lines of structured text. The editor's
+coordinates are stretched, because names are wider here.
 """
 
 from __future__ import annotations
@@ -46,18 +46,18 @@ def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as
         ident: prefix of its element ids: `Main` for routine Main.
         tag_of: returns the tag of an address as text.
     """
-    parts: list[str] = []
+    svg: list[str] = []
     names: dict[str, None] = {}
     width, top = LEAST, 0
     for sheet in sheets:
         drawn = _Sheet(sheet, ident, tag_of, top)
-        parts += drawn.parts()
+        svg += drawn.svg()
         names |= drawn.names
         width, top = max(width, drawn.right + EDGE), drawn.bottom + EDGE
-    return live_picture("rung chart fbd", f"Diagram {ident}", parts, names, width, top)
+    return live_picture("rung chart fbd", f"Diagram {ident}", svg, names, width, top)
 
 
-def _wide(text: str) -> int:
+def _text_width(text: str) -> int:
     return min(len(text), MOST) * CELL
 
 
@@ -69,7 +69,7 @@ class _Sheet:
         least = [
             min((getattr(element, name) for element in sheet.elements), default=0) for name in ("x", "y")
         ]
-        self._left, self._above = least
+        self._least_x, self._least_y = least
         boxes = [self._box(element) for element in sheet.elements]
         self.right = max((x + width for x, _, width, _ in boxes), default=0)
         self.bottom = max((y + high for _, y, _, high in boxes), default=top + TITLE)
@@ -77,25 +77,26 @@ class _Sheet:
 
     def _box(self, element: DrawnElement) -> tuple[int, int, int, int]:
         """Return the left, top, width and height of an element."""
-        x = EDGE + round((element.x - self._left) * STRETCH_X)
-        y = self._top + TITLE + EDGE + round((element.y - self._above) * STRETCH_Y)
-        longest = max(map(_wide, element.lines), default=0) + 2 * PAD
+        x = EDGE + round((element.x - self._least_x) * STRETCH_X)
+        y = self._top + TITLE + EDGE + round((element.y - self._least_y) * STRETCH_Y)
+        longest = max(map(_text_width, element.lines), default=0) + 2 * PAD
         if element.kind == "text":
             return x, y, longest, LINE * max(len(element.lines), 1)
         if element.kind != "block":
             return x, y, max(longest, 48), BOX
         sides = [
-            max((_wide(pin.name) for pin in pins), default=0) for pins in (element.inputs, element.outputs)
+            max((_text_width(pin.name) for pin in pins), default=0)
+            for pins in (element.inputs, element.outputs)
         ]
         width = max(LEAST, longest, sum(sides) + 4 * PAD)
         return x, y, width, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
 
-    def parts(self) -> Iterator[str]:
+    def svg(self) -> Iterator[str]:
         """Yield the SVG: the title, the wires, then the elements over them."""
         title = f"Sheet {self._sheet.number}" + (f"  {self._sheet.comment}" if self._sheet.comment else "")
         yield self._text(EDGE, self._top + LINE, " ".join(title.split()), "heading")
-        for place, wire in enumerate(self._sheet.wires):
-            yield self._wire(wire, place)
+        for number, wire in enumerate(self._sheet.wires):
+            yield self._wire(wire, number)
         for number, element in enumerate(self._sheet.elements):
             yield self._element(element, number)
 
@@ -127,41 +128,41 @@ class _Sheet:
         return f'<text class="{kind}" x="{x}" y="{y}"{anchor}>{plain(shown)}</text>'
 
     def _element(self, element: DrawnElement, number: int) -> str:
-        x, y, width, high = self._boxes[number]
+        x, y, width, height = self._boxes[number]
         if element.kind == "text":
             lines = (self._text(x, y + LINE * n, line, "caption") for n, line in enumerate(element.lines, 1))
             return "".join(lines)
-        inside = self._frame(element, x, y, width, high)
-        named = self._tag(element.tag)
-        tag = named[0] if named else element.tag
+        inside = self._frame(element, x, y, width, height)
+        tag_and_kind = self._tag(element.tag)
+        tag = tag_and_kind[0] if tag_and_kind else element.tag
         lit = "" if element.kind == "block" else self._lit(element.tag)
         title = plain(" ".join(element.lines))
-        places = [f"{self._ident}.{place}" for place in element.places] or [f"{self._ident}.s{number}"]
-        about = f"data-at={attribute(places[0])} data-tag={attribute(tag)}{lit}"
+        line_ids = [f"{self._ident}.{line_id}" for line_id in element.places] or [f"{self._ident}.s{number}"]
+        about = f"data-at={attribute(line_ids[0])} data-tag={attribute(tag)}{lit}"
         text = f'<g class="element {element.kind}" {about}><title>{title}</title>{inside}</g>'
-        for place in places[1:]:
-            text = f"<g data-at={attribute(place)}>{text}</g>"
+        for line_id in line_ids[1:]:
+            text = f"<g data-at={attribute(line_id)}>{text}</g>"
         return text
 
-    def _frame(self, element: DrawnElement, x: int, y: int, wide: int, high: int) -> str:
-        bounds = f'x="{x}" y="{y}" width="{wide}" height="{high}"'
+    def _frame(self, element: DrawnElement, x: int, y: int, width: int, height: int) -> str:
+        bounds = f'x="{x}" y="{y}" width="{width}" height="{height}"'
         if element.kind != "block":
             round_ = BOX // 2 if element.kind == "connector" else 2
             name = self._text(x + PAD, y + 16, element.lines[0], "name")
-            end = x + wide if element.kind == "input" else x
+            end = x + width if element.kind == "input" else x
             outside = end + 4 if element.kind == "input" else end - 4
             literal = element.kind == "connector" or not element.tag
             value = "" if literal else self._value(element.tag, outside, y + 8, ends=element.kind != "input")
             return f'<rect class="box" {bounds} rx="{round_}"/>{name}{value}'
-        parts = [
+        elements = [
             f'<rect class="box" {bounds} rx="3"/>',
             self._text(x + PAD, y + 18, element.lines[0], "heading"),
         ]
         if len(element.lines) > 1:
-            parts.append(self._text(x + PAD, y + 36, element.lines[1], "name"))
-        parts += [self._pin(pin, x, y, n, ends=False) for n, pin in enumerate(element.inputs)]
-        parts += [self._pin(pin, x + wide, y, n, ends=True) for n, pin in enumerate(element.outputs)]
-        return "".join(parts)
+            elements.append(self._text(x + PAD, y + 36, element.lines[1], "name"))
+        elements += [self._pin(pin, x, y, n, ends=False) for n, pin in enumerate(element.inputs)]
+        elements += [self._pin(pin, x + width, y, n, ends=True) for n, pin in enumerate(element.outputs)]
+        return "".join(elements)
 
     def _pin(self, pin: DrawnPin, x: int, y: int, row: int, *, ends: bool) -> str:
         middle = y + HEAD + PIN * row + PIN // 2
@@ -171,7 +172,7 @@ class _Sheet:
     # --- wires
 
     def _end(self, number: int, pin: str, *, output: bool) -> tuple[int, int]:
-        """Return the place of a pin."""
+        """Return the coordinates of a pin."""
         element = self._sheet.elements[number]
         x, y, width, _ = self._boxes[number]
         if element.kind != "block":
@@ -184,18 +185,18 @@ class _Sheet:
         row = self._rows[number, output].get(pin.upper(), 0)
         return (x + width if output else x), y + HEAD + PIN * row + PIN // 2
 
-    def _wire(self, wire: DrawnWire, place: int) -> str:
+    def _wire(self, wire: DrawnWire, number: int) -> str:
         """Draw a wire to the right, or back to the left below its elements."""
         x, y = self._end(wire.source, wire.output, output=True)
         to_x, to_y = self._end(wire.target, wire.input, output=False)
-        step = 14 + 5 * (place % 4)
+        step = 14 + 5 * (number % 4)
         if to_x - x >= 2 * step:
             path = f"M{x} {y}H{to_x - step}V{to_y}H{to_x}"
         elif to_x - x > 8:
             path = f"M{x} {y}H{(x + to_x) // 2}V{to_y}H{to_x}"
         else:
             below = max(
-                top + high for _, top, _, high in (self._boxes[n] for n in (wire.source, wire.target))
+                top + height for _, top, _, height in (self._boxes[n] for n in (wire.source, wire.target))
             )
             path = f"M{x} {y}H{x + step}V{below + step // 2}H{to_x - step}V{to_y}H{to_x}"
         kind = "wire feedback" if wire.feedback else "wire"

@@ -73,10 +73,10 @@ class _Placer:
         outputs = line.series[inputs:]
         start = picture.width - sum(self._ruler.size(element, room).width for element in outputs)
         self._wire(x, y, start - 1, last)
-        place = len(self.picture.gaps)
+        gap_index = len(self.picture.gaps)
         _, last = self._elements(outputs, start, y, last, room)
         if outputs:
-            self.picture.gaps[place] = x, y  # an element inserted here becomes the last input
+            self.picture.gaps[gap_index] = x, y  # an element inserted here becomes the last input
         if ends:
             picture.right.append(y)
         else:
@@ -112,7 +112,7 @@ class _Placer:
                 element.name,
                 self._ruler.lines(element, room),
                 number,
-                self._ruler.now(element),
+                self._ruler.state_texts(element),
             )
         )
         self._wire(x + width - GAP, y, x + width - 1, number)

@@ -18,10 +18,10 @@ from typing_extensions import override
 from ..instructions import BY_NAME
 from ..model.spec import Spec
 from ..model.tree import Address, Instruction, Operand, Rung, addresses_in, instructions_of
+from .block_states import BESIDE, WIDE, BlockTexts, states_of
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, TagName, attribute, plain, units
-from .now import BESIDE, WIDE, BlockTexts, states_of
 from .ruler import GAP, Ruler
 from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, bottom_of, shapes_of
 
@@ -32,7 +32,7 @@ VALUE = 12
 """Columns reserved for a value in a box."""
 
 SHORT_LINE = len("TON 0.020 of 10.000 s")
-"""Columns of a box with one line: its title, and what it does."""
+"""Columns of a box with one line: its title and its state."""
 
 HEAD, FOOT = 3, 10
 """Units above the first row and below the lowest mark."""
@@ -48,8 +48,8 @@ SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
 class LiveRung:
     """A rung for a page: its SVG, the number of elements, and the tags that it shows or uses.
 
-    `gaps` are the places in the SVG where an element may be inserted, in the order of the rung's text: before
-    each element of a series, and after the last one.
+    `gaps` are the points in the SVG where an element may be inserted, in the order of the rung's text: before
+    each element of a series, and after the last element.
     """
 
     svg: str
@@ -85,25 +85,25 @@ def live_rung(
             groups[mark.element].add(_reach(mark))
         for shape in shapes_of(mark):
             groups[mark.element if shape.element is None else shape.element].add(shape)
-    parts = [_rails(picture)]
+    svg = [_rails(picture)]
     for number, group in enumerate(groups):
         attributes = f" data-element={attribute(f'{ident}.{number}')}"
         title = ""
         if number < len(instructions):
             attributes += f' class="instruction"{ruler.attributes(instructions[number])}'
             title = f"<title>{plain(str(instructions[number]))}</title>"
-        parts.append(f"<g{attributes}>{title}{group.markup()}</g>")
+        svg.append(f"<g{attributes}>{title}{group.markup()}</g>")
     names = dict.fromkeys(name for instruction in instructions for name in ruler.names(instruction))
     gaps = tuple(((x + EDGE) * CELL, (y + 0.5) * ROW) for x, y in picture.gaps)
-    return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names), gaps)
+    return LiveRung(_document(picture, ident, str(rung), "".join(svg)), len(groups), tuple(names), gaps)
 
 
 def _reach(symbol: Symbol) -> Shape:
     """Return the clickable area of a symbol, which extends to its neighbors. A box uses its frame."""
-    left, label = symbol.x - 0.5, symbol.label_x
-    first = min(left, label) - GAP
-    right = max(left + len(symbol.sign), label + len(symbol.name)) + GAP
-    return Shape(BoxFrame(first, symbol.y - 1, right - first, 2), "hit")
+    sign_x, label_x = symbol.x - 0.5, symbol.label_x
+    start = min(sign_x, label_x) - GAP
+    end = max(sign_x + len(symbol.sign), label_x + len(symbol.name)) + GAP
+    return Shape(BoxFrame(start, symbol.y - 1, end - start, 2), "hit")
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
@@ -143,7 +143,7 @@ class _ValueRuler(Ruler):
         return states_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override
-    def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+    def state_texts(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
         texts = self._block_texts(instruction) if instruction.name in BESIDE else None
         return () if texts is None else texts.line(0)
 
@@ -157,7 +157,9 @@ class _ValueRuler(Ruler):
                 return super().lines(instruction, room)[:-1]
         if instruction.name in BESIDE or texts is None:
             return super().lines(instruction, room)
-        shown_lines = [BoxLine("", " " * WIDE, now=texts.line(number)) for number in range(texts.lines)]
+        shown_lines = [
+            BoxLine("", " " * WIDE, state_texts=texts.line(number)) for number in range(texts.lines)
+        ]
         if self._operands:
             return *shown_lines, *super().lines(instruction, room)
         return BoxLine("", str(instruction.operands[0])), *shown_lines
@@ -197,7 +199,7 @@ class _ValueRuler(Ruler):
         if texts is not None:
             yield from texts.names()
         for structure, member in self._members(instruction).values():
-            tag = instruction.operands[structure]  # a cause may be its DN, for which a box has no line
+            tag = instruction.operands[structure]  # a cause may be the tag's DN, which has no line in the box
             yield from filter(None, (self._tag_of(tag, member), self._tag_of(tag, "DN")))
 
     def attributes(self, instruction: Instruction) -> str:
@@ -215,20 +217,20 @@ class _Group:
 
     def __init__(self) -> None:
         self._strokes: dict[str, list[str]] = {}
-        self._rest: list[str] = []
+        self._other_elements: list[str] = []
 
     def add(self, shape: Shape) -> None:
         form = shape.form
         if isinstance(form, Line | Curve):
             self._strokes.setdefault(shape.kind, []).append(_PEN.stroke(form))
         elif isinstance(form, Value):
-            self._rest.append(_value(form))
+            self._other_elements.append(_value(form))
         else:
-            self._rest.append(_PEN.draw(form, shape.kind))
+            self._other_elements.append(_PEN.draw(form, shape.kind))
 
     def markup(self) -> str:
         paths = [f'<path class="{kind}" d="{"".join(stroke)}"/>' for kind, stroke in self._strokes.items()]
-        return "".join(paths + self._rest)
+        return "".join(paths + self._other_elements)
 
 
 def _value(value: Value) -> str:
@@ -236,8 +238,9 @@ def _value(value: Value) -> str:
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
     position = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""
-    if value.now:
-        return f'<text class="now" data-now={attribute(json.dumps(value.now))} {position}{anchor}></text>'
+    if value.state_texts:
+        texts = attribute(json.dumps(value.state_texts))
+        return f'<text class="now" data-now={texts} {position}{anchor}></text>'
     return f'<text class="{kind}" data-name={attribute(value.name)} {position}{anchor}></text>'
 
 

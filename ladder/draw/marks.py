@@ -43,7 +43,7 @@ class BoxLine(NamedTuple):
     caption: str
     operand: str  # its text, or spaces for its value
     value: str | None = None  # the tag whose value replaces the text, or None
-    now: Sequence[tuple[str, str]] = ()  # conditions and texts of the block's state, see `now`
+    state_texts: Sequence[tuple[str, str]] = ()  # conditions and texts of states, see `block_states`
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Box:
     title: str
     lines: tuple[BoxLine, ...]
     element: int
-    now: Sequence[tuple[str, str]] = ()  # the block's state, beside its title; see `BoxLine`
+    state_texts: Sequence[tuple[str, str]] = ()  # the block's state, beside its title; see `BoxLine`
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,5 +87,5 @@ class Picture:
     power: str | None = None  # power after each element, as `power` returns it; None if unknown
 
     def live(self, element: int) -> bool:
-        """Whether an element is known to have power after it."""
+        """Return whether an element is known to have power after it."""
         return self.power is not None and self.power[element] == "1"

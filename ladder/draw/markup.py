@@ -55,20 +55,21 @@ class LivePicture:
 
 
 def live_picture(
-    kind: str, label: str, parts: Iterable[str], names: Iterable[str], width: int, height: int
+    kind: str, label: str, svg: Iterable[str], names: Iterable[str], width: int, height: int
 ) -> LivePicture:
     """Return a picture of SVG elements.
 
     Args:
-        kind: its classes.
-        label: its name for screen readers.
-        names: the tags that it shows.
+        kind: the style classes of the picture.
+        label: the name of the picture for screen readers.
+        svg: the elements.
+        names: the tags that the picture shows.
     """
     size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" class="{kind}"'
     about = f'role="group" aria-label={attribute(label)}'
-    svg = f"{head} {about} {size}>{''.join(parts)}</svg>"
-    return LivePicture(svg, tuple(names), width, height)
+    document = f"{head} {about} {size}>{''.join(svg)}</svg>"
+    return LivePicture(document, tuple(names), width, height)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +104,8 @@ class Pen:
         if not letters.text:
             return ""
         x, y = units((self.left + letters.x) * CELL), units((self.top + letters.y + 0.5) * self.row + 4.5)
-        long = len(letters.text) * CELL
-        return f'<text class="{kind}" x="{x}" y="{y}" textLength="{long}">{plain(letters.text)}</text>'
+        length = len(letters.text) * CELL
+        return f'<text class="{kind}" x="{x}" y="{y}" textLength="{length}">{plain(letters.text)}</text>'
 
     def stroke(self, form: Line | Curve) -> str:
         """Return a line or a curve as path data."""

@@ -1,7 +1,7 @@
-"""Numbers the elements of a rung, and returns the power on them as one character each.
+"""Numbers of a rung's elements, and the power after each element as one character.
 
-Elements are numbered from 0: instructions in order of execution, branches in order of opening, the left
-rail. A wire carries the power of the element before it.
+Elements are numbered from 0: instructions in order of execution, then branches in order of opening, then the
+left rail. A wire has the power of the element before it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,9 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
     if truth is None:
         return "0" * (numbering.rail + 1)
     if len(truth) > numbering.instructions:
-        raise ValueError(f"the rung has {numbering.instructions} instructions, {len(truth)} truths are given")
+        raise ValueError(
+            f"{len(truth)} truths; must be at most {numbering.instructions}, one per instruction"
+        )
     power_after = [False] * (numbering.rail + 1)
     power_after[: len(truth)] = truth
     power_after[numbering.rail] = True

@@ -24,9 +24,9 @@ _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Positio
 
 
 def _captions(spec: Spec) -> tuple[str, ...]:
-    """Return the captions of an instruction's operands; if there are none, the captions of its members."""
-    shown = {place: _OF_MEMBERS.get(member, member) for place, (_, member) in spec.members.items()}
-    return spec.captions or tuple(shown.get(place, "") for place in range(max(shown, default=-1) + 1))
+    """Return the captions of an instruction's operands; without captions, those of the shown members."""
+    shown = {index: _OF_MEMBERS.get(member, member) for index, (_, member) in spec.members.items()}
+    return spec.captions or tuple(shown.get(index, "") for index in range(max(shown, default=-1) + 1))
 
 
 CAPTIONS = {spec.name: _captions(spec) for spec in SPECS}
@@ -78,14 +78,14 @@ class SeriesLayout:
     def width(self) -> int:
         """The columns, including marks."""
         last = len(self.lines) - 1
-        return max(line.size.width + (place > 0) + (place < last) for place, line in enumerate(self.lines))
+        return max(line.size.width + (index > 0) + (index < last) for index, line in enumerate(self.lines))
 
     @property
     def rows(self) -> list[int]:
         """The rows of the lines' wires, counted from the first wire."""
         rows = [0]
-        for line, after in zip(self.lines, self.lines[1:], strict=False):
-            rows.append(rows[-1] + line.size.below + 1 + after.size.above)
+        for line, next_line in zip(self.lines, self.lines[1:], strict=False):
+            rows.append(rows[-1] + line.size.below + 1 + next_line.size.above)
         return rows
 
     @property
@@ -112,16 +112,16 @@ class Ruler:
 
     def __init__(self, captions: Mapping[str, Sequence[str]]) -> None:
         self._captions = {**CAPTIONS, **captions}
-        self._known: dict[tuple[int, int | None], Size] = {}
-        self._kept: list[Element] = []
+        self._sizes: dict[tuple[int, int | None], Size] = {}
+        self._measured: list[Element] = []
 
     def size(self, element: Element, room: int | None = None) -> Size:
         """Return the size of an element."""
         key = id(element), room
-        if key not in self._known:
-            self._kept.append(element)  # keeps the element alive, so that its id stays unique
-            self._known[key] = self._size(element, room)
-        return self._known[key]
+        if key not in self._sizes:
+            self._measured.append(element)  # keeps the element alive, so that its id stays unique
+            self._sizes[key] = self._size(element, room)
+        return self._sizes[key]
 
     def _size(self, element: Element, room: int | None) -> Size:
         if isinstance(element, Branch):
@@ -144,9 +144,9 @@ class Ruler:
 
     def block(self, series: Series, room: int | None) -> SeriesLayout:
         """Break a series into lines if it is wider than the room."""
-        whole = self._line(series, None)
-        if room is None or whole.size.width <= room:
-            return SeriesLayout((whole,), None)
+        single_line = self._line(series, None)
+        if room is None or single_line.size.width <= room:
+            return SeriesLayout((single_line,), None)
         inner = room - MARKS
         return SeriesLayout(
             tuple(self._line(elements, inner) for elements in self._broken(series, inner)), inner
@@ -177,12 +177,13 @@ class Ruler:
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         """Return the lines of a box; a long operand takes several lines."""
         captions = self._captions.get(instruction.name, ())
-        named = [
-            captions[place] if place < len(captions) else "" for place in range(len(instruction.operands))
-        ]
-        fixed_width = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
+        missing = len(instruction.operands) - len(captions)
+        all_captions = [*captions[: len(instruction.operands)], *[""] * missing]
+        fixed_width = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in all_captions])
         longest = None if room is None else max(room - fixed_width, SHORTEST)
-        entries = (self.entry(instruction, place, caption, longest) for place, caption in enumerate(named))
+        entries = (
+            self.entry(instruction, index, caption, longest) for index, caption in enumerate(all_captions)
+        )
         return tuple(line for entry in entries for line in entry)
 
     def entry(
@@ -190,11 +191,11 @@ class Ruler:
     ) -> list[BoxLine]:
         """Return the lines of one operand, at most `longest` characters each."""
         operand = str(instruction.operands[number])
-        parts = [operand] if longest is None else pieces(operand, longest)
-        return [BoxLine(caption if place == 0 else "", part) for place, part in enumerate(parts)]
+        texts = [operand] if longest is None else pieces(operand, longest)
+        return [BoxLine(caption if index == 0 else "", text) for index, text in enumerate(texts)]
 
-    def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        """Return the conditions and texts of a block's state beside its title, see `draw.now`."""
+    def state_texts(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+        """Return the conditions and texts of a block's state beside its title, see `block_states`."""
         return ()
 
     def value(self, instruction: Instruction) -> str | None:
@@ -226,5 +227,5 @@ def caption_width(lines: Sequence[BoxLine]) -> int:
 
 
 def is_symbol(instruction: Instruction) -> bool:
-    """Whether an instruction is drawn as a contact or a coil."""
+    """Return whether an instruction is drawn as a contact or a coil."""
     return instruction.name in SYMBOLS and len(instruction.operands) == 1

@@ -64,7 +64,7 @@ class Value:
     name: str
     beside: bool  # whether it is small, beside a symbol
     ends: bool  # whether it ends at `x`
-    now: Sequence[tuple[str, str]] = ()  # what is shown instead, see `BoxLine`
+    state_texts: Sequence[tuple[str, str]] = ()  # texts that replace the value, see `BoxLine`
 
 
 Form = Line | Curve | BoxFrame | Letters | Value
@@ -138,15 +138,18 @@ def _value_of(symbol: Symbol, left: float, right: float) -> Value:
 def _box(box: Box) -> Iterator[Shape]:
     rows, end = max(len(box.lines), 1), box.x + box.width - 2
     yield Shape(BoxFrame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
-    title_x = box.x + (2 if box.now else (box.width - len(box.title)) / 2)
+    title_x = box.x + (2 if box.state_texts else (box.width - len(box.title)) / 2)
     yield Shape(Letters(title_x, box.y - HEADING, box.title), "heading")
-    if box.now:
-        yield Shape(Value(end - 0.5, box.y - HEADING, "", beside=False, ends=True, now=box.now), "value")
+    if box.state_texts:
+        yield Shape(
+            Value(end - 0.5, box.y - HEADING, "", beside=False, ends=True, state_texts=box.state_texts),
+            "value",
+        )
     captions = caption_width(box.lines)
-    for y, (caption, operand, value, now) in enumerate(box.lines, box.y):
+    for y, (caption, operand, value, state_texts) in enumerate(box.lines, box.y):
         yield Shape(Letters(box.x + 2, y, caption), "caption")
-        if now:
-            yield Shape(Value(box.x + 1.5, y, "", beside=False, ends=False, now=now), "value")
+        if state_texts:
+            yield Shape(Value(box.x + 1.5, y, "", beside=False, ends=False, state_texts=state_texts), "value")
         elif value is not None:
             yield Shape(Value(end - 0.5, y, value, beside=False, ends=True), "value")
         else:

@@ -1,7 +1,7 @@
 """Routines as SVG: the same layout as in characters, with cells of 8 by 20 units.
 
-Wires and symbols with power have the class `live`. Every symbol and box has the instruction as its title,
-which a browser shows under the pointer. Colors follow the reader's light or dark scheme.
+Wires and symbols with power have the class `live`. The title of a rung is its text, which a browser shows
+under the pointer. Colors follow the reader's light or dark scheme.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class _Page:
     def __init__(self, columns: int, captions: Mapping[str, Sequence[str]]) -> None:
         self._columns = columns
         self._captions = captions
-        self._parts: list[str] = []
+        self._svg: list[str] = []
         self._row = 0.0
         self._width = 0
 
@@ -98,14 +98,14 @@ class _Page:
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
 
     def _picture(self, drawn: LivePicture) -> None:
-        self._parts.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
+        self._svg.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
         self._width = max(self._width, drawn.width // CELL + 1)
         self._row += drawn.height / ROW + 1
 
     def _statements(
-        self, routine: Routine, chosen: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
+        self, routine: Routine, line_numbers: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
     ) -> None:
-        for number, text in lines_of(routine, chosen):
+        for number, text in lines_of(routine, line_numbers):
             live = ran(truths, number)
             self._text(MARGIN - 2 - len(str(number or "")), self._row, str(number or ""), "number")
             self._text(MARGIN, self._row, text, "live" if live else "line" if number else "comment")
@@ -115,29 +115,29 @@ class _Page:
     def _rung(self, picture: Picture, number: int, text: str) -> None:
         top, right = self._row, MARGIN + picture.width
         self._width = max(self._width, right + 2)
-        self._parts.append(f"<g><title>{plain(text)}</title>")
+        self._svg.append(f"<g><title>{plain(text)}</title>")
         first = (picture.left or [0])[0]
         self._text(MARGIN - 2 - len(str(number)), top + first, str(number), "number")
         pen = Pen(ROW, MARGIN, top)
         for mark in picture.marks:
             for shape in shapes_of(mark):
                 live = shape.element is not None and picture.live(shape.element)
-                self._parts.append(pen.draw(shape.form, f"{shape.kind} live" if live else shape.kind))
+                self._svg.append(pen.draw(shape.form, f"{shape.kind} live" if live else shape.kind))
         for x, y in picture.continued:
             self._text(MARGIN + x, top + y, "»", "comment")
         for x in (MARGIN, right):
             rail = Line(x - 0.5, top - 0.5, x - 0.5, top + picture.rows - 0.5 + SPACE)
-            self._parts.append(_PAPER.line(rail, "rail"))
-        self._parts.append("</g>")
+            self._svg.append(_PAPER.line(rail, "rail"))
+        self._svg.append("</g>")
         self._row += picture.rows + SPACE
 
     def _text(self, x: float, y: float, text: str, kind: str) -> None:
-        self._parts.append(_PAPER.letters(Letters(x, y, text), kind))
+        self._svg.append(_PAPER.letters(Letters(x, y, text), kind))
 
     def document(self) -> str:
         width, height = (self._width + 1) * CELL, round((self._row + 1) * ROW)
         size = f'width="{width}" height="{height}"'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" {size}>'
         paper = f'<rect class="paper" {size}/>'
-        parts = filter(None, self._parts)
-        return "\n".join([head, f"<style>\n{STYLE}\n</style>", paper, *parts, "</svg>", ""])
+        elements = filter(None, self._svg)
+        return "\n".join([head, f"<style>\n{STYLE}\n</style>", paper, *elements, "</svg>", ""])

@@ -59,8 +59,8 @@ class ChartReader(LineReader):
 
     end_shown = "'END'"
 
-    def __init__(self, lines: list[str], at: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
-        super().__init__(lines, at, end, file, specs)
+    def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
+        super().__init__(lines, start, end, file, specs)
         self._count = -1
 
     def chart(self) -> Chart:
@@ -75,11 +75,11 @@ class ChartReader(LineReader):
             elif match := _TRANSITION.fullmatch(line):
                 transitions.append(self._transition(match))
             elif match := _LISTED.fullmatch(line):
-                listed[match[1].upper()] = tuple(parse_address(part.strip()) for part in match[2].split(","))
-                self._at += 1
+                listed[match[1].upper()] = tuple(parse_address(tag.strip()) for tag in match[2].split(","))
+                self._line_index += 1
             elif match := _NOTE.fullmatch(line):
                 notes.append(match[1] or "")
-                self._at += 1
+                self._line_index += 1
             else:
                 self._fail("INITIAL_STEP, STEP, STOP, TRANSITION, INPUTS, RETURNS or NOTE")
         text = ("\n".join(notes),) if notes else ()
@@ -88,12 +88,13 @@ class ChartReader(LineReader):
         )
 
     def _next(self) -> tuple[int, Origin]:
+        """Return the number and the position of the next element."""
         self._count += 1
-        return self._count, Origin(self._file, self._at + 1)
+        return self._count, Origin(self._file, self._line_index + 1)
 
     def _step(self, word: str, name: str) -> ChartStep:
         number, origin = self._next()
-        self._at += 1
+        self._line_index += 1
         if word == "STOP":
             return ChartStep(name, stop=True, number=number, origin=origin)
         presets: list[tuple[str, Operand]] = []
@@ -102,42 +103,43 @@ class ChartReader(LineReader):
             if match := _PRESET.fullmatch(line or ""):
                 member = next(preset for preset in PRESETS if preset.upper() == match[1].upper())
                 presets.append((member, self._expression(match[2])))
-                self._at += 1
+                self._line_index += 1
             elif match := _ACTION.fullmatch(line or ""):
                 actions.append(self._action(match))
             else:
                 self._fail("ACTION, an expression of PRE, LimitHigh or LimitLow, or END_STEP")
-        self._at += 1
+        self._line_index += 1
         return ChartStep(name, tuple(actions), word == "INITIAL_STEP", False, tuple(presets), number, origin)
 
-    def _action(self, found: re.Match[str]) -> Action:
+    def _action(self, match: re.Match[str]) -> Action:
         number, origin = self._next()
-        name, qualifier, indicator, preset, closed = found.groups()
+        name, qualifier, indicator, preset, closed = match.groups()
         value = None if preset is None else self._expression(preset)
-        self._at += 1
+        self._line_index += 1
         body = None if closed else self._statements(*self._until("END_ACTION"))
         return Action(name, Qualifier(qualifier.upper()), body, value, indicator or "", number, origin)
 
-    def _transition(self, found: re.Match[str]) -> Transition:
+    def _transition(self, match: re.Match[str]) -> Transition:
         number, origin = self._next()
-        sources, targets = (tuple(name.strip() for name in found[part].split(",")) for part in (2, 3))
-        self._at += 1
+        sources, targets = (tuple(name.strip() for name in match[group].split(",")) for group in (2, 3))
+        self._line_index += 1
         start, end = self._until("END_TRANSITION")
         lines = self._lines[start:end]
         condition = condition_of(lines, list(range(start + 1, end + 1)), self._file, self._specs)
-        return Transition(found[1], sources, targets, condition, number, origin)
+        return Transition(match[1], sources, targets, condition, number, origin)
 
     def _until(self, word: str) -> tuple[int, int]:
-        start = self._at
+        """Skip to the line after `word`; return the range of the lines before it."""
+        start = self._line_index
         while (line := self._peek()) is None or line.upper() != word:
             if line is None:
                 self._fail(word)
-            self._at += 1
-        self._at += 1
-        return start, self._at - 1
+            self._line_index += 1
+        self._line_index += 1
+        return start, self._line_index - 1
 
     def _expression(self, text: str) -> Operand:
-        return expression_of([text], [self._at + 1], self._file, self._specs)
+        return expression_of([text], [self._line_index + 1], self._file, self._specs)
 
 
 def expression_of(lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]) -> Operand:
@@ -163,13 +165,14 @@ _CALL = re.compile(r"\s*JSR\s*\(", re.IGNORECASE)
 def _single(
     lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]
 ) -> Assignment | Invocation:
+    """Read a JSR or an expression as a statement; an expression becomes an assignment to a dummy tag."""
     text = "\n".join(lines).rstrip().removesuffix(";")
-    call = _CALL.match(text) is not None
     numbers = numbers or [1]
-    head, first = ("", []) if call else ("condition :=\n", [numbers[0]])
-    block = parse_statements(
-        f"{head}{text}\n;", file=file, lines=[*first, *numbers, numbers[-1]], specs=specs
-    )
+    line_numbers = [*numbers, numbers[-1]]
+    head = ""
+    if not _CALL.match(text):
+        head, line_numbers = "condition :=\n", [numbers[0], *line_numbers]
+    block = parse_statements(f"{head}{text}\n;", file=file, lines=line_numbers, specs=specs)
     statements = [statement for statement in block if isinstance(statement, (Assignment, Invocation))]
     if len(statements) == 1:
         return statements[0]

@@ -1,9 +1,9 @@
 """Adapts the motion blocks of `USE axis3601` to a rack with a networked drive.
 
-The library file is not changed. Each row here replaces a line of its text, or inserts lines before one.
+The library file does not change. Each row here replaces a line of its text, or inserts lines before a line.
 Blocks still write the eight words of a 3601. Only `Amci3601` reads and writes the words of the drive, as
-`io_images.drives.translation` does for axes in Python. `Model` selects them: 0 a module with a 3601's words,
-1 a drive with the words of the SMD family, 2 an ANF2.
+`io_images.drives.translation` does for axes in Python. `Model` selects the words: 0 of a 3601, 1 of the SMD
+family, 2 of an ANF2.
 
     Axis.Setup      the ten words of Configure3601
     Axis.Formats    bit 0 the drive reads 32 bits, 1 it reports 32 bits, 2 the low word is first
@@ -144,11 +144,9 @@ XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.S
 
 def for_drives(text: str) -> str:
     """Return the text of the library with the rows applied."""
-    parts = text.split("\nINSTRUCTION ")
-    places = {part.split(maxsplit=1)[0]: number for number, part in enumerate(parts)} | {"": 0}
-    for block, line, instead in ROWS:
-        place = places[block]
-        before, separator, after = parts[place].partition(line)
-        assert separator, (block, line)
-        parts[place] = before + instead + after
-    return "\nINSTRUCTION ".join(parts)
+    head, *sections = text.split("\nINSTRUCTION ")
+    text_of = {"": head, **{section.split(maxsplit=1)[0]: section for section in sections}}
+    for block, line, replacement in ROWS:
+        assert line in text_of[block], (block, line)
+        text_of[block] = text_of[block].replace(line, replacement, 1)
+    return "\nINSTRUCTION ".join(text_of.values())

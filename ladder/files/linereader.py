@@ -1,4 +1,4 @@
-"""Lines of a program file without their comments, and errors that name their places."""
+"""Lines of a program file without their comments, and errors that name file, line and column."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+"""
 
 
 def cut_comment(line: str) -> str:
-    """Return a line up to `//`, unless that is in quotes."""
+    """Return a line up to a `//` that is not in quotes."""
     code = _CODE.match(line)
     assert code is not None, "it may match nothing"
     return code.group()
@@ -30,30 +30,30 @@ def without_comment(line: str) -> str:
 
 
 class LineReader:
-    """Reads lines from the index `at` up to `end`; `specs` are the known instructions."""
+    """Reads lines from the index `start` up to `end`; `specs` are the known instructions."""
 
     end_shown = "the end of the file"
     """The end of the lines in messages."""
 
-    def __init__(self, lines: list[str], at: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
-        self._lines, self._at, self._end, self._file, self._specs = lines, at, end, file, specs
+    def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
+        self._lines, self._line_index, self._end, self._file, self._specs = lines, start, end, file, specs
 
     def _peek(self) -> str | None:
         """Return the next line with content, without its comment; None at the end."""
-        while self._at < self._end:
-            line = without_comment(self._lines[self._at])
+        while self._line_index < self._end:
+            line = without_comment(self._lines[self._line_index])
             if line:
                 return line
-            self._at += 1
+            self._line_index += 1
         return None
 
-    def _fail(self, expected: str, found: str = "") -> NoReturn:
-        """Raise a RungTextError at the next line; by default with the text of that line."""
-        text = self._lines[self._at] if self._at < self._end else ""
+    def _fail(self, expected: str, actual: str = "") -> NoReturn:
+        """Raise a RungTextError at the next line; `actual` is by default the text of that line."""
+        text = self._lines[self._line_index] if self._line_index < self._end else ""
         column = len(text) - len(text.lstrip()) + 1
         shown = repr(text.strip()) if text.strip() else self.end_shown
-        site = Site(file=self._file, line=self._at + 1, column=column)
-        raise RungTextError(expected, found or shown, site)
+        site = Site(file=self._file, line=self._line_index + 1, column=column)
+        raise RungTextError(expected, actual or shown, site)
 
     def _statements(self, start: int, end: int) -> Block:
         """Read the lines from `start` up to `end` as structured text."""

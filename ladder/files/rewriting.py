@@ -1,7 +1,7 @@
-"""Edits rungs in the text of a program file; every other line stays as it was written.
+"""Edits rungs in the text of a program file; all other lines stay as written.
 
-A rung consists of whole lines, with its comment in the lines above. A changed rung keeps its comment; the
-comment of a deleted rung is deleted, too.
+A rung consists of whole lines, with its comment in the lines above. A changed rung keeps its comment, and a
+deleted rung loses it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .rungreader import (
 )
 
 
-class _Lines(NamedTuple):
+class _RungLines(NamedTuple):
     """Line numbers of a rung, from 0: the start of its comment, its first line, and the line after it."""
 
     comment: int
@@ -35,10 +35,10 @@ class _Lines(NamedTuple):
 
 
 @dataclass(slots=True)
-class _Places:
+class _Positions:
     """Line numbers of the parts of a file."""
 
-    rungs: dict[str, list[_Lines]] = field(default_factory=dict)  # by routine in capitals
+    rungs: dict[str, list[_RungLines]] = field(default_factory=dict)  # by routine in capitals
     heads: dict[str, int] = field(default_factory=dict)  # the line after the head of a routine
     tags: dict[str, int] = field(default_factory=dict)  # the line for a new tag, by program in capitals
 
@@ -54,10 +54,10 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
         LadderError: the file has no such rung or program.
     """
     lines = text.splitlines()
-    places = _places(lines)
-    changes = [_change(lines, places, edit) for edit in edits]
+    positions = _positions_in(lines)
+    changes = [_change(lines, positions, edit) for edit in edits]
     for program in dict.fromkeys(tag.program for tag in tags):
-        line = places.tags.get(program.upper())
+        line = positions.tags.get(program.upper())
         if line is None:
             raise LadderError(f"the file has no program {program}")
         tag_lines = [f"TAG {tag.name} : {tag.type}" for tag in tags if tag.program == program]
@@ -68,12 +68,12 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
     return newline.join(lines) + newline * text.endswith("\n")
 
 
-def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int, list[str]]:
-    """Return the line numbers that an edit replaces, and the new lines."""
+def _change(lines: list[str], positions: _Positions, edit: RungEdit) -> tuple[int, int, list[str]]:
+    """Return the first and end line numbers that an edit replaces, and the new lines."""
     name = edit.routine.upper()
-    if edit.rung == BEFORE_FIRST and name in places.heads:
-        return places.heads[name], places.heads[name], list(edit.texts)
-    rungs = places.rungs.get(name, [])
+    if edit.rung == BEFORE_FIRST and name in positions.heads:
+        return positions.heads[name], positions.heads[name], list(edit.texts)
+    rungs = positions.rungs.get(name, [])
     if not 0 <= edit.rung < len(rungs):
         raise LadderError(f"routine {edit.routine} has no rung {edit.rung} in the file")
     rung = rungs[edit.rung]
@@ -84,46 +84,48 @@ def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int
     return (rung.end, rung.end, new[1:]) if edit.keeps else (rung.first, rung.end, new)
 
 
-def _places(lines: list[str]) -> _Places:
+def _positions_in(lines: list[str]) -> _Positions:
     """Find the routines of rungs, and the ends of declarations."""
-    places, program, number, inside = _Places(), "", 0, False
+    positions, program, number, in_instruction = _Positions(), "", 0, False
     is_controller = False
     while number < len(lines):
         line = without_comment(lines[number])
         number += 1
         if INSTRUCTION_HEAD.fullmatch(line) or END_INSTRUCTION.fullmatch(line):
-            inside = not END_INSTRUCTION.fullmatch(line)
-        elif inside:
+            in_instruction = not END_INSTRUCTION.fullmatch(line)
+        elif in_instruction:
             continue
         elif CONTROLLER_HEAD.fullmatch(line):
             is_controller = True
         elif is_controller and (match := PROGRAM_HEAD.fullmatch(line)):
             program = match.group(1)
-            places.tags[program.upper()] = number
+            positions.tags[program.upper()] = number
         elif END_PROGRAM.fullmatch(line):
             program = ""
         elif TAG_LINE.fullmatch(line) or (PROGRAM_HEAD.fullmatch(line) and not is_controller):
-            places.tags[program.upper()] = number
+            positions.tags[program.upper()] = number
         elif match := ROUTINE_HEAD.fullmatch(line):
             name = scoped(program, match.group(1)).upper()
-            places.heads[name] = number
+            positions.heads[name] = number
             if not match.group(2):
-                places.rungs[name] = list(_rungs(lines, number))
-                number = places.rungs[name][-1].end if places.rungs[name] else number
-    return places
+                positions.rungs[name] = list(_rungs(lines, number))
+                number = positions.rungs[name][-1].end if positions.rungs[name] else number
+    return positions
 
 
-def _rungs(lines: list[str], number: int) -> Iterator[_Lines]:
+def _rungs(lines: list[str], number: int) -> Iterator[_RungLines]:
     """Yield the rungs of a routine, beginning with the line after its head."""
     comment = first = None
-    for place in range(number, len(lines)):
-        line = without_comment(lines[place])
-        if first is None and line.upper() == "END":
-            return
-        if first is None and not line:
-            comment = place if comment is None and lines[place].strip() else comment
-            continue
-        first = place if first is None else first
+    for index in range(number, len(lines)):
+        line = without_comment(lines[index])
+        if first is None:
+            if line.upper() == "END":
+                return
+            if not line:
+                if comment is None and lines[index].strip():
+                    comment = index
+                continue
+            first = index
         if line.endswith(";"):
-            yield _Lines(first if comment is None else comment, first, place + 1)
+            yield _RungLines(first if comment is None else comment, first, index + 1)
             comment = first = None

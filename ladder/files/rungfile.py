@@ -2,7 +2,7 @@
 
     PROGRAM line
     DIALECT slc                                   // instructions of an SLC 500, see docs/slc.md
-    USE axis3601                                  // add-on instructions that come with scanrack
+    USE axis3601                                  // add-on instructions of scanrack
     TYPE Step (Time : DINT, Valve : BOOL)
     TYPE Flags (Host : SINT HIDDEN, Ready : BOOL AT Host.0)   // Ready is a name of a bit
     TAG Run : BOOL
@@ -32,7 +32,7 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
 
 `ROUTINE Fill SFC` is a sequential function chart, see `chartreader`. A line CHARTS below the head has the
 options of all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT or INITIAL (restart position),
-DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps); the first of each is the default.
+DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps). The first of each is the default.
 
 Add-on instructions come before the tags that are their instances, see `addon`. The first routine is the main
 routine unless PROGRAM says `MAIN name`. A rung ends with a semicolon and may have several lines; `//` starts
@@ -75,8 +75,8 @@ def read_program(path: Path | str) -> Program | Controller:
     """Read a program from a file.
 
     Raises:
-        RungTextError: a syntax error; the message names file, rung, line and column.
-        LadderError: a declaration that is not allowed.
+        RungTextError: the text has a syntax error; the message names file, rung, line and column.
+        LadderError: a declaration is not allowed.
         OSError: the file can't be read.
     """
     file = Path(path)
@@ -106,16 +106,22 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
     """Write a program to a file; raise a LadderError if it has no text form, like routines in Python."""
-    flat = Path(path).suffix == STRUCTURED_SUFFIX
-    text = structured_text(program) if flat else program_text(program)
+    is_structured = Path(path).suffix == STRUCTURED_SUFFIX
+    text = structured_text(program) if is_structured else program_text(program)
     Path(path).write_text(text, encoding="utf-8", newline="\n")
 
 
 def structured_text(program: Program | Controller) -> str:
-    """Return a program's structured text; raise a LadderError unless it is a single such routine."""
+    """Return the text of a `.st` file.
+
+    Raises:
+        LadderError: the program is not a single routine of structured text.
+    """
     statements = [routine.statements for routine in program.routines]
-    flat = isinstance(program, Program) and not (program.functions or program.allowed or program.fault)
-    if not flat or len(statements) != 1 or statements[0] is None:
+    is_single_routine = isinstance(program, Program) and not (
+        program.functions or program.allowed or program.fault
+    )
+    if not is_single_routine or len(statements) != 1 or statements[0] is None:
         raise LadderError(
             f"{program.kind} {program.name} is not one routine of structured text; "
             f"write it to a {SUFFIX} file"
@@ -129,7 +135,7 @@ def program_text(program: Program | Controller) -> str:
     if program.functions:
         names = ", ".join(program.functions)
         raise LadderError(
-            f"{program.kind} {program.name} has routines in Python ({names}): they are not rung text"
+            f"{program.kind} {program.name} has routines in Python ({names}), which have no rung text"
         )
     if isinstance(program, Controller):
         head, body = f"CONTROLLER {program.name}", _tasks_and_programs(program)
@@ -145,17 +151,17 @@ def _tasks_and_programs(controller: Controller) -> Iterator[str]:
 
 
 def _task_text(task: Task) -> str:
-    parts = [f"TASK {task.name} : {task.kind.value}"]
+    words = [f"TASK {task.name} : {task.kind.value}"]
     if task.rate_ns:
-        parts.append(time_text(task.rate_ns))
-    parts.append(f"PRIORITY {task.priority}")
+        words.append(time_text(task.rate_ns))
+    words.append(f"PRIORITY {task.priority}")
     if task.preempt:
-        parts.append("PREEMPT")
+        words.append("PREEMPT")
     if task.programs:
-        parts.append(f"RUNS {', '.join(task.programs)}")
+        words.append(f"RUNS {', '.join(task.programs)}")
     if task.comment:
-        parts.append(f" // {task.comment}")
-    return " ".join(parts)
+        words.append(f" // {task.comment}")
+    return " ".join(words)
 
 
 def _head(program: Program) -> str:
@@ -216,22 +222,22 @@ def instruction_text(definition: AddOn) -> str:
 
 
 def _types(logic: LadderLogic) -> Iterator[str]:
-    """Yield structures and add-on instructions in order of dependency."""
-    seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
+    """Yield the lines of structures and add-on instructions, each after those that it uses."""
+    written: dict[str, DataType] = dict(PREDEFINED_TYPES)
     for name in LIBRARIES:
         if any(is_of_library(add_on, name) for add_on in logic.add_ons.values()):
-            seen.update(load_library(name).types)
+            written.update(load_library(name).types)
             yield f"USE {name}"
 
-    def walk(kind: DataType) -> Iterator[str]:
-        if isinstance(kind, Elementary) or kind.name in seen:
+    def lines_for(kind: DataType) -> Iterator[str]:
+        if isinstance(kind, Elementary) or kind.name in written:
             return
         for member in kind.members:
-            yield from walk(member.type)
+            yield from lines_for(member.type)
         definition = logic.add_ons.get(kind.name.upper())
         for parameter in definition.parameters if definition else ():
-            yield from walk(parameter.type)
-        seen[kind.name] = kind
+            yield from lines_for(parameter.type)
+        written[kind.name] = kind
         if definition:
             yield instruction_text(definition).rstrip()
             return
@@ -240,7 +246,7 @@ def _types(logic: LadderLogic) -> Iterator[str]:
     inner = logic.programs if isinstance(logic, Controller) else []
     for declaration in (item for scope in (logic, *inner) for item in scope.declarations):
         if isinstance(declaration, Tag | Alias) and declaration.type:
-            yield from walk(declaration.type)
+            yield from lines_for(declaration.type)
 
 
 def _member_text(member: Member) -> str:
@@ -276,5 +282,5 @@ def _stubs(logic: LadderLogic) -> Iterator[str]:
         if isinstance(stub, Ending):
             stub = replace(stub, reply=None)
         if isinstance(stub, InPython):
-            raise LadderError(f"the stub of {name} is Python: it is not rung text but a rack file's")
+            raise LadderError(f"the stub of {name} is in Python; write it in a rack file, not in rung text")
         yield f"STUB {name} : {stub}"

@@ -38,7 +38,7 @@ from .drive_blocks import for_drives
 from .linereader import LineReader, cut_comment, without_comment
 
 LIBRARIES = ("axis3601",)
-"""Libraries of add-on instructions that come with scanrack; `USE name` includes one."""
+"""Libraries of add-on instructions in scanrack; `USE name` includes one."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,9 @@ def _library(file: str, drives: bool) -> Library:
 
 
 def is_of_library(definition: AddOn, name: str) -> bool:
-    """Whether an add-on instruction belongs to a library, in either form."""
-    name_key = definition.name.upper()
-    return any(
-        load_library(name, drives=drives).add_ons.get(name_key) == definition for drives in (False, True)
-    )
+    """Return whether an add-on instruction belongs to a library, with or without changes for drives."""
+    key = definition.name.upper()
+    return any(load_library(name, drives=drives).add_ons.get(key) == definition for drives in (False, True))
 
 
 _NAME = r"[A-Za-z_]\w*"
@@ -137,7 +135,7 @@ class Reader(LineReader):
         self._starts = [0, *accumulate(len(line) + 1 for line in self._lines)]
         self._types = dict(PREDEFINED_TYPES)
         self._add_ons: dict[str, AddOn] = {}
-        self._given = stubs
+        self._rack_stubs = stubs
         self._stubs = dict(stubs.by_name)
         self._builtin = DIALECTS[LOGIX]
         self._update_specs()
@@ -167,7 +165,7 @@ class Reader(LineReader):
         program.chart_options = self._chart_options()
         while self._peek() is not None:
             self._declaration(program)
-        program.take_stubs(self._given)
+        program.take_stubs(self._rack_stubs)
         return program
 
     def _dialect(self) -> str:
@@ -178,7 +176,7 @@ class Reader(LineReader):
             return LOGIX
         if match.group(1).lower() not in DIALECTS:
             self._fail(f"a dialect ({', '.join(DIALECTS)})", match.group(1))
-        self._at += 1
+        self._line_index += 1
         self._builtin = DIALECTS[match.group(1).lower()]
         self._update_specs()
         return match.group(1).lower()
@@ -187,7 +185,7 @@ class Reader(LineReader):
         allowed = []
         while (line := self._peek()) and (match := _ALLOW.fullmatch(line)):
             allowed.append(match.group(1).strip())
-            self._at += 1
+            self._line_index += 1
         return tuple(allowed)
 
     def _chart_options(self) -> ChartOptions:
@@ -199,7 +197,7 @@ class Reader(LineReader):
         for word, kind in zip(match.groups(), kinds, strict=True):
             if word.upper() not in kind.__members__:
                 self._fail(f"CHARTS with one of {', '.join(kind.__members__)}", word)
-        self._at += 1
+        self._line_index += 1
         control, restart, last_scan = map(str.upper, match.groups())
         return ChartOptions(ExecutionControl(control), RestartPosition(restart), LastScan(last_scan))
 
@@ -209,16 +207,16 @@ class Reader(LineReader):
         controller.chart_options = self._chart_options()
         while (line := self._peek()) is not None:
             if match := PROGRAM_HEAD.fullmatch(line):
-                self._at += 1
+                self._line_index += 1
                 self._block(controller.program(match.group(1), main=match.group(2), fault=match.group(3)))
             elif match := _TASK.fullmatch(line):
-                controller.add_task(self._task(match, _comment_of(self._lines[self._at])))
-                self._at += 1
+                controller.add_task(self._task(match, _comment_of(self._lines[self._line_index])))
+                self._line_index += 1
             elif ROUTINE_HEAD.fullmatch(line):
                 self._fail("PROGRAM: in a controller a routine is in a program")
             else:
                 self._declaration(controller)
-        controller.take_stubs(self._given)
+        controller.take_stubs(self._rack_stubs)
         return controller
 
     def _block(self, program: Program) -> None:
@@ -228,9 +226,9 @@ class Reader(LineReader):
         self._next(END_PROGRAM, "END PROGRAM")
         self._in_program = False
 
-    def _task(self, found: re.Match[str], comment: str) -> Task:
-        name, word, rate, priority, preempt, programs = found.groups()
-        kind = TaskKind[word.upper()] if word else TaskKind.PERIODIC
+    def _task(self, match: re.Match[str], comment: str) -> Task:
+        name, kind_word, rate, priority, preempt, programs = match.groups()
+        kind = TaskKind[kind_word.upper()] if kind_word else TaskKind.PERIODIC
         try:
             rate_ns = parse_time(rate.lower()) if rate else 0
         except ValueError as error:
@@ -251,16 +249,16 @@ class Reader(LineReader):
         head = PROGRAM_HEAD.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
         self._flat(program, start + 1 if head else start, MAIN)
-        program.take_stubs(self._given)
+        program.take_stubs(self._rack_stubs)
         return program
 
     def _flat(self, program: Program, start: int, name: str) -> None:
         """Read declarations, beginning at a line, and the statements below them as a routine."""
-        self._at = start
+        self._line_index = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
-            self._at = self._skip_comments(start)
+            self._line_index = self._skip_comments(start)
             self._declaration(program)
-            start = self._at
+            start = self._line_index
         # blank lines replace the declarations, so that statements keep their line numbers
         self._lines[:start] = [""] * start
         program.add_routine(Routine(name, (), statements=self._statements(0, self._end)))
@@ -286,7 +284,7 @@ class Reader(LineReader):
     def _skip_comments(self, number: int) -> int:
         """Return the first line at or after `number` that is neither blank nor inside a comment."""
         match = _COMMENTS.match(self._text, self._starts[number])
-        assert match is not None, "nothing is a match, too"
+        assert match is not None, "the pattern also matches nothing"
         return max(number, bisect_right(self._starts, match.end()) - 1)
 
     def _next(self, pattern: re.Pattern[str], expected: str) -> re.Match[str]:
@@ -294,7 +292,7 @@ class Reader(LineReader):
         match = pattern.fullmatch(line) if line else None
         if match is None:
             self._fail(expected)
-        self._at += 1
+        self._line_index += 1
         return match
 
     @contextmanager
@@ -307,7 +305,7 @@ class Reader(LineReader):
 
     def _declaration(self, program: Program | Controller) -> None:
         line = self._peek() or ""
-        comment = _comment_of(self._lines[self._at])
+        comment = _comment_of(self._lines[self._line_index])
         if self._definition(line):
             program.use(*self._add_ons.values())
             return
@@ -319,9 +317,9 @@ class Reader(LineReader):
         elif match := _STUB.fullmatch(line):
             if self._in_program:
                 self._fail("STUB before the programs of a controller")
-            with self._at_line(self._at):
+            with self._at_line(self._line_index):
                 program.stub(match.group(1), match.group(2))
-            self._stubs = {**program.stubs, **self._given.by_name}
+            self._stubs = {**program.stubs, **self._rack_stubs.by_name}
             self._update_specs()
         elif match := _ALIAS.fullmatch(line):
             bound = self._structure(match.group(3)) if match.group(3) else None
@@ -332,27 +330,27 @@ class Reader(LineReader):
         else:
             sections = "ROUTINE" if isinstance(program, Program) else "TASK, PROGRAM"
             self._fail(f"USE, TYPE, INSTRUCTION, TAG, SLOT, ALIAS, STUB or {sections}")
-        self._at += 1
+        self._line_index += 1
 
     def _definition(self, line: str) -> bool:
         """Read a definition of types or instructions; return whether there was one."""
         if match := _USE.fullmatch(line):
             self._use(match.group(1))
         elif match := _TYPE.fullmatch(line):
-            members = tuple(self._member(member) for member in _split(match.group(2)))
-            with self._at_line(self._at):
+            members = tuple(self._member(member) for member in _split_members(match.group(2)))
+            with self._at_line(self._line_index):
                 self._types[match.group(1)] = Structure(match.group(1), members)
         elif match := INSTRUCTION_HEAD.fullmatch(line):
             self._instruction(match.group(1))
             return True
         else:
             return False
-        self._at += 1
+        self._line_index += 1
         return True
 
     def _use(self, name: str) -> None:
         try:
-            library = load_library(name, drives=any(map(model_number, self._given.modules.values())))
+            library = load_library(name, drives=any(map(model_number, self._rack_stubs.modules.values())))
         except LadderError:
             self._fail(f"a library ({', '.join(LIBRARIES)})", name)
         self._types.update(library.types)
@@ -360,9 +358,9 @@ class Reader(LineReader):
         self._update_specs()
 
     def _instruction(self, name: str) -> None:
-        start = self._at
+        start = self._line_index
         comment = _comment_of(self._lines[start])
-        self._at += 1
+        self._line_index += 1
         parameters: list[Parameter] = []
         routines: list[Routine] = []
         while (line := self._peek()) and not END_INSTRUCTION.fullmatch(line):
@@ -374,7 +372,7 @@ class Reader(LineReader):
                 parameters.append(self._parameter(line))
         if line is None:
             self._fail("END INSTRUCTION")
-        self._at += 1
+        self._line_index += 1
         with self._at_line(start):
             definition = AddOn(name, tuple(parameters), tuple(routines), comment)
         self._add_ons[name.upper()] = definition
@@ -387,7 +385,7 @@ class Reader(LineReader):
             self._fail("INPUT, OUTPUT, INOUT or LOCAL name : TYPE, ROUTINE, or END INSTRUCTION")
         mode, name, kind_name, dims, required, overlay, initial = match.groups()
         kind = self._type(kind_name)
-        comment = _comment_of(self._lines[self._at])
+        comment = _comment_of(self._lines[self._line_index])
         parameter = Parameter(
             name,
             kind,
@@ -398,7 +396,7 @@ class Reader(LineReader):
             self._initial(initial, kind),
             overlay or "",
         )
-        self._at += 1
+        self._line_index += 1
         return parameter
 
     def _member(self, text: str) -> Member:
@@ -409,8 +407,8 @@ class Reader(LineReader):
         return Member(name, self._type(kind), self._dims(dims), at=overlay or "", hidden=bool(hidden))
 
     def _type(self, name: str) -> DataType:
-        for known, kind in self._types.items():
-            if known.upper() == name.upper():
+        for known_name, kind in self._types.items():
+            if known_name.upper() == name.upper():
                 return kind
         return self._fail(f"a type ({self._type_hint(name)})", name)
 
@@ -418,7 +416,7 @@ class Reader(LineReader):
         """Return a hint for an unknown type: its library, a close name, or the known types."""
         for library in LIBRARIES:
             if any(known.upper() == name.upper() for known in load_library(library).types):
-                return f"{name} is one of the library {library}: write USE {library} above"
+                return f"{name} is in library {library}: write USE {library} above"
         close = get_close_matches(name.upper(), [known.upper() for known in self._types], 2, 0.7)
         return f"did you mean {' or '.join(close)}?" if close else ", ".join(self._types)
 
@@ -428,10 +426,10 @@ class Reader(LineReader):
 
     def _dims(self, text: str | None) -> tuple[int, ...]:
         """Return the dimensions in brackets; () if there are no brackets."""
-        parts = text.split(",") if text is not None else []
-        if not all(part.strip().isdecimal() and len(part) <= _DIGITS for part in parts):
+        lengths = text.split(",") if text is not None else []
+        if not all(length.strip().isdecimal() and len(length) <= _DIGITS for length in lengths):
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
-        return tuple(map(int, parts))
+        return tuple(map(int, lengths))
 
     def _initial(self, text: str | None, kind: DataType) -> object:
         if text is None:
@@ -442,19 +440,19 @@ class Reader(LineReader):
             self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
 
     def _routine(self, head: re.Match[str]) -> Routine:
-        self._at += 1
+        self._line_index += 1
         if not head.group(2):
             return Routine(head.group(1), tuple(self._rungs()))
-        start = self._at
-        while self._at < self._end and self._line_at(self._at).upper() != "END":
-            self._at += 1
-        if self._at == self._end:
+        start = self._line_index
+        while self._line_index < self._end and self._line_at(self._line_index).upper() != "END":
+            self._line_index += 1
+        if self._line_index == self._end:
             self._fail("END of the routine")
-        self._at += 1
+        self._line_index += 1
         if head.group(2).upper() == "SFC":
-            reader = ChartReader(self._lines, start, self._at - 1, self._file, self._specs)
+            reader = ChartReader(self._lines, start, self._line_index - 1, self._file, self._specs)
             return Routine(head.group(1), (), chart=reader.chart())
-        return Routine(head.group(1), (), statements=self._statements(start, self._at - 1))
+        return Routine(head.group(1), (), statements=self._statements(start, self._line_index - 1))
 
     def _rungs(self) -> Iterator[Rung]:
         number = 0
@@ -464,39 +462,39 @@ class Reader(LineReader):
             if line is None:
                 self._fail("END of the routine")
             if line.upper() == "END":
-                self._at += 1
+                self._line_index += 1
                 return
             yield self._rung(number, comment)
             number += 1
 
     def _comments(self) -> str:
         comments = []
-        while self._at < self._end:
-            line = self._lines[self._at].strip()
+        while self._line_index < self._end:
+            line = self._lines[self._line_index].strip()
             if line and not line.startswith("//"):
                 break
             if line:
                 comments.append(line[2:].strip())
-            self._at += 1
+            self._line_index += 1
         return "\n".join(comments)
 
     def _rung(self, number: int, comment: str) -> Rung:
-        start = self._at
+        start = self._line_index
         texts: list[str] = []
-        while self._at < self._end:
-            kept = cut_comment(self._lines[self._at])
-            if texts and kept.strip().upper() == "END":
+        while self._line_index < self._end:
+            code = cut_comment(self._lines[self._line_index])
+            if texts and code.strip().upper() == "END":
                 break
-            texts.append(kept)
-            self._at += 1
-            if kept.rstrip().endswith(";"):
+            texts.append(code)
+            self._line_index += 1
+            if code.rstrip().endswith(";"):
                 break
         text = "\n".join(texts)
         rung = parse_rung(
             text, file=self._file, line=start + 1, rung=number, comment=comment, specs=self._specs
         )
         if not text.rstrip().endswith(";"):
-            site = Site(file=self._file, line=self._at, column=len(texts[-1]) + 1, rung=number)
+            site = Site(file=self._file, line=self._line_index, column=len(texts[-1]) + 1, rung=number)
             raise RungTextError("; at the end of the rung", "END", site)
         return rung
 
@@ -505,13 +503,13 @@ def _comment_of(line: str) -> str:
     return line[len(cut_comment(line)) :].removeprefix("//").strip()
 
 
-def _quoted(found: re.Match[str]) -> str:
-    """Quote a number with a radix for JSON; leave strings alone."""
-    return json.dumps(_MARK + found.group("number")) if found.group("number") else found.group()
+def _quoted(match: re.Match[str]) -> str:
+    """Quote a number with a radix as a marked JSON string; leave strings alone."""
+    return json.dumps(_MARK + match.group("number")) if match.group("number") else match.group()
 
 
 def _patterns(value: object, kind: DataType | None) -> object:
-    """Replace numbers with a radix by the value that their bits have in the type of their place."""
+    """Replace marked numbers with a radix by their values, of which the bits fit the type `kind`."""
     if isinstance(value, list):
         return [_patterns(element, kind) for element in value]
     if isinstance(value, dict):
@@ -530,5 +528,5 @@ def _member_type(kind: DataType | None, name: str) -> DataType | None:
     return member.type if member else None
 
 
-def _split(text: str) -> list[str]:
-    return [part for part in re.split(r",(?![^\[]*\])", text) if part.strip()]
+def _split_members(text: str) -> list[str]:
+    return [member for member in re.split(r",(?![^\[]*\])", text) if member.strip()]

@@ -6,15 +6,15 @@
     RELATIVE_MOVE target 10000 speed 5000 acceleration 20 deceleration 10    until MOVE_COMPLETE
     idle                     for 20 ms
 
-A step writes its words only in its first scan. It ends in the first later scan in which the status bits are
-as listed (a minus means clear), or after its time. The next step begins in that scan. The last step does not
-end.
+A step writes its words only in its first scan. It ends in the first later scan with the listed status bits (a
+minus means clear), or after its time. The next step begins in the scan in which a step ends. The last step
+does not end.
 
     words A B ...            these words, then zeros; hexadecimal with an h
     zero                     all words 0
-    idle                     command words 0, the others as they are
+    idle                     command words 0; the other words do not change
     BIT ... target N ...     command bits by name, parameters with values
-    same                     nothing is written
+    same                     writes nothing
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
 
 
 class StepsError(SiteError):
-    """Raised for an invalid line; the message names the file, the line and what is allowed."""
+    """Raised for an invalid line; the message has the file, the line and what is allowed."""
 
 
 class _Slot(Protocol):
@@ -87,8 +87,8 @@ class Step:
             return " ".join([*sorted(self.rise), *(f"-{name}" for name in sorted(self.fall))])
         return "" if self.for_ns is None else time_text(self.for_ns)
 
-    def over(self, inputs: Image, lasted_ns: int) -> bool:
-        """Whether the step ends in a scan with these inputs, `lasted_ns` after it began."""
+    def ends(self, inputs: Image, lasted_ns: int) -> bool:
+        """Return whether the step ends in a scan with these inputs, `lasted_ns` after it began."""
         if self.rise or self.fall:
             active = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
             return self.rise <= active and self.fall.isdisjoint(active)
@@ -99,7 +99,7 @@ class Steps:
     """A program of steps: the logic for the module in `slot`.
 
     Attributes:
-        since_ns: when the current step began.
+        since_ns: virtual time when the current step began.
         resumed: number of steps that have begun so far.
     """
 
@@ -130,12 +130,12 @@ class Steps:
         slot = scan.slot[self.slot]
         if scan.first:
             self._begin(0, scan.now_ns, slot.outputs)
-        elif self._over(slot.inputs, scan.now_ns):
+        elif self._ends(slot.inputs, scan.now_ns):
             self._begin(self._index + 1, scan.now_ns, slot.outputs)
 
-    def _over(self, inputs: Image, now_ns: int) -> bool:
+    def _ends(self, inputs: Image, now_ns: int) -> bool:
         last = self._index + 1 == len(self.steps)
-        return not last and self.steps[self._index].over(inputs, now_ns - self.since_ns)
+        return not last and self.steps[self._index].ends(inputs, now_ns - self.since_ns)
 
     def _begin(self, index: int, now_ns: int, outputs: Image) -> None:
         self._index, self.since_ns = index, now_ns
@@ -167,14 +167,14 @@ def parse_steps(text: str, file: str = "") -> Steps:
         except ValueError as error:
             raise StepsError.at(Site(file=file, line=number), str(error)) from None
     if not steps:
-        raise StepsError(f"{file}: no step in it")
+        raise StepsError(f"{file}: no step in the file")
     return Steps(steps, slot, file)
 
 
 def _slot(text: str, *, first: bool) -> int:
     match = re.fullmatch(r"SLOT +([1-9]\d*)", text)
     if match is None or not first:
-        raise ValueError(f"{text!r} is not allowed: SLOT and a number from 1, before the first step")
+        raise ValueError(f"{text!r} is not allowed; write SLOT and a number from 1, before the first step")
     return int(match[1])
 
 
@@ -198,18 +198,18 @@ def _bits(names: Iterable[str]) -> tuple[frozenset[str], frozenset[str]]:
     return rise, fall
 
 
-def _check_name(name: str, known: Iterable[str], what: str) -> None:
-    if name not in known:
-        near = difflib.get_close_matches(name.upper(), sorted(known), n=1)
+def _check_name(name: str, names: Iterable[str], description: str) -> None:
+    if name not in names:
+        near = difflib.get_close_matches(name.upper(), sorted(names), n=1)
         hint = f"; did you mean {near[0]}?" if near else ""
-        raise ValueError(f"{name} is not a {what}{hint}")
+        raise ValueError(f"{name} is not a {description}{hint}")
 
 
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
     """Return the function that writes the words of a step to the output image."""
     if words[0] == "words":
         if not 1 <= len(words) - 1 <= WORDS_MAX:
-            raise ValueError(f"{len(words) - 1} words are given: must be 1 to {WORDS_MAX}")
+            raise ValueError(f"{len(words) - 1} words; must be 1 to {WORDS_MAX}")
         values = list(map(_word, words[1:]))
         return lambda outputs: _fill(outputs, values)
     if len(words) == 1 and words[0] in _PLAIN:
@@ -222,29 +222,29 @@ def _command(words: Sequence[str]) -> Callable[[Image], None]:
     remaining = iter(words)
     for word in remaining:
         if word in _PARAMETERS:
-            _put(image, word, next(remaining, ""))
+            _put_parameter(image, word, next(remaining, ""))
         else:
             _check_name(word, [*_COMMANDS, *_PARAMETERS, *_PLAIN, "words"], "command bit or parameter")
-            place, mask = _COMMANDS[word]
-            image[place] = signed_word(image[place] & UNSIGNED_MAX | mask)
+            word_index, mask = _COMMANDS[word]
+            image[word_index] = signed_word(image[word_index] & UNSIGNED_MAX | mask)
     return lambda outputs: _fill(outputs, list(image))
 
 
 def _fill(outputs: Image, values: Sequence[int]) -> None:
     """Write all words of an image: the values, then zeros."""
     if len(values) > len(outputs):
-        raise ValueError(f"{len(values)} words are given: the module has {len(outputs)}")
+        raise ValueError(f"{len(values)} words; the module has {len(outputs)}")
     outputs.load(Image(values, size=len(outputs)))
 
 
-def _put(image: Image, name: str, text: str) -> None:
+def _put_parameter(image: Image, name: str, text: str) -> None:
     if not re.fullmatch(r"[+-]?\d+", text):
         raise ValueError(f"{name} {text!r} is not a whole number")
-    place, value = _PARAMETERS[name], int(text)
-    if place >= 6:
-        image[place] = _word(text)
+    word_index, value = _PARAMETERS[name], int(text)
+    if word_index >= 6:
+        image[word_index] = _word(text)
         return
-    image[place], image[place + 1] = split_thousands(value)
+    image[word_index], image[word_index + 1] = split_thousands(value)
 
 
 def _word(text: str) -> int:
@@ -253,9 +253,9 @@ def _word(text: str) -> int:
     elif re.fullmatch(r"[+-]?\d+", text):
         value = int(text)
     else:
-        raise ValueError(f"{text!r} is not a word: must be a decimal number, or a hexadecimal one with an h")
+        raise ValueError(f"{text!r} is not a word; write a decimal number, or a hexadecimal number with an h")
     if not WORD_MIN <= value <= UNSIGNED_MAX:
-        raise ValueError(f"{text} does not fit a word: {WORD_MIN} to {UNSIGNED_MAX}")
+        raise ValueError(f"{text} does not fit a word; must be {WORD_MIN} to {UNSIGNED_MAX}")
     return signed_word(value)
 
 

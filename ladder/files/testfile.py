@@ -7,10 +7,10 @@
     XIC(Back.Done)ASSERT(Seen AND Strokes.ACC >= 1);
     END
 
-The head names the rack, relative to the file's folder, and the time, which is 10 s by default. In a `.rung`
-file, each routine whose name begins with `test_` is a test; other routines are called by JSR. A `.st` file is
-a single test with the file's name. Declarations may follow the head. Tags, types and instructions of the
-program are known.
+The head names the rack, relative to the file's folder, and the time, by default 10 s. In a `.rung` file, each
+routine with a name that begins with `test_` is a test; tests call other routines by JSR. A `.st` file is a
+single test with the file's name. Declarations may follow the head. A test may use the tags, types and
+instructions of the program.
 """
 
 from __future__ import annotations
@@ -68,50 +68,58 @@ def read_test_file(path: Path) -> TestFile | None:
         LadderError: the file has no test routine.
         OSError: the file can't be read.
     """
-    flat = path.suffix == STRUCTURED_SUFFIX
-    text = read_input_text(path, TextKind.STRUCTURED if flat else TextKind.RUNGS)
+    is_structured = path.suffix == STRUCTURED_SUFFIX
+    text = read_input_text(path, TextKind.STRUCTURED if is_structured else TextKind.RUNGS)
     lines = text.splitlines()
-    number = next((line_number for line_number, line in enumerate(lines) if line.split("//")[0].strip()), 0)
-    head = _HEAD.fullmatch(lines[number]) if lines else None
+    head_index = next(
+        (line_number for line_number, line in enumerate(lines) if line.split("//")[0].strip()), 0
+    )
+    head = _HEAD.fullmatch(lines[head_index]) if lines else None
     if head is None:
         return None
-    body = "\n".join([*lines[:number], "", *lines[number + 1 :]])
+    body = "\n".join([*lines[:head_index], "", *lines[head_index + 1 :]])
     headings = {match[1]: body.count("\n", 0, match.start(1)) + 1 for match in _ROUTINE.finditer(body)}
-    routines = {path.stem: number + 1} if flat else headings
+    routines = {path.stem: head_index + 1} if is_structured else headings
     if not routines:
-        site = Site(file=str(path), line=number + 1)
-        raise LadderError.at(site, f"no routine whose name begins with {PREFIX}")
+        site = Site(file=str(path), line=head_index + 1)
+        raise LadderError.at(site, f"no routine with a name that begins with {PREFIX}")
     return TestFile(path, path.parent / head[1], head[2] or DEFAULT_TIME, routines, body)
 
 
 def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[LadderLogic, str]:
-    """Return a copy of a program with a test file's routines, and the full name of the given routine.
+    """Return a copy of a program with a test file's routines, and the full name of the test routine.
 
-    That routine is called after the main routine. In a controller, this is the main routine of the first
-    program of the continuous task, and the test shares that program's tags.
+    The test routine is called after the main routine. In a controller, this is the main routine of the first
+    program of the continuous task, and the test has the tags of that program.
 
     Raises:
         LadderError: the file has a mistake, or declares a name that the program has.
     """
     program_with_test = program.copied()
-    owner = _cyclic(program_with_test) if isinstance(program_with_test, Controller) else program_with_test
-    assert isinstance(owner, Program)
-    first = owner.first
+    tested = (
+        _program_for_test(program_with_test)
+        if isinstance(program_with_test, Controller)
+        else program_with_test
+    )
+    assert isinstance(tested, Program)
+    first = tested.first
     if first is None:
-        raise LadderError(f"program {owner.name} has no routine: there is nothing to test")
-    flat = file.path.suffix == STRUCTURED_SUFFIX
-    Reader(file.text, str(file.path)).add_to(owner, file.path.stem if flat else None)
-    calls = (parse_rung(f"JSR({name},0);", specs=owner.specs) for name in (first, routine))
-    owner.add_routine(Routine(_MAIN, tuple(calls)))
-    owner.main = _MAIN
-    return program_with_test, routine if owner is program_with_test else scoped(owner.name, routine)
+        raise LadderError(f"program {tested.name} has no routine; nothing to test")
+    is_structured = file.path.suffix == STRUCTURED_SUFFIX
+    Reader(file.text, str(file.path)).add_to(tested, file.path.stem if is_structured else None)
+    calls = (parse_rung(f"JSR({name},0);", specs=tested.specs) for name in (first, routine))
+    tested.add_routine(Routine(_MAIN, tuple(calls)))
+    tested.main = _MAIN
+    return program_with_test, routine if tested is program_with_test else scoped(tested.name, routine)
 
 
-def _cyclic(controller: Controller) -> Program:
-    """Return the program of a controller to which tests are added."""
+def _program_for_test(controller: Controller) -> Program:
+    """Return the program of a controller that gets the test routines."""
     names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
-    known = {program.name.upper(): program for program in controller.programs}
-    programs = [known[name.upper()] for name in names if name.upper() in known] or controller.programs
+    programs_by_key = {program.name.upper(): program for program in controller.programs}
+    programs = [
+        programs_by_key[name.upper()] for name in names if name.upper() in programs_by_key
+    ] or controller.programs
     if not programs:
-        raise LadderError(f"controller {controller.name} has no program: there is nothing to test")
+        raise LadderError(f"controller {controller.name} has no program; nothing to test")
     return programs[0]

@@ -34,18 +34,20 @@ from .prescans import prescan_sets
 # --- FAL, FSC: passes
 
 
-def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
-    """Run the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
+def _passes(
+    machine: Interpreter, power: bool, control: Control, mode: str, operate: Callable[[], bool]
+) -> None:
+    """Run the passes of one scan; `operate` handles the element at POS and returns whether to continue."""
     if not _begin_passes(power, control, mode):
         return
     control.check()
-    left = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
-    while left and control["POS"] < control["LEN"]:
+    remaining = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
+    while remaining and control["POS"] < control["LEN"]:
         machine.fault_log.jumped_back(machine.site)
-        if not one():
+        if not operate():
             return
         control.set(POS=control["POS"] + 1)
-        left -= 1
+        remaining -= 1
     control.set(DN=control["POS"] >= control["LEN"])
 
 
@@ -54,7 +56,7 @@ def _begin_passes(power: bool, control: Control, mode: str) -> bool:
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]
     if not power and not under_way:
-        _end(control)
+        _disable(control)
         return False
     if rises:
         control.set(EN=True)
@@ -63,7 +65,8 @@ def _begin_passes(power: bool, control: Control, mode: str) -> bool:
     return not control["DN"] and not control["ER"] and (rises or mode != "INC")
 
 
-def _end(control: Control) -> None:
+def _disable(control: Control) -> None:
+    """Clear EN; if the operation is done, return to element 0."""
     if control["DN"]:
         control.set(DN=False, POS=0)
     control.set(EN=False)
@@ -74,14 +77,14 @@ def _fal(
 ) -> None:
     control = Control(machine, group)
 
-    def one() -> bool:
-        before = machine.fault_log.overflows
+    def assign() -> bool:
+        overflows_before = machine.fault_log.overflows
         store_expression(machine, target, expression)
-        fits = machine.fault_log.overflows == before
+        fits = machine.fault_log.overflows == overflows_before
         control.set(ER=not fits)
         return fits
 
-    _passes(machine, power, control, mode, one)
+    _passes(machine, power, control, mode, assign)
 
 
 def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression: Resolved) -> None:
@@ -89,19 +92,19 @@ def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression:
     if control["FD"]:
         if not power:
             control.set(FD=False, IN=False)
-            _end(control)
+            _disable(control)
             return
         if control["IN"]:
             return
         control.set(FD=False, POS=control["POS"] + 1)  # the program has cleared IN, so the search continues
 
-    def one() -> bool:
+    def search() -> bool:
         if not machine.condition(expression):
             return True
         control.set(FD=True, IN=True)
         return False
 
-    _passes(machine, power, control, mode, one)
+    _passes(machine, power, control, mode, search)
 
 
 # --- SIZE
@@ -143,11 +146,13 @@ def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> N
         raise OperandError(f"{array.text} is an array of {array.type.name}", "use an array of numbers")
 
 
-def _once(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
+def _run_on_rising_rung(
+    machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]
+) -> None:
     """Run `operate` on a rising rung; it returns whether there is a result."""
     control = Control(machine, group)
     if not power:
-        _end(control)
+        _disable(control)
         control.set(ER=False)
     elif not control["EN"] and not control["ER"]:
         control.set(EN=True, POS=0)
@@ -162,7 +167,7 @@ def _values(machine: Interpreter, array: Resolved, dimension: Constant, control:
     elements = Elements(machine, array, int(dimension.value))
     length = control["LEN"]
     if length > len(elements):
-        elements[length - 1]  # stops the scan
+        elements[length - 1]  # faults: LEN is beyond the end of the array
     return [elements[number] for number in range(length)]
 
 
@@ -178,16 +183,16 @@ def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[
             if len(values) < least:
                 machine.fault_log.zero_divisor(machine.site)
                 return False
-            before = machine.fault_log.overflows
+            overflows_before = machine.fault_log.overflows
             result = compute(values)
             if target.type.is_real:
                 result = float(converted(target.type, result))
             if not arithmetic.finite(result) and all(map(arithmetic.finite, values)):
                 machine.fault_log.overflow(machine.site)
             machine.store(target, result)
-            return machine.fault_log.overflows == before
+            return machine.fault_log.overflows == overflows_before
 
-        _once(machine, power, group, operate)
+        _run_on_rising_rung(machine, power, group, operate)
 
     return run
 
@@ -209,10 +214,10 @@ def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant
             elements[number] = value
         return True
 
-    _once(machine, power, group, operate)
+    _run_on_rising_rung(machine, power, group, operate)
 
 
-def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
+def _row_on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
     prescan = prescan_sets(-1, EN=False, DN=False, ER=False)
     return on_control(
         name, *uses, write=write_once, partly=True, check=_check_numbers, prescan=prescan, **parts
@@ -234,8 +239,10 @@ FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc, write=wr
 SIZE = action(
     "SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size, write=_write_size
 )
-AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1), instead=IN_RUNGS)
-SRT = _on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
-STD = _on_dimension(
+AVE = _row_on_dimension(
+    "AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1), instead=IN_RUNGS
+)
+SRT = _row_on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
+STD = _row_on_dimension(
     "STD", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_deviation, 2), instead=IN_RUNGS
 )

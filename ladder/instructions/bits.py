@@ -33,20 +33,20 @@ def _write_ons(rungs: RungWriter, power: str, storage: Place) -> str:
     return passes
 
 
-def _edge(name: str, instead: str, *, rising: bool) -> Spec:
+def _edge_row(name: str, instead: str, *, rising: bool) -> Spec:
     """Return the row of OSR or OSF: its output is true in the scan in which the rung rises or falls."""
 
     def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
-        before = machine.truth(machine.get(storage))
+        was_on = machine.truth(machine.get(storage))
         machine.put(storage, power)
-        machine.put(output, power and not before if rising else before and not power)
+        machine.put(output, power and not was_on if rising else was_on and not power)
 
     def write(rungs: RungWriter, power: str, storage: Place, output: Place) -> None:
         power = rungs.kept(power)
-        before = rungs.values.keep(rungs.values.read(storage))
+        was_on = rungs.values.keep(rungs.values.read(storage))
         rungs.values.set_bit(storage, power)
-        after = both(power, f"not {before}") if rising else both(before, f"not {power}")
-        rungs.values.set_bit(output, rungs.kept(after))
+        fires = both(power, f"not {was_on}") if rising else both(was_on, f"not {power}")
+        rungs.values.set_bit(output, rungs.kept(fires))
 
     def prescan(machine: Interpreter, storage: Place, output: Place) -> None:
         machine.put(storage, rising)
@@ -106,5 +106,5 @@ ONS = condition(
     decides=True,
     symbol="[ONS]",
 )
-OSR = _edge("OSR", "use OSRI", rising=True)
-OSF = _edge("OSF", "use OSFI", rising=False)
+OSR = _edge_row("OSR", "use OSRI", rising=True)
+OSF = _edge_row("OSF", "use OSFI", rising=False)

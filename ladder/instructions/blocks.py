@@ -1,7 +1,7 @@
 """Timers, a counter and one-shots for structured text; their parameters are members of a structure.
 
-In structured text, they replace TON, TOF, RTO, CTU, CTD, OSR and OSF. They act at each call; the input is a
-member (TimerEnable, CUEnable, InputBit) that an earlier statement sets.
+In structured text, they replace TON, TOF, RTO, CTU, CTD, OSR and OSF. They act at each call. An earlier
+statement sets the input, which is a member: TimerEnable, CUEnable or InputBit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def _get(machine: Interpreter, block: Group, name: str) -> bool:
     return machine.truth(machine.get(block.member(name)))
 
 
-# --- timers: TON, TOF and RTO with TimerEnable for the rung, and Reset; a negative PRE sets fault bits
+# --- timers: TimerEnable replaces the rung of TON, TOF and RTO; a negative PRE sets fault bits
 
 _INVALID: Mapping[str, bool | int] = {"InstructFault": True, "PresetInv": True, "Status": 3}
 _VALID: Mapping[str, bool | int] = {"InstructFault": False, "PresetInv": False, "Status": 0}
@@ -70,7 +70,7 @@ def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
     return _block(name, FBD_TIMER, run=run, write=write, prescan=of_rungs.prescan)
 
 
-# --- CTUD: counts up on a rising CUEnable, down on a rising CDEnable, not at all on both
+# --- CTUD: counts up on a rising CUEnable, and down on a rising CDEnable; if both rise, it does not count
 
 _CLEARED = {"CU": False, "CD": False, "DN": False, "OV": False, "UN": False, "ACC": 0}
 
@@ -112,15 +112,15 @@ def _write_ctud(rungs: RungWriter, counter: Group) -> None:
 
 def _one_shot(name: str, *, rising: bool) -> Spec:
     def run(machine: Interpreter, shot: Group) -> None:
-        now, before = _get(machine, shot, "InputBit"), _get(machine, shot, "~before")
-        fires = now and not before if rising else before and not now
-        put(machine, shot, **{"EnableOut": True, "OutputBit": fires, "~before": now})
+        is_on, was_on = _get(machine, shot, "InputBit"), _get(machine, shot, "~before")
+        fires = is_on and not was_on if rising else was_on and not is_on
+        put(machine, shot, **{"EnableOut": True, "OutputBit": fires, "~before": is_on})
 
     def write(rungs: RungWriter, shot: Group) -> None:
-        now, before = write_get(rungs, shot, "InputBit"), write_get(rungs, shot, "~before")
-        fires = f"{now} and not {before}" if rising else f"{before} and not {now}"
+        is_on, was_on = write_get(rungs, shot, "InputBit"), write_get(rungs, shot, "~before")
+        fires = f"{is_on} and not {was_on}" if rising else f"{was_on} and not {is_on}"
         write_set(rungs, shot, EnableOut=True)
-        write_set(rungs, shot, **{"OutputBit": fires, "~before": now})
+        write_set(rungs, shot, **{"OutputBit": fires, "~before": is_on})
 
     prescan = prescan_sets(0, **{"OutputBit": False, "~before": rising})
     return _block(name, FBD_ONESHOT, run=run, write=write, prescan=prescan)

@@ -2,17 +2,17 @@
 
 `lowering.charts` puts these rows in the order of a scan. Times of steps and actions count in ms from the scan
 that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The rows are
-not in `FAMILIES`, because no rung names them.
+not in `FAMILIES`, because no rung names them. A `LoweredChart` has these tags:
 
     state     0 new, 1 executing, 2 paused, 3 executing after program mode
     reset     index of the step that SFR names, 0 for none
-    last      instant of the last execution, ns; `delta` the time since then
-    seen      the same, pauses included; `rest` the time since then, for PauseTimer
+    last      instant of the last execution, ns; `delta` is the time since then
+    seen      instant of the last call, ns, also of a paused chart; `rest` is the time since then
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
 from ..compiler.rungs import RungWriter
@@ -30,37 +30,43 @@ NEW, EXECUTING, PAUSED, RESUMED = range(4)
 _MS = 1_000_000  # nanoseconds in a millisecond
 
 
-def _put(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None:
+def _set_members(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None:
     for name, value in values.items():
         place = bits[name]
         machine.put(place, bool(value) if place.type.is_bool else value)
 
 
-def _number(machine: Interpreter, place: Place) -> int:
+def _integer(machine: Interpreter, place: Place) -> int:
     return machine.whole(machine.get(place))
 
 
-def _count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
-    machine.put(bits["Count"], wrap(_number(machine, bits["Count"]) + 1, DINT.bits))
+def _increment_count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
+    machine.put(bits["Count"], wrap(_integer(machine, bits["Count"]) + 1, DINT.bits))
 
 
 def _show_time(machine: Interpreter, bits: Mapping[str, Place], ns: int) -> int:
-    """Set T from a time, and return T."""
+    """Store a time in ns, show it in T in ms, and return T."""
     shown = wrap(ns // _MS, DINT.bits)
-    _put(machine, bits, ns=ns, T=shown)
+    _set_members(machine, bits, ns=ns, T=shown)
     return shown
 
 
 def _elapsed(machine: Interpreter, chart: LoweredChart, bits: Mapping[str, Place]) -> int:
     """Return the time since the last execution, excluding a pause if PauseTimer is set."""
-    return _number(machine, chart.rest if machine.get(bits["PauseTimer"]) else chart.delta)
+    return _integer(machine, chart.rest if machine.get(bits["PauseTimer"]) else chart.delta)
+
+
+def _members_of_all(chart: LoweredChart) -> Iterator[Mapping[str, Place]]:
+    """Yield the members of each step, stop and action."""
+    yield from (node.bits for node in chart.nodes)
+    yield from (chart_action.bits for chart_action in chart.actions)
 
 
 # --- the chart as a whole
 
 
 def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
-    state = _number(machine, chart.state)
+    state = _integer(machine, chart.state)
     if state == PAUSED:
         machine.put(chart.seen, machine.now_ns)
         return False
@@ -71,7 +77,7 @@ def _begin(machine: Interpreter, chart: LoweredChart) -> bool:
     if state == NEW:
         _clear(machine, chart)
         _activate(machine, chart.initial)
-    target = _number(machine, chart.reset)
+    target = _integer(machine, chart.reset)
     for node in chart.nodes if target else ():
         if node.index == target:
             _reset(machine, chart, node)
@@ -84,38 +90,35 @@ def _write_begin(rungs: RungWriter, chart: LoweredChart) -> str:
 
 
 def _clear(machine: Interpreter, chart: LoweredChart) -> None:
-    """Make all steps and actions inactive; clear counts and times if it restarts at the initial step."""
+    """Make all steps and actions inactive; if charts restart at the initial step, clear counts and times."""
     machine.put(chart.reset, 0)
     for node in chart.nodes:
-        _put(machine, node.bits, **dict.fromkeys(_OFF & node.bits.keys(), 0))
+        _set_members(machine, node.bits, **dict.fromkeys(_CLEARED_AT_START & node.bits.keys(), 0))
     for chart_action in chart.actions:
-        _put(machine, chart_action.bits, A=0, Q=0, T=0, ns=0, owner=0, latch=0)
+        _set_members(machine, chart_action.bits, A=0, Q=0, T=0, ns=0, owner=0, latch=0)
     if chart.options.restart is RestartPosition.INITIAL:
-        for bits in (
-            *(chart_node.bits for chart_node in chart.nodes),
-            *(entry.bits for entry in chart.actions),
-        ):
-            _put(machine, bits, **dict.fromkeys({"Count", "TMax"} & bits.keys(), 0))
+        for bits in _members_of_all(chart):
+            _set_members(machine, bits, **dict.fromkeys({"Count", "TMax"} & bits.keys(), 0))
 
 
-_OFF = frozenset(("X", "FS", "SA", "LS", "DN", "OV", "Reset", "T", "ns", "new"))
+_CLEARED_AT_START = frozenset(("X", "FS", "SA", "LS", "DN", "OV", "Reset", "T", "ns", "new"))
 """Members of a step that are cleared when the chart starts."""
 
 
 def _reset(machine: Interpreter, chart: LoweredChart, target: ChartNode) -> None:
-    """Continue at a step; the other steps and all actions end [1756-RM003, SFR]."""
+    """End all steps and actions, and continue at a step [1756-RM003, SFR]."""
     machine.put(chart.reset, 0)
     for chart_action in chart.actions:
-        _end(machine, chart, chart_action)
+        _end_action(machine, chart, chart_action)
     for node in chart.nodes:
-        _put(machine, node.bits, **dict.fromkeys({"X", "SA", "new", "Reset"} & node.bits.keys(), 0))
+        _set_members(machine, node.bits, **dict.fromkeys({"X", "SA", "new", "Reset"} & node.bits.keys(), 0))
     _activate(machine, target)
 
 
 def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
     if chart.options.restart is RestartPosition.INITIAL:
         machine.put(chart.state, NEW)
-    elif _number(machine, chart.state) == EXECUTING:
+    elif _integer(machine, chart.state) == EXECUTING:
         machine.put(chart.state, RESUMED)
 
 
@@ -124,18 +127,15 @@ def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
     if not any(machine.get(node.bits["X"]) for node in chart.nodes):
         return
     machine.put(chart.state, RESUMED)
-    for bits in (
-        *(node.bits for node in chart.nodes),
-        *(chart_action.bits for chart_action in chart.actions),
-    ):
+    for bits in _members_of_all(chart):
         if "T" in bits and "ns" in bits:
-            machine.put(bits["ns"], _number(machine, bits["T"]) * _MS)
+            machine.put(bits["ns"], _integer(machine, bits["T"]) * _MS)
 
 
 def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
     """End the actions of a nested chart; if charts restart at the initial step, return to it."""
     for chart_action in chart.actions:
-        _end(machine, chart, chart_action)
+        _end_action(machine, chart, chart_action)
     if chart.options.restart is RestartPosition.INITIAL:
         _clear(machine, chart)
         machine.put(chart.state, NEW)
@@ -143,7 +143,7 @@ def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
 
 def _clock(machine: Interpreter, chart: LoweredChart) -> None:
     for last, passed in ((chart.last, chart.delta), (chart.seen, chart.rest)):
-        machine.put(passed, machine.now_ns - _number(machine, last))
+        machine.put(passed, machine.now_ns - _integer(machine, last))
         machine.put(last, machine.now_ns)
 
 
@@ -157,60 +157,57 @@ def _write_clock(rungs: RungWriter, chart: LoweredChart) -> None:
 
 
 def _activate(machine: Interpreter, node: ChartNode) -> None:
-    _put(machine, node.bits, X=1)
-    _count(machine, node.bits)
+    _set_members(machine, node.bits, X=1)
+    _increment_count(machine, node.bits)
     if not node.stop:
-        _put(machine, node.bits, new=1, T=0, ns=0, DN=0)
+        _set_members(machine, node.bits, new=1, T=0, ns=0, DN=0)
 
 
 def _step(machine: Interpreter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
     bits = node.bits
     new = machine.truth(machine.get(bits["new"]))
-    ns = 0 if new else _number(machine, bits["ns"]) + _elapsed(machine, chart, bits)
+    ns = 0 if new else _integer(machine, bits["ns"]) + _elapsed(machine, chart, bits)
     shown = _show_time(machine, bits, ns)
-    _put(machine, bits, FS=new, SA=not new, TMax=max(_number(machine, bits["TMax"]), shown))
-    if shown >= _number(machine, bits["PRE"]):
-        _put(machine, bits, DN=1)
+    _set_members(machine, bits, FS=new, SA=not new, TMax=max(_integer(machine, bits["TMax"]), shown))
+    if shown >= _integer(machine, bits["PRE"]):
+        _set_members(machine, bits, DN=1)
     if ns // _MS > DINT.highest:
-        _put(machine, bits, OV=1)
-    if machine.get(bits["AlarmEn"]) and shown >= _number(machine, bits["LimitHigh"]):
-        _put(machine, bits, AlarmHigh=1)
+        _set_members(machine, bits, OV=1)
+    if machine.get(bits["AlarmEn"]) and shown >= _integer(machine, bits["LimitHigh"]):
+        _set_members(machine, bits, AlarmHigh=1)
 
 
 def _write_step(rungs: RungWriter, chart: LoweredChart, node: ChartNode, _tag: Group) -> None:
     values, bits = rungs.values, node.bits
     new = values.keep(values.read(bits["new"]))
-    ns = values.keep(_written_time(rungs, chart, bits, new))
+    ns = values.keep(_write_time(rungs, chart, bits, new))
     shown = values.keep(f"wrap({ns} // {_MS}, {DINT.bits})")
     values.assign(bits["ns"], ns)
     values.assign(bits["T"], shown)
     values.set_bit(bits["FS"], new)
     values.set_bit(bits["SA"], f"not {new}")
-    for condition_, name, text in (
+    too_long = f"{values.read(bits['AlarmEn'])} and {shown} >= {values.read(bits['LimitHigh'])}"
+    for test, name, text in (
         (f"{shown} > {values.read(bits['TMax'])}", "TMax", shown),
         (f"{shown} >= {values.read(bits['PRE'])}", "DN", "True"),
         (f"{ns} > {(DINT.highest + 1) * _MS - 1}", "OV", "True"),
-        (
-            f"{values.read(bits['AlarmEn'])} and {shown} >= {values.read(bits['LimitHigh'])}",
-            "AlarmHigh",
-            "True",
-        ),
+        (too_long, "AlarmHigh", "True"),
     ):
-        with rungs.writer.block(f"if {condition_}:"):
+        with rungs.writer.block(f"if {test}:"):
             values.set_bit(bits[name], text)
 
 
-def _written_time(rungs: RungWriter, chart: LoweredChart, bits: Mapping[str, Place], new: str) -> str:
+def _write_time(rungs: RungWriter, chart: LoweredChart, bits: Mapping[str, Place], new: str) -> str:
     read = rungs.values.read
     passed = f"({read(chart.rest)} if {read(bits['PauseTimer'])} else {read(chart.delta)})"
     return f"0 if {new} else {read(bits['ns'])} + {passed}"
 
 
-def _done(machine: Interpreter, node: ChartNode) -> None:
-    _put(machine, node.bits, FS=0, new=0)
+def _end_first_scan(machine: Interpreter, node: ChartNode) -> None:
+    _set_members(machine, node.bits, FS=0, new=0)
 
 
-def _write_done(rungs: RungWriter, node: ChartNode) -> None:
+def _write_end_of_first_scan(rungs: RungWriter, node: ChartNode) -> None:
     rungs.values.set_bit(node.bits["FS"], "False")
     rungs.values.set_bit(node.bits["new"], "False")
 
@@ -218,22 +215,24 @@ def _write_done(rungs: RungWriter, node: ChartNode) -> None:
 def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
     """Run the last scan of a step, and make it inactive."""
     bits = node.bits
-    _put(machine, bits, SA=0, LS=1)
+    _set_members(machine, bits, SA=0, LS=1)
     for chart_action in node.actions:
         if chart_action.qualifier in (Qualifier.P, Qualifier.P0):
-            _pulse(machine, chart_action)
+            _pulse_action(machine, chart_action)
         elif chart_action.qualifier in (Qualifier.N, Qualifier.L, Qualifier.D):
-            _end(machine, chart, chart_action)
-    if machine.get(bits["AlarmEn"]) and _number(machine, bits["T"]) < _number(machine, bits["LimitLow"]):
-        _put(machine, bits, AlarmLow=1)
-    _put(machine, bits, LS=0, X=0)
+            _end_action(machine, chart, chart_action)
+    if machine.get(bits["AlarmEn"]) and _integer(machine, bits["T"]) < _integer(machine, bits["LimitLow"]):
+        _set_members(machine, bits, AlarmLow=1)
+    _set_members(machine, bits, LS=0, X=0)
 
 
 JUMPS = 100
-"""Number of backward jumps that a transition counts as; the watchdog allows 10,000 in a scan."""
+"""Number of backward jumps that a transition counts for; the watchdog allows 10,000 in a scan."""
 
 
-def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object) -> None:
+def _fire_transition(
+    machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object
+) -> None:
     machine.fault_log.jumped_back(machine.site, JUMPS)
     for node in transition.sources:
         _leave(machine, chart, node)
@@ -245,40 +244,46 @@ def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition
 # --- actions
 
 
-def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Group) -> bool:
-    """Decide whether the body of an action runs, in a scan of its step or after the step."""
-    bits, qualifier = each.bits, each.qualifier
-    active = machine.truth(machine.get(each.node.bits["X"]))
+def _update_action(machine: Interpreter, chart: LoweredChart, chart_action: ChartAction, _tag: Group) -> bool:
+    """Start or end an action, in a scan of its step or after the step; return whether its body runs."""
+    bits, qualifier = chart_action.bits, chart_action.qualifier
+    active = machine.truth(machine.get(chart_action.node.bits["X"]))
     if qualifier is Qualifier.R:
-        for other in each.resets if active else ():
-            _end(machine, chart, other)
+        for reset_action in chart_action.resets if active else ():
+            _end_action(machine, chart, reset_action)
         return False
-    first = active and machine.truth(machine.get(each.node.bits["new"]))
-    on = _is_on(machine, each)
-    stored = _time_action(machine, chart, each, active=active, first=first, on=on)
-    reached = _number(machine, bits["T"]) >= _number(machine, bits["PRE"])
+    first = active and machine.truth(machine.get(chart_action.node.bits["new"]))
+    was_on = _is_on(machine, chart_action)
+    stored = _time_action(machine, chart, chart_action, active=active, first=first, was_on=was_on)
+    reached = _integer(machine, bits["T"]) >= _integer(machine, bits["PRE"])
     runs, stored = _DECISIONS[qualifier](active, first, stored, reached)
     if stored:
-        machine.put(bits["latch"], each.index)
+        machine.put(bits["latch"], chart_action.index)
     if runs:
-        _start(machine, each, on=on)
-        return each.body is not None
-    if on or not stored:
-        _end(machine, chart, each)
+        _start_action(machine, chart_action, was_on=was_on)
+        return chart_action.body is not None
+    if was_on or not stored:
+        _end_action(machine, chart, chart_action)
     return False
 
 
 def _time_action(
-    machine: Interpreter, chart: LoweredChart, each: ChartAction, *, active: bool, first: bool, on: bool
+    machine: Interpreter,
+    chart: LoweredChart,
+    chart_action: ChartAction,
+    *,
+    active: bool,
+    first: bool,
+    was_on: bool,
 ) -> bool:
     """Start or advance T; return whether the action is stored."""
-    bits, qualifier = each.bits, each.qualifier
-    stored = _number(machine, bits["latch"]) == each.index
+    bits, qualifier = chart_action.bits, chart_action.qualifier
+    stored = _integer(machine, bits["latch"]) == chart_action.index
     if first and not stored and qualifier is not Qualifier.P0:
         _show_time(machine, bits, 0)
         return qualifier in (Qualifier.S, Qualifier.SL, Qualifier.SD)
-    if on or stored or (active and qualifier in (Qualifier.D, Qualifier.DS)):
-        _show_time(machine, bits, _number(machine, bits["ns"]) + _elapsed(machine, chart, bits))
+    if was_on or stored or (active and qualifier in (Qualifier.D, Qualifier.DS)):
+        _show_time(machine, bits, _integer(machine, bits["ns"]) + _elapsed(machine, chart, bits))
     return stored
 
 
@@ -296,42 +301,45 @@ _DECISIONS: Mapping[Qualifier, _Decision] = {
     Qualifier.SD: lambda _active, _first, stored, reached: (stored and reached, stored),
     Qualifier.DS: lambda active, _first, stored, reached: (stored or (active and reached),) * 2,
 }
-"""Returns whether an action is on, and whether it is stored [1756-PM006, choose a qualifier for an action].
+"""By qualifier: whether an action is on, and whether it is stored [1756-PM006, choose a qualifier].
 
-The arguments are whether its step is active, whether this is the first scan of the step, whether the action
+The arguments say whether its step is active, whether this is the first scan of the step, whether the action
 was stored, and whether T has reached PRE.
 """
 
 
-def _is_on(machine: Interpreter, each: ChartAction) -> bool:
-    return machine.truth(machine.get(each.bits["A"])) and _number(machine, each.bits["owner"]) == each.index
+def _is_on(machine: Interpreter, chart_action: ChartAction) -> bool:
+    return (
+        machine.truth(machine.get(chart_action.bits["A"]))
+        and _integer(machine, chart_action.bits["owner"]) == chart_action.index
+    )
 
 
-def _start(machine: Interpreter, each: ChartAction, *, on: bool) -> None:
-    if not on:
-        _count(machine, each.bits)
-    _put(machine, each.bits, A=1, Q=1, owner=each.index)
+def _start_action(machine: Interpreter, chart_action: ChartAction, *, was_on: bool) -> None:
+    if not was_on:
+        _increment_count(machine, chart_action.bits)
+    _set_members(machine, chart_action.bits, A=1, Q=1, owner=chart_action.index)
 
 
-def _pulse(machine: Interpreter, each: ChartAction) -> None:
+def _pulse_action(machine: Interpreter, chart_action: ChartAction) -> None:
     """Run an action on the last scan of its step; it is on until the next scan of the chart."""
-    if not _is_on(machine, each):
-        _show_time(machine, each.bits, 0)
-    _start(machine, each, on=_is_on(machine, each))
-    if each.body is not None:
-        machine.call(each.body, ())
+    if not _is_on(machine, chart_action):
+        _show_time(machine, chart_action.bits, 0)
+    _start_action(machine, chart_action, was_on=_is_on(machine, chart_action))
+    if chart_action.body is not None:
+        machine.call(chart_action.body, ())
 
 
-def _end(machine: Interpreter, chart: LoweredChart, each: ChartAction) -> None:
+def _end_action(machine: Interpreter, chart: LoweredChart, chart_action: ChartAction) -> None:
     """Make an action inactive after its last scan [1756-PM006, choose a last scan option]."""
-    if _number(machine, each.bits["latch"]) == each.index:
-        _put(machine, each.bits, latch=0)
-    if not _is_on(machine, each):
+    if _integer(machine, chart_action.bits["latch"]) == chart_action.index:
+        _set_members(machine, chart_action.bits, latch=0)
+    if not _is_on(machine, chart_action):
         return
-    if each.body is not None:
-        _put(machine, each.bits, Q=0)
-        _scan_last(machine, chart.options.last_scan, each.body, pulse=each.qualifier.is_pulse)
-    _put(machine, each.bits, A=0, Q=0, owner=0)
+    if chart_action.body is not None:
+        _set_members(machine, chart_action.bits, Q=0)
+        _scan_last(machine, chart.options.last_scan, chart_action.body, pulse=chart_action.qualifier.is_pulse)
+    _set_members(machine, chart_action.bits, A=0, Q=0, owner=0)
 
 
 def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool) -> None:
@@ -341,20 +349,20 @@ def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool
         machine.call(body, ())
 
 
-def _write_act(rungs: RungWriter, chart: LoweredChart, each: ChartAction, _tag: Group) -> str:
+def _write_action(rungs: RungWriter, chart: LoweredChart, chart_action: ChartAction, _tag: Group) -> str:
     """Write code for the common cases: N in its step, and a pulse that is off."""
-    values, bits = rungs.values, each.bits
+    values, bits = rungs.values, chart_action.bits
     call = f"interpret({values.site})"
-    on = f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {each.index}"
-    if each.qualifier is Qualifier.P1 or each.qualifier is Qualifier.P:
-        return f"(({values.read(each.node.bits['new'])} or ({on})) and {call})"
-    if each.qualifier is Qualifier.P0:
+    on = f"{values.read(bits['A'])} and {values.read(bits['owner'])} == {chart_action.index}"
+    if chart_action.qualifier is Qualifier.P1 or chart_action.qualifier is Qualifier.P:
+        return f"(({values.read(chart_action.node.bits['new'])} or ({on})) and {call})"
+    if chart_action.qualifier is Qualifier.P0:
         return f"({on} and {call})"
-    if each.qualifier is not Qualifier.N:
+    if chart_action.qualifier is not Qualifier.N:
         return call
-    result = values.keep(str(each.body is not None))
-    with rungs.writer.block(f"if {on} and not {values.read(each.node.bits['new'])}:"):
-        values.assign(bits["ns"], _written_time(rungs, chart, bits, "False"))
+    result = values.keep(str(chart_action.body is not None))
+    with rungs.writer.block(f"if {on} and not {values.read(chart_action.node.bits['new'])}:"):
+        values.assign(bits["ns"], _write_time(rungs, chart, bits, "False"))
         values.assign(bits["T"], f"wrap({values.read(bits['ns'])} // {_MS}, {DINT.bits})")
         values.set_bit(bits["Q"], "True")
     with rungs.writer.block("else:"):
@@ -375,18 +383,18 @@ BEGIN = condition(
 )
 CLOCK = action("SFC", Use.IGNORED, run=_clock, write=_write_clock, postscan=do_nothing)
 STEP = action("STEP", Use.IGNORED, Use.IGNORED, Use.BLOCK, run=_step, write=_write_step, postscan=do_nothing)
-DONE = action("STEP", Use.IGNORED, run=_done, write=_write_done, postscan=do_nothing)
+DONE = action("STEP", Use.IGNORED, run=_end_first_scan, write=_write_end_of_first_scan, postscan=do_nothing)
 ACT = condition(
     "ACTION",
     Use.IGNORED,
     Use.IGNORED,
     Use.BLOCK,
-    run=_act,
-    write=_write_act,
+    run=_update_action,
+    write=_write_action,
     partly=True,
     postscan=do_nothing,
 )
-FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire, postscan=do_nothing)
+FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire_transition, postscan=do_nothing)
 
 
 def fire_of(transition: ChartTransition) -> Spec:

@@ -17,8 +17,8 @@ def computation(name: str, operator: str, *operands: Use, **parts: Any) -> Spec:
         name,
         *operands,
         Use.TARGET,
-        run=lambda machine, *given: machine.compute(operator, given[:-1], given[-1]),
-        write=lambda rungs, *given: rungs.values.compute(operator, given[:-1], given[-1]),
+        run=lambda machine, *resolved: machine.compute(operator, resolved[:-1], resolved[-1]),
+        write=lambda rungs, *resolved: rungs.values.compute(operator, resolved[:-1], resolved[-1]),
         **parts,
     )
 

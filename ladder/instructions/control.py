@@ -35,18 +35,19 @@ def routine_named(resolver: OperandResolver, name: Operand, remedy: str = "write
     return resolver.named(name.name)
 
 
-def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Call]:
-    routine = routine_named(resolver, given[0])
+def _resolve_jsr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Call]:
+    routine = routine_named(resolver, operands[0])
     count = 0
-    if len(given) > 1:
-        number = given[1]
-        if not isinstance(number, Number) or number.value not in range(len(given) - 1):
-            raise OperandError(f"{number} is not the number of inputs", f"must be 0 to {len(given) - 2}")
+    if len(operands) > 1:
+        number = operands[1]
+        if not isinstance(number, Number) or number.value not in range(len(operands) - 1):
+            raise OperandError(f"{number} is not the number of inputs", f"must be 0 to {len(operands) - 2}")
         count = int(number.value)
-    if count == 0 and [str(operand) for operand in given[2:]] == ["0"]:
-        given = given[:2]  # JSR(Sub,0,0) in some exports: neither inputs nor returns
-    inputs = tuple(_input(resolver, operand) for operand in given[2 : 2 + count])
-    return (Call(routine, inputs, tuple(_output(resolver, operand) for operand in given[2 + count :])),)
+    if count == 0 and [str(operand) for operand in operands[2:]] == ["0"]:
+        operands = operands[:2]  # JSR(Sub,0,0) in some exports: neither inputs nor returns
+    inputs = tuple(_input(resolver, operand) for operand in operands[2 : 2 + count])
+    returns = tuple(_output(resolver, operand) for operand in operands[2 + count :])
+    return (Call(routine, inputs, returns),)
 
 
 def _input(resolver: OperandResolver, operand: Operand) -> Resolved:
@@ -64,13 +65,13 @@ def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
     if call.routine not in machine.lowered.recursive:
         return machine.call(call.routine, inputs)
     machine.fault_log.called(machine.site)
-    answers = machine.call(call.routine, inputs)
+    results = machine.call(call.routine, inputs)
     machine.fault_log.returned()
-    return answers
+    return results
 
 
-def _once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
-    """Return the prescan or postscan of a call; a recursive routine is scanned only once."""
+def _scan_routine_once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
+    """Return the prescan or postscan of a call, which scans a recursive routine only once."""
 
     def run(machine: Interpreter, call: Call, *_values: Resolved) -> None:
         if call.routine in machine.prescanned:
@@ -85,7 +86,7 @@ def _once(scan: Callable[[Interpreter, str], None]) -> Callable[..., None]:
 
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
-    """Write the code around a call; yield the code of the call itself."""
+    """Yield the code of a call; if the routine is recursive, write code that counts the call around it."""
     inputs = "".join(f"{_plain(rungs, number, operand)}, " for number, operand in enumerate(call.inputs))
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
@@ -100,33 +101,33 @@ def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
 
 
 def _write_jsr(rungs: RungWriter, call: Call) -> None:
-    answers = ""
+    results = ""
     with _writing_call(rungs, call) as text:
         if call.returns:
-            answers = rungs.values.keep(f"{text} or ()")
+            results = rungs.values.keep(f"{text} or ()")
         else:
             rungs.writer.line(text)
-    for number, place in enumerate(call.returns):
-        with rungs.writer.block(f"if len({answers}) > {number}:"):
-            _take(rungs, number, place, f"{answers}[{number}]")
+    for number, target in enumerate(call.returns):
+        with rungs.writer.block(f"if len({results}) > {number}:"):
+            _write_stored(rungs, number, target, f"{results}[{number}]")
 
 
 def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
-    """Return code for the value of an input or return parameter, given its index among them."""
+    """Return code for the value of input or return parameter `number`, counted from 0."""
     if isinstance(operand, Group):
         return f"passed({rungs.values.site}, {number})"
     return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it
 
 
-def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> None:
-    """Write code that stores a parameter in its tag."""
-    if isinstance(place, Group):
+def _write_stored(rungs: RungWriter, number: int, target: Place | Group, text: str) -> None:
+    """Write code that stores parameter `number`, the value of the code `text`, in its tag."""
+    if isinstance(target, Group):
         rungs.writer.line(f"received({rungs.values.site}, {number}, {text})")
         return
     rungs.values.clear_flags()
-    kind = place.type
+    kind = target.type
     if kind.is_bool:
-        rungs.values.set_bit(place, rungs.values.keep(f"True if {text} else False"))
+        rungs.values.set_bit(target, rungs.values.keep(f"True if {text} else False"))
         return
     if kind.is_integer:
         value = rungs.values.keep(text)
@@ -134,7 +135,7 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
         rungs.writer.line(f"if not ({fits}): {value} = answer({rungs.values.site}, {value}, {kind.name!r})")
     else:
         value = rungs.values.keep(f"answer({rungs.values.site}, {text}, {kind.name!r})")
-    rungs.values.assign_result(place, value)
+    rungs.values.assign_result(target, value)
 
 
 # --- RET and SBR: return values and inputs of a routine
@@ -145,30 +146,30 @@ def _write_ret(rungs: RungWriter, *values: Resolved) -> None:
     rungs.writer.line(f"return ({listed})")
 
 
-def _sbr(machine: Interpreter, *places: Place | Group) -> bool:
-    machine.take(places, machine.inputs)
+def _sbr(machine: Interpreter, *targets: Place | Group) -> bool:
+    machine.take(targets, machine.inputs)
     return True
 
 
-def _write_sbr(rungs: RungWriter, *places: Place | Group) -> str:
-    for number, place in enumerate(places):
-        _take(rungs, number, place, f"given[{number}]")
+def _write_sbr(rungs: RungWriter, *targets: Place | Group) -> str:
+    for number, target in enumerate(targets):
+        _write_stored(rungs, number, target, f"given[{number}]")
     return "True"
 
 
 # --- FOR, BRK: call a routine repeatedly
 
 
-def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
-    routine = routine_named(resolver, given[0])
-    if len(given) < 5:
-        given = (*given, Number(1, "1"))  # some exports omit the step
-    index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
-    for operand, resolved in zip(given[1:], (index, *values), strict=True):
+def _resolve_for(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    routine = routine_named(resolver, operands[0])
+    if len(operands) < 5:
+        operands = (*operands, Number(1, "1"))  # some exports omit the step
+    index, *values = resolver.target(operands[1]), *map(resolver.value, operands[2:])
+    for operand, resolved in zip(operands[1:], (index, *values), strict=True):
         if not is_integer(resolved):
             raise mismatch(operand, resolved, "an integer", "use a DINT")
     if index.type != DINT:
-        raise mismatch(given[1], index, "a DINT", "count in a DINT")
+        raise mismatch(operands[1], index, "a DINT", "count in a DINT")
     return (Call(routine, (), ()), index, *values)
 
 
@@ -177,13 +178,13 @@ def _for(
 ) -> None:
     machine.put(index, wrap(machine.integer(initial), DINT.bits))
     while True:
-        count, last, by = (machine.integer(operand) for operand in (index, terminal, step))
-        if count < last if by < 0 else count > last:
+        count, last, increment = (machine.integer(operand) for operand in (index, terminal, step))
+        if count < last if increment < 0 else count > last:
             return
         if _call(machine, call) is BROKEN:
             return
-        by = machine.integer(step)
-        machine.put(index, wrap(machine.integer(index) + by, DINT.bits))
+        increment = machine.integer(step)
+        machine.put(index, wrap(machine.integer(index) + increment, DINT.bits))
         machine.fault_log.jumped_back(machine.site)
 
 
@@ -200,15 +201,15 @@ def _write_for(
 
     count_to(term(initial))
     with rungs.writer.block("while True:"):
-        count, last, by = term(index), term(terminal), term(step)
-        with rungs.writer.block(f"if {count} < {last} if {by} < 0 else {count} > {last}:"):
+        count, last, increment = term(index), term(terminal), term(step)
+        with rungs.writer.block(f"if {count} < {last} if {increment} < 0 else {count} > {last}:"):
             rungs.writer.line("break")
         with _writing_call(rungs, call) as text:
-            answers = values.keep(text)
-        with rungs.writer.block(f"if {answers} is broken:"):
+            results = values.keep(text)
+        with rungs.writer.block(f"if {results} is broken:"):
             rungs.writer.line("break")
-        by = term(step)
-        count_to(f"{term(index)} + {by}")
+        increment = term(step)
+        count_to(f"{term(index)} + {increment}")
         rungs.writer.line(f"jumped_back({values.site})")
 
 
@@ -257,8 +258,8 @@ JSR = action(
     run=lambda machine, call: machine.take(call.returns, _call(machine, call)),
     write=_write_jsr,
     prove=lambda machine, power, call: machine.call_with(power, call),
-    prescan=_once(lambda machine, routine: machine.prescan(routine)),
-    postscan=_once(lambda machine, routine: machine.postscan(routine)),
+    prescan=_scan_routine_once(lambda machine, routine: machine.prescan(routine)),
+    postscan=_scan_routine_once(lambda machine, routine: machine.postscan(routine)),
     captions=("Routine", "Inputs"),
 )
 RET = action(
@@ -299,8 +300,8 @@ FOR = action(
     run=_for,
     prove=lambda machine, power, *operands: machine.loop_call(power, *operands),
     write=_write_for,
-    prescan=_once(lambda machine, routine: machine.prescan(routine)),
-    postscan=_once(lambda machine, routine: machine.postscan(routine)),
+    prescan=_scan_routine_once(lambda machine, routine: machine.prescan(routine)),
+    postscan=_scan_routine_once(lambda machine, routine: machine.postscan(routine)),
 )
 BRK = action(
     "BRK",

@@ -1,9 +1,8 @@
 """FBC, DDT and DTR: comparisons bit by bit [1756-RM003N, compare and sequencer diagnostics].
 
 FBC and DDT search once per rising rung: for the next mismatch if IN of the compare CONTROL is set, else for
-all mismatches. FD is set if one was found, and its bit number is written to the result array. DDT also copies
-the bit to the reference. After a search is complete, a false rung resets it, so that the next search begins
-at bit 0.
+all mismatches. A mismatch sets FD and appends its bit number to the result array. DDT also copies the bit to
+the reference. A false rung resets a completed search, so that the next search begins at bit 0.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ class _Bits:
 
     def __setitem__(self, number: int, value: bool) -> None:
         word, bit = divmod(number, self._width)
-        others = int(self._elements[word]) & ~(1 << bit)
-        self._elements[word] = converted(self._type, others | value << bit)
+        other_bits = int(self._elements[word]) & ~(1 << bit)
+        self._elements[word] = converted(self._type, other_bits | value << bit)
 
 
 def _compare(
@@ -44,12 +43,12 @@ def _compare(
     source: Resolved,
     reference: Resolved,
     result: Resolved,
-    compared: Group,
-    found: Group,
+    search_control: Group,
+    result_control: Group,
     *,
     updates: bool,
 ) -> None:
-    search, results = Control(machine, compared), Control(machine, found)
+    search, results = Control(machine, search_control), Control(machine, result_control)
     if not power:
         search.set(EN=False, ER=False, FD=False)
         for control in (search, results):
@@ -74,20 +73,20 @@ def _compare(
             continue
         if updates:
             expected[bit] = source_bits[bit]
-        _note(results, numbers, bit)
+        _append_bit_number(results, numbers, bit)
         search.set(FD=True)
         if search["IN"]:
             break
     search.set(DN=search["POS"] >= search["LEN"])
 
 
-def _note(results: Control, numbers: Elements, bit: int) -> None:
+def _append_bit_number(results: Control, numbers: Elements, bit: int) -> None:
     """Append a bit number to the result array; start over if the array is full."""
-    place = 0 if results["POS"] >= results["LEN"] else results["POS"]
+    position = 0 if results["POS"] >= results["LEN"] else results["POS"]
     kind = numbers.type
     assert isinstance(kind, Elementary)
-    numbers[place] = converted(kind, bit)
-    results.set(POS=place + 1, DN=place + 1 >= results["LEN"])
+    numbers[position] = converted(kind, bit)
+    results.set(POS=position + 1, DN=position + 1 >= results["LEN"])
 
 
 def _prescan(machine: Interpreter, *operands: Resolved) -> None:

@@ -25,9 +25,9 @@ def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    ends = [byte_end(rungs, operand) for operand in (source, target)]
-    if ends[0] is not None and ends[1] is not None:
-        _write_bytes(rungs, ends[0], ends[1], length)
+    source_end, target_end = byte_end(rungs, source), byte_end(rungs, target)
+    if source_end is not None and target_end is not None:
+        _write_bytes(rungs, source_end, target_end, length)
         return
     regions = region_of(source), region_of(target)
     if isinstance(length, Constant) and _write_slices(rungs, *regions, int(length.value)):
@@ -39,8 +39,10 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
     count = rungs.values.term(length, LINT.bits).text
     site = rungs.values.site
     stores = [rungs.values.store_of(region.parts[0].leaf) for region in regions]
-    parts = [f"region[{site}, 0]", firsts[0], f"region[{site}, 1]", firsts[1], count]
-    rungs.writer.line(f"copy({', '.join(parts + (stores if stores != ['None', 'None'] else []))})")
+    arguments = [f"region[{site}, 0]", firsts[0], f"region[{site}, 1]", firsts[1], count]
+    if stores != ["None", "None"]:
+        arguments += stores
+    rungs.writer.line(f"copy({', '.join(arguments)})")
 
 
 def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Resolved) -> None:
@@ -57,13 +59,13 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: B
     ends = (target, *source)
     if isinstance(length, Constant):
         size = int(length.value) * target.size
-        listed = [str(size), *(end.left for end in ends if size > end.surely)]
+        limits = [str(size), *(end.left for end in ends if size > end.surely)]
     else:
         text = f"{rungs.values.term(length, LINT.bits).text} * {target.size}"
-        listed = [text, *(end.left for end in ends)]
-    if all(item.lstrip("-").isdigit() for item in listed):
-        return str(max(0, min(map(int, listed))))
-    return rungs.values.keep(f"min({', '.join(dict.fromkeys(listed))})")
+        limits = [text, *(end.left for end in ends)]
+    if all(item.lstrip("-").isdigit() for item in limits):
+        return str(max(0, min(map(int, limits))))
+    return rungs.values.keep(f"min({', '.join(dict.fromkeys(limits))})")
 
 
 def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
@@ -76,15 +78,16 @@ def _write_singly(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion) -
         rungs.values.assign(_value_in(target, goal), rungs.values.read(_value_in(source, origin)))
 
 
-def _value_in(region: ArrayRegion, part: FieldSlice) -> Place:
+def _value_in(region: ArrayRegion, field_slice: FieldSlice) -> Place:
     """Return the place of a value in the first element of a region with fixed subscripts."""
     first = region.fixed_first
     assert first is not None
-    flat = first * part.per_element + part.field.index
-    return Place(part.leaf, subscripts_of(part.leaf.dims, flat), None, region.text)
+    flat = first * field_slice.per_element + field_slice.field.index
+    return Place(field_slice.leaf, subscripts_of(field_slice.leaf.dims, flat), None, region.text)
 
 
 def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
+    """Return code for the number of the region's first element."""
     flat = rungs.values.flat(region.parts[0].leaf, region.indices, region.text)
     return f"({flat}) * {region.rest}" if region.rest != 1 and region.indices else flat
 
@@ -121,13 +124,13 @@ def _write_row(
     if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
         return False
     ends = [str(length)]
-    places = []
+    arguments = []
     for region, first in (target, source):
         leaf = region.parts[0].leaf
-        places += [rungs.writer.name(leaf), rungs.values.row(leaf, first)]
-        left = rungs.writer.handed(leaf.root)[2] if region.whole else str(region.fixed_left(first))
-        ends.append(f"{left} - {first}" if region.whole and first else left)
-    rungs.writer.line(f"copy_row({', '.join(places)}, min({', '.join(ends)}))")
+        arguments += [rungs.writer.name(leaf), rungs.values.row(leaf, first)]
+        remaining = rungs.writer.handed(leaf.root)[2] if region.whole else str(region.fixed_left(first))
+        ends.append(f"{remaining} - {first}" if region.whole and first else remaining)
+    rungs.writer.line(f"copy_row({', '.join(arguments)}, min({', '.join(ends)}))")
     return True
 
 

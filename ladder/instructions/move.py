@@ -41,8 +41,8 @@ def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> No
 
 
 def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
-    before, bits = machine.whole(machine.get(target)), machine.filled(mask)
-    machine.store_bits(target, before & ~bits | machine.filled(source) & bits)
+    old_value, mask_bits = machine.whole(machine.get(target)), machine.filled(mask)
+    machine.store_bits(target, old_value & ~mask_bits | machine.filled(source) & mask_bits)
 
 
 def _write_mvm(rungs: RungWriter, source: Resolved, mask: Resolved, target: Place) -> None:

@@ -9,14 +9,14 @@ from ..interpreter.files import Members
 from ..model.operands import Group, Resolved
 
 
-def prescan_sets(operand: int, **members: bool | int) -> Callable[..., None]:
-    """Return a prescan that sets members of the structure at this place among the operands.
+def prescan_sets(position: int, **members: bool | int) -> Callable[..., None]:
+    """Return a prescan that sets members of the structure at a position among the operands.
 
-    An edge bit that it sets keeps a rung that is true in the first scan from being an edge.
+    A prescan sets an edge bit so that a rung that is true in the first scan is not an edge.
     """
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:
-        group = operands[operand]
+        group = operands[position]
         assert isinstance(group, Group)
         Members(machine, group).set(**members)
 

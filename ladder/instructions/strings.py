@@ -17,16 +17,17 @@ from ..model.types import DINT
 from ..state.characters import check_length, record_long_string
 
 
-def _room(operand: Group) -> int:
+def _capacity(operand: Group) -> int:
+    """Return the size of a string's DATA, in characters."""
     return operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
 
 
 def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     """Return the characters of a string; fault and return None if LEN exceeds the size of DATA."""
     if isinstance(operand, Group):
-        length, room = machine.get(operand.length), _room(operand)
-        if length > room:
-            record_long_string(machine.fault_log, machine.site, operand.text, machine.whole(length), room)
+        length, capacity = machine.get(operand.length), _capacity(operand)
+        if length > capacity:
+            record_long_string(machine.fault_log, machine.site, operand.text, machine.whole(length), capacity)
             return None
     return machine.text(operand)
 
@@ -42,15 +43,16 @@ def _row(
     *uses: Use,
     width: int | None = DINT.bits,
     code: int = STRING_CODE,
-    found: Callable[[Interpreter, Place, Any], None] | None = None,
+    store_number: Callable[[Interpreter, Place, Any], None] | None = None,
 ) -> Spec:
-    """Return the row of an instruction that stores a string, or runs `found` in the interpreter.
+    """Return the row of an instruction that stores a string or a number.
 
     Args:
         width: width in which it computes numbers; None for their own widths.
         code: code of the fault if the result is too long.
+        store_number: stores the number in the interpreter; None if the result is a string.
     """
-    typed = found is _put_number
+    typed = store_number is _put_number
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         *sources, target = operands
@@ -62,11 +64,11 @@ def _row(
         if result is None:
             return
         if isinstance(target, Place):
-            assert found is not None
-            found(machine, target, result)
+            assert store_number is not None
+            store_number(machine, target, result)
         elif isinstance(target, Group):
             machine.string(target)  # a subscript out of range faults first
-            if check_length(machine.fault_log, machine.site, target.text, result, _room(target), code):
+            if check_length(machine.fault_log, machine.site, target.text, result, _capacity(target), code):
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
@@ -87,7 +89,7 @@ def _row(
                 stored = _write_result(rungs, target, result, code)
         if read and stored:
             rungs.writer.line(f"else: {result} = None")
-        rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
+        rungs.writer.keep_texts(_texts_after(rungs, texts, target, stored, result))
 
     return action(name, *uses, run=run, write=write, faults=False)
 
@@ -119,10 +121,10 @@ def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]
     return rungs.writer.block(f"if {' and '.join(values)}:") if values else nullcontext()
 
 
-def _left(
+def _texts_after(
     rungs: RungWriter, texts: dict[str, str], target: Resolved, stored: StringPlace | None, result: str
 ) -> dict[str, str]:
-    """Return the strings that are still in variables after an instruction that had `texts`."""
+    """Return the variables with strings after an instruction that began with `texts`, by place."""
     if stored is not None:
         return {**texts, str(stored): result} if stored.byte.isdigit() else {}
     assert isinstance(target, Place)
@@ -135,8 +137,8 @@ def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts:
         place = _place(rungs, operand)
         otherwise = f"read_string(faults, {values.site}, {place}, {operand.text!r})"
         read = place.read(rungs.writer.temporary(), otherwise)
-        known = texts.get(str(place))
-        return values.keep(f"{known} if {known} is not None else {read}" if known else read)
+        cached = texts.get(str(place))
+        return values.keep(f"{cached} if {cached} is not None else {read}" if cached else read)
     if isinstance(operand, StringConstant):
         return values.characters(operand)
     text = values.term(operand, width_of(operand) if width is None else width).text
@@ -150,7 +152,10 @@ def _place(rungs: RungWriter, operand: Group) -> StringPlace:
 
 
 def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> StringPlace | None:
-    """Write code that stores the result; return a string target, which is set unless it is too long."""
+    """Write code that stores the result; return the place of a string target, None for a number.
+
+    The code does not set the target if the result is too long.
+    """
     values = rungs.values
     if isinstance(target, Group):
         place = _place(rungs, target)
@@ -189,7 +194,7 @@ _NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}
 """Instructions that have a result for all operands."""
 
 
-def _put(machine: Interpreter, target: Place, result: int) -> None:
+def _put_position(machine: Interpreter, target: Place, result: int) -> None:
     machine.put(target, machine.converted(target.type, result))
 
 
@@ -205,11 +210,11 @@ def _put_number(machine: Interpreter, target: Place, result: int | float) -> Non
 
 CONCAT = _row("CONCAT", Use.TEXT, Use.TEXT, Use.TEXT_TARGET)
 DELETE = _row("DELETE", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET)
-FIND = _row("FIND", Use.TEXT, Use.TEXT, Use.INTEGER, Use.INTEGER_TARGET, found=_put)
+FIND = _row("FIND", Use.TEXT, Use.TEXT, Use.INTEGER, Use.INTEGER_TARGET, store_number=_put_position)
 INSERT = _row("INSERT", Use.TEXT, Use.TEXT, Use.INTEGER, Use.TEXT_TARGET)
 MID = _row("MID", Use.TEXT, Use.INTEGER, Use.INTEGER, Use.TEXT_TARGET)
-STOD = _row("STOD", Use.TEXT, Use.TARGET, found=_put_number)
-STOR = _row("STOR", Use.TEXT, Use.TARGET, found=_put_number)
+STOD = _row("STOD", Use.TEXT, Use.TARGET, store_number=_put_number)
+STOR = _row("STOR", Use.TEXT, Use.TARGET, store_number=_put_number)
 DTOS = _row("DTOS", Use.NUMBER, Use.TEXT_TARGET, width=None, code=SHORT_STRING_CODE)
 RTOS = _row("RTOS", Use.NUMBER, Use.TEXT_TARGET, width=0, code=SHORT_STRING_CODE)
 UPPER = _row("UPPER", Use.TEXT, Use.TEXT_TARGET)

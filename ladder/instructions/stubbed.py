@@ -2,7 +2,7 @@
 
 rung      ____|‾‾‾‾|_____________
 EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
-IP        ____|‾‾‾‾‾‾|___________     as long as it takes
+IP        ____|‾‾‾‾‾‾|___________     for the time that the stub names
 DN, ER    ___________|‾‾‾‾‾‾‾‾‾‾‾     until the next rising rung; PC like DN
 """
 
@@ -39,11 +39,11 @@ class Argument:
     @property
     def value(self) -> Value:
         """The value of a plain tag; raises a ValueError for a structure or an array."""
-        return self._machine.get(self._one())
+        return self._machine.get(self._place())
 
     @value.setter
     def value(self, value: Value) -> None:
-        place = self._one()
+        place = self._place()
         self._machine.put(place, bool(value) if place.type.is_bool else value)
 
     def __getitem__(self, member: str) -> Value:
@@ -55,7 +55,7 @@ class Argument:
         place = self._member(member)
         self._machine.put(place, bool(value) if place.type.is_bool else value)
 
-    def _one(self) -> Place:
+    def _place(self) -> Place:
         if isinstance(self._tag, Group):
             raise ValueError(f"{self.name} is a structure or an array: name a member, as in operand['PRE']")
         return self._tag
@@ -80,36 +80,34 @@ def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> 
     for operand in operands:
         if isinstance(operand, Group) and operand.find_member("EN") and operand.find_member("DN"):
             assert isinstance(operand.type, Structure)
-            noted = any(hidden.name == STARTED for hidden in operand.type.hidden)
+            has_start_member = any(hidden.name == STARTED for hidden in operand.type.hidden)
             places = {name: operand.find_member(name) for name in ("EN", "DN", "ER", "IP", "PC")}
             bits = {name: place for name, place in places.items() if place}
-            started = operand.member(f"~{STARTED}") if noted else resolver.hidden(STARTED)
+            started = operand.member(f"~{STARTED}") if has_start_member else resolver.hidden(STARTED)
             return TimedCall(bits, operand.find_member("ERR"), started)
-    raise OperandError(
-        "no operand has EN and DN, which would show that it is done", "let the stub say false or true"
-    )
+    raise OperandError("no operand has EN and DN to show that it is done", "write false or true as its stub")
 
 
-def _end(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
+def _time_call(machine: Interpreter, power: bool, stub: Ending, timed: TimedCall) -> bool:
     state = {name: machine.truth(machine.get(place)) for name, place in timed.bits.items()}
     ended = state["DN"] or state.get("ER", False)
     if not state["EN"]:
         if power:
-            _set(machine, timed, EN=True, DN=False, ER=False, IP=True, PC=False)
+            _set_bits(machine, timed, EN=True, DN=False, ER=False, IP=True, PC=False)
             machine.put(timed.started, machine.now_ns)
         return power
     if not ended and machine.now_ns - machine.whole(machine.get(timed.started)) >= stub.after_ns:
         ended = True
         good = not stub.error or "ER" not in timed.bits
-        _set(machine, timed, DN=good, ER=not good, IP=False, PC=good)
+        _set_bits(machine, timed, DN=good, ER=not good, IP=False, PC=good)
         if timed.error is not None:
             machine.put(timed.error, wrap(stub.error, timed.error.type.wraps))
     if ended and not power:
-        _set(machine, timed, EN=False)
+        _set_bits(machine, timed, EN=False)
     return power
 
 
-def _set(machine: Interpreter, timed: TimedCall, **bits: bool) -> None:
+def _set_bits(machine: Interpreter, timed: TimedCall, **bits: bool) -> None:
     for name, value in bits.items():
         if name in timed.bits:
             machine.put(timed.bits[name], value)
@@ -123,7 +121,7 @@ def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
         return None
 
 
-def _given(machine: Interpreter, operand: Resolved | str) -> object:
+def _stub_argument(machine: Interpreter, operand: Resolved | str) -> object:
     """Return an operand in the form in which a Python stub receives it."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
@@ -138,26 +136,27 @@ def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bo
     if isinstance(stub, Ending):
         (timed,) = operands
         assert isinstance(timed, TimedCall)
-        return _end(machine, power, stub, timed)
+        return _time_call(machine, power, stub, timed)
     name, *arguments = operands
-    answer = machine.call(str(name), (power, *(_given(machine, argument) for argument in arguments)))  # type: ignore[arg-type]
-    return power if not answer else bool(answer[0])
+    results = machine.call(str(name), (power, *(_stub_argument(machine, argument) for argument in arguments)))  # type: ignore[arg-type]
+    return power if not results else bool(results[0])
 
 
 def stub_spec(name: str, stub: Stub) -> Spec:
     """Return the spec of a stubbed instruction, in capitals."""
 
-    def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
+    def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
         if isinstance(stub, Power):
             return (stub,)
-        operands = tuple(_resolved(resolver, argument) for argument in given)
+        resolved = tuple(_resolved(resolver, argument) for argument in operands)
         if isinstance(stub, Ending):
-            return stub, _timed(resolver, operands)
+            return stub, _timed(resolver, resolved)
         assert isinstance(stub, InPython)  # a consumed tag is not an instruction, see `replaces`
-        shown = (
-            str(text) if operand is None else operand for operand, text in zip(operands, given, strict=True)
+        arguments = (
+            str(operand) if value is None else value
+            for operand, value in zip(operands, resolved, strict=True)
         )
-        return stub, resolver.function(name, stub.function), *shown
+        return stub, resolver.function(name, stub.function), *arguments
 
     return Spec(name, InstructionKind.BOTH, (Use.ANYTHING,), run=_run, resolve=resolve, decides=True)
 

@@ -78,13 +78,13 @@ def _tof(machine: Interpreter, power: bool, timer: Group) -> None:
         put(machine, timer, EN=False, TT=False)
 
 
-def _count(machine: Interpreter, power: bool, counter: Group, enable: str, by: int) -> None:
+def _count(machine: Interpreter, power: bool, counter: Group, enable: str, step: int) -> None:
     if not power:
         machine.put(counter.member(enable), False)
         return
     if not machine.get(counter.member(enable)):
         machine.put(counter.member(enable), True)
-        one_count(machine, counter, by)
+        one_count(machine, counter, step)
     put_done(machine, counter)
 
 
@@ -95,15 +95,15 @@ def put_done(machine: Interpreter, counter: Group) -> None:
     machine.put(counter.member("DN"), machine.truth(over or (reached and not under)))
 
 
-def one_count(machine: Interpreter, counter: Group, by: int) -> None:
-    """Count by 1 or -1; a count that wraps sets OV or UN, or clears the opposite bit."""
+def one_count(machine: Interpreter, counter: Group, step: int) -> None:
+    """Count by a step of 1 or -1; if ACC wraps, set OV or UN, or clear the opposite bit if it is set."""
     accumulated = counter.member("ACC")
-    exact = machine.whole(machine.get(accumulated)) + by
+    exact = machine.whole(machine.get(accumulated)) + step
     machine.put(accumulated, arithmetic.wrap(exact, 32))
     if exact != machine.get(accumulated):
-        beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
-        if machine.get(counter.member(back)):
-            machine.put(counter.member(back), False)
+        beyond, opposite = ("OV", "UN") if step > 0 else ("UN", "OV")
+        if machine.get(counter.member(opposite)):
+            machine.put(counter.member(opposite), False)
         else:
             machine.put(counter.member(beyond), True)
 
@@ -139,13 +139,13 @@ def _write_add_time(rungs: RungWriter, timer: Group) -> None:
         rungs.values.assign(timer.member("ACC"), f"min({accumulated} + {elapsed}, {DINT.highest})")
 
 
-def _write_reached(rungs: RungWriter, timer: Group, **done: str) -> None:
+def _write_reached(rungs: RungWriter, timer: Group, **when_reached: str) -> None:
     preset, accumulated = write_get(rungs, timer, "PRE"), write_get(rungs, timer, "ACC")
     with rungs.writer.block(f"if 0 <= {accumulated} < {preset}:"):
         write_set(rungs, timer, TT="True")
     with rungs.writer.block("else:"):
         rungs.writer.line(f"negative({rungs.values.site}, {timer.text!r}, {preset}, {accumulated})")
-        write_set(rungs, timer, **done)
+        write_set(rungs, timer, **when_reached)
 
 
 def _write_time_on(rungs: RungWriter, timer: Group) -> None:
@@ -180,16 +180,16 @@ def _write_time_off(rungs: RungWriter, timer: Group) -> None:
     write_set(rungs, timer, EN="False")
 
 
-def write_one_count(rungs: RungWriter, counter: Group, accumulated: str, by: int) -> None:
+def write_one_count(rungs: RungWriter, counter: Group, accumulated: str, step: int) -> None:
     """Write the code of `one_count`."""
-    last, wrapped = (DINT.highest, DINT.lowest) if by > 0 else (DINT.lowest, DINT.highest)
-    beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
+    last, wrapped = (DINT.highest, DINT.lowest) if step > 0 else (DINT.lowest, DINT.highest)
+    beyond, opposite = ("OV", "UN") if step > 0 else ("UN", "OV")
     with rungs.writer.block(f"if {accumulated} != {last}:"):
-        write_set(rungs, counter, ACC=f"{accumulated} {'+' if by > 0 else '-'} 1")
+        write_set(rungs, counter, ACC=f"{accumulated} {'+' if step > 0 else '-'} 1")
     with rungs.writer.block("else:"):
         write_set(rungs, counter, ACC=wrapped)
-        with rungs.writer.block(f"if {write_get(rungs, counter, back)}:"):
-            write_set(rungs, counter, **{back: False})
+        with rungs.writer.block(f"if {write_get(rungs, counter, opposite)}:"):
+            write_set(rungs, counter, **{opposite: False})
         with rungs.writer.block("else:"):
             write_set(rungs, counter, **{beyond: True})
 
@@ -201,12 +201,12 @@ def write_done(rungs: RungWriter, counter: Group, accumulated: str) -> None:
     write_set(rungs, counter, DN=f"{over} or {reached} and not {under}")
 
 
-def _write_count(rungs: RungWriter, power: str, counter: Group, enable: str, by: int) -> None:
+def _write_count(rungs: RungWriter, power: str, counter: Group, enable: str, step: int) -> None:
     def when_true() -> None:
         accumulated = write_get(rungs, counter, "ACC")
         with rungs.writer.block(f"if not {write_get(rungs, counter, enable)}:"):
             write_set(rungs, counter, **{enable: True})
-            write_one_count(rungs, counter, accumulated, by)
+            write_one_count(rungs, counter, accumulated, step)
         write_done(rungs, counter, accumulated)
 
     rungs.either(power, when_true, lambda: write_set(rungs, counter, **{enable: False}))
@@ -236,7 +236,7 @@ def _timer(name: str, **parts: Any) -> Spec:
 
 
 def _on_delay(name: str, **off: bool | int) -> Spec:
-    """Return the row of TON or RTO; a false rung sets members, and prescan sets DN in addition."""
+    """Return the row of TON or RTO; a false rung sets the members `off`, and prescan also clears DN."""
 
     def run(machine: Interpreter, power: bool, timer: Group) -> None:
         if power:
@@ -250,7 +250,7 @@ def _on_delay(name: str, **off: bool | int) -> Spec:
     return _timer(name, run=run, write=write, prescan=prescan_sets(0, **(off | {"DN": False})))
 
 
-def _counter(name: str, enable: str, by: int) -> Spec:
+def _counter(name: str, enable: str, step: int) -> Spec:
     return always(
         name,
         Use.COUNTER,
@@ -258,8 +258,8 @@ def _counter(name: str, enable: str, by: int) -> Spec:
         optional=2,
         captions=("Counter", *_SHOWN),
         instead="use CTUD with an FBD_COUNTER",
-        run=lambda machine, power, counter: _count(machine, power, counter, enable, by),
-        write=lambda rungs, power, counter: _write_count(rungs, power, counter, enable, by),
+        run=lambda machine, power, counter: _count(machine, power, counter, enable, step),
+        write=lambda rungs, power, counter: _write_count(rungs, power, counter, enable, step),
         prescan=prescan_sets(0, **{enable: True}),
         postscan=do_nothing,
     )

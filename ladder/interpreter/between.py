@@ -1,4 +1,4 @@
-"""An interpreter that calls a function between two rungs."""
+"""An interpreter that calls a function once, before a rung or line."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ class PausingInterpreter(Interpreter):
     """Calls `pause` once, before a rung or line runs for the first time.
 
     Attributes:
-        at: the routine in capitals, and the number of the rung or line.
+        pause_at: the routine in capitals, and the number of the rung or line.
         pause: called without arguments; None = already called.
     """
 
-    at: tuple[str, int] = ("", 0)
+    pause_at: tuple[str, int] = ("", 0)
     pause: Callable[[], object] | None = None
     _routine = ""
 
@@ -33,7 +33,7 @@ class PausingInterpreter(Interpreter):
 
     @override
     def _line(self, line: LoweredLine, inputs: Sequence[Passed], *, statement: bool = False) -> bool:
-        if self.pause is not None and (self._routine, line.number) == self.at:
+        if self.pause is not None and (self._routine, line.number) == self.pause_at:
             pause, self.pause = self.pause, None
             pause()
         return super()._line(line, inputs, statement=statement)

@@ -42,7 +42,7 @@ class Control(Members):
 
 
 class Elements:
-    """Elements of an array from the operand on, along one or all dimensions; others raise a fault."""
+    """Elements of an array from the operand on, along one or all dimensions; an index outside faults."""
 
     def __init__(self, machine: PlaceValues, operand: Resolved, dimension: int | None = None) -> None:
         self._machine = machine
@@ -52,14 +52,14 @@ class Elements:
         dims = array_of(operand)
         if dimension is not None and len(dims) > 1:
             self._stride = count_of(dims[dimension + 1 :])
-            place = self._first % count_of(dims) // self._stride % dims[dimension]
-            self._length = dims[dimension] - place
+            position = self._first % count_of(dims) // self._stride % dims[dimension]
+            self._length = dims[dimension] - position
 
     def __len__(self) -> int:
         """Return the number of elements."""
         return self._length
 
-    def _at(self, number: int) -> int:
+    def _index(self, number: int) -> int:
         if not 0 <= number < self._length:
             machine = self._machine
             machine.fault_log.subscript(machine.site, self._region.text, number, self._length)
@@ -67,16 +67,16 @@ class Elements:
 
     def __getitem__(self, number: int) -> Value:
         """Return an element of an elementary type."""
-        return self._store.read(self._region.parts[0].leaf, self._at(number))
+        return self._store.read(self._region.parts[0].leaf, self._index(number))
 
     def __setitem__(self, number: int, value: Value) -> None:
         """Set an element to a value of its type."""
-        self._store.write(self._region.parts[0].leaf, self._at(number), value)
+        self._store.write(self._region.parts[0].leaf, self._index(number), value)
 
     def take(self, number: int, count: int = 1) -> bytes:
         """Return elements of any type as bytes."""
-        return self._machine.take_bytes(self._store, self._region, self._at(number), count)
+        return self._machine.take_bytes(self._store, self._region, self._index(number), count)
 
     def put(self, number: int, data: bytes, count: int = 1) -> None:
         """Set elements of any type from bytes."""
-        self._machine.put_bytes(self._store, self._region, self._at(number), count, data)
+        self._machine.put_bytes(self._store, self._region, self._index(number), count, data)

@@ -1,8 +1,8 @@
-"""The interpreter: it executes a lowered program plainly, as the reference for the compiler.
+"""The interpreter: it executes a lowered program step by step, as the reference for the compiler.
 
 Power flows from left to right. An input reached by power decides the power after it; an output reached by
-power acts. The `Spec` of an instruction has its function; this module has the rest: rungs, branches,
-calls of routines, prescan, postscan.
+power acts. The `Spec` of each instruction has its function. This module executes rungs, branches, statements,
+calls of routines, prescan and postscan.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
 
 
 LINES_OF_CALL = 30
-"""Number of rungs that a call of an add-on instruction counts as."""
+"""Number of rungs that a call of an add-on instruction counts for."""
 
 
 class _Jump(Exception):  # noqa: N818 - control flow, not an error
@@ -87,11 +87,11 @@ class Interpreter(PlaceValues):
         self.run(self.lowered.main, ())
 
     def _scheduled(self, name: str, now_ns: int) -> None:
-        before, self.now_ns = self.now_ns, now_ns
+        outer_now_ns, self.now_ns = self.now_ns, now_ns
         try:
             self.run(name, ())
         finally:
-            self.now_ns = before
+            self.now_ns = outer_now_ns
 
     def run(self, name: str, inputs: Sequence[Passed]) -> tuple[Passed, ...]:
         """Run a routine; return its results."""
@@ -100,8 +100,8 @@ class Interpreter(PlaceValues):
         routine = self.lowered.routines[name]
         try:
             self._lines(routine, inputs)
-        except _Return as back:
-            return back.values
+        except _Return as returned:
+            return returned.values
         return ()
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Passed]) -> None:
@@ -215,7 +215,7 @@ class Interpreter(PlaceValues):
     # --- program control
 
     def jump(self, label: str) -> NoReturn:
-        """Continue at the rung with that label."""
+        """Continue at the rung with a label."""
         raise _Jump(label, self.site)
 
     def leave(self, values: tuple[Passed, ...]) -> NoReturn:
@@ -225,13 +225,13 @@ class Interpreter(PlaceValues):
     def call(self, name: str, inputs: Sequence[Passed]) -> tuple[Passed, ...]:
         """Run a routine for the current instruction; return its results."""
         site, caller_inputs = self.site, self.inputs
-        answers = self.run(name, inputs)
+        results = self.run(name, inputs)
         self.site, self.inputs = site, caller_inputs
-        return answers
+        return results
 
     @contextmanager
     def within(self, call: AddOnCall) -> Iterator[None]:
-        """Run the body on an instance and the arguments of its call."""
+        """Run the body of the `with` on the instance and the arguments of a call."""
         if self.lines_left > 0:
             self.lines_left = max(1, self.lines_left - LINES_OF_CALL)
         frame = {name: self.handed(operand) for name, operand in call.handed.items()}
@@ -248,28 +248,27 @@ class Interpreter(PlaceValues):
     def handed(self, operand: Place | Group) -> InterpretedAddOnStore:
         """Return an operand as a store for an add-on instruction."""
         leaf = first_leaf(operand)
-        dims = self.dims_of(leaf)
-        path, left, first, bit = "", 1, 0, None
-        if leaf.root:
-            outer = self.frame[leaf.root]
+        indexed_dims = self.dims_of(leaf)[: len(operand.indices)]
+        element = 0
+        for index, length in zip(operand.indices, indexed_dims, strict=True):
+            element = element * length + self.subscript(index, length, operand.text)
+        element *= count_of(operand.dims)
+        path, first, bit = operand.path, 0, None
+        outer = self.frame[leaf.root] if leaf.root else None
+        if outer is not None:  # the operand is an argument of the calling add-on instruction, or in one
             assert isinstance(outer, InterpretedAddOnStore)
-            path, left, first, bit = outer.path, outer.left, outer.first, outer.bit
-        settled = dims[: len(operand.indices)]
-        flat = 0
-        for index, length in zip(operand.indices, settled, strict=True):
-            flat = flat * length + self.subscript(index, length, operand.text)
-        flat *= count_of(operand.dims)
-        name = operand.path
-        below = leaf.rest[: len(leaf.rest) - len(leaf.path) + len(name)] if leaf.root else name
-        if leaf.root != name.upper():
-            array = count_of(operand.dims or operand.array)
-            left = array - flat % array
+            below_operand = len(leaf.path) - len(operand.path)
+            path = outer.path + leaf.rest[: len(leaf.rest) - below_operand]
+            first, bit = outer.first, outer.bit
+        if outer is not None and leaf.root == operand.path.upper():
+            left = outer.left - element
         else:
-            left -= flat
-        inner = count_of((*settled, *operand.dims)[leaf.outer :])
+            array_length = count_of(operand.dims or operand.array)
+            left = array_length - element % array_length
+        elements_per_argument = count_of((*indexed_dims, *operand.dims)[leaf.outer :])
         if isinstance(operand, Place) and operand.bit is not None:
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
-        return self.argument_type(self.memory, path + below, first * inner + flat, left, bit)
+        return self.argument_type(self.memory, path, first * elements_per_argument + element, left, bit)
 
     def value(self, operand: Resolved) -> Passed:
         """Return a value to pass to a routine; a structure or an array is passed as bytes."""
@@ -291,7 +290,7 @@ class Interpreter(PlaceValues):
         count, size = count_of(group.dims), size_of(group.type)
         if not isinstance(data, bytes) or len(data) != size * count:
             text = f"a routine in Python returned {data!r} for {group.text}"
-            raise LadderError(f"{text}, which takes {size * count} bytes")
+            raise LadderError(f"{text}; return {size * count} bytes")
         Elements(self, group).put(0, data, count)
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
@@ -308,24 +307,22 @@ class Interpreter(PlaceValues):
     # --- prescan
 
     def prescan(self, name: str | None = None) -> None:
-        """Prescan a routine and those it calls, by default all main routines in task order.
+        """Prescan a routine and the routines it calls, by default all main routines in task order.
 
-        Jumps are not taken. An instruction with a subscript out of range is skipped: its subscript may not be
-        set yet.
+        It takes no jumps. It skips an instruction with a subscript out of range, because the subscript may
+        not be set yet.
         """
         if name is None:
             schedule = self.lowered.schedule
-            mains = (
-                [self.lowered.main] if schedule is None else [program.main for program in schedule.programs]
-            )
+            mains = [self.lowered.main] if schedule is None else [owner.main for owner in schedule.programs]
             for routine in (*filter(None, mains), *self.lowered.monitors):
                 self.prescan(routine)
             return
-        for step in self._each(self.lowered.routines.get(name)):
+        for step in self._steps_in_order(self.lowered.routines.get(name)):
             self._prescan_step(step)
 
-    def _each(self, routine: LoweredRoutine | None) -> Iterator[LoweredStep]:
-        """Yield the instructions of a routine in order; jumps are not taken."""
+    def _steps_in_order(self, routine: LoweredRoutine | None) -> Iterator[LoweredStep]:
+        """Yield the instructions of a routine in order, without jumps."""
         for line in routine.lines if routine else ():
             self._count()
             yield from line.steps
@@ -343,20 +340,20 @@ class Interpreter(PlaceValues):
     # --- postscan
 
     def postscan(self, name: str) -> None:
-        """Postscan a routine and those it calls, as an SFC does on the last scan of an action.
+        """Postscan a routine and the routines it calls, as an SFC does on the last scan of an action.
 
-        Instructions run as on false rungs, or as their `Spec.postscan` says; jumps are not taken
+        Instructions run as on false rungs, or as their `Spec.postscan` says. Postscan takes no jumps
         [1756-PM006, automatic reset option].
 
         Args:
-            name: the routine, in capitals; nothing happens for a routine in Python.
+            name: the routine, in capitals; a routine in Python is not scanned.
 
         Raises:
             LadderFault: a subscript is out of range, unless the controller ignores such faults.
         """
         routine = self.lowered.routines.get(name)
         site = self.site
-        for step in self._each(routine):
+        for step in self._steps_in_order(routine):
             self.site = step.site
             try:
                 if step.spec.postscan is not None:

@@ -1,4 +1,4 @@
-"""Values of the interpreter: reading, writing, computing, comparing, converting."""
+"""Values in the interpreter: reading, writing, computing, comparing, converting."""
 
 from __future__ import annotations
 
@@ -126,9 +126,9 @@ class PlaceValues:
         """Return the smaller of a number and a limit."""
         return min(value, most)
 
-    def chosen(self, truth: Value, one: Value, other: Value) -> Value:
-        """Return `one` if the truth value is true, else `other`."""
-        return one if truth else other
+    def chosen(self, truth: Value, if_true: Value, if_false: Value) -> Value:
+        """Return `if_true` or `if_false`, according to a truth value."""
+        return if_true if truth else if_false
 
     def converted(self, kind: Elementary, value: Value) -> Value:
         """Return a number converted to a type, without flags and faults."""
@@ -305,12 +305,13 @@ class PlaceValues:
         return store, region, region.first(lambda i, n: self.subscript(i, n, region.text), dims)
 
     def _region(self, operand: Resolved) -> ArrayRegion:
-        known = self._regions.get(id(operand))  # an operand of an instruction lives as long as the program
-        if known is None or known[0] is not operand:
+        cached_operand, region = self._regions.get(id(operand), (None, None))
+        if region is None or cached_operand is not operand:  # an id may be used again
             if len(self._regions) >= MOST_REGIONS:
-                self._regions.clear()  # of operands that are used once
-            known = self._regions[id(operand)] = operand, region_of(operand)
-        return known[1]
+                self._regions.clear()  # drops operands that are used once
+            region = region_of(operand)
+            self._regions[id(operand)] = operand, region
+        return region
 
     def condition(self, condition: Resolved) -> bool:
         """Return the value of a condition; all parts are computed."""

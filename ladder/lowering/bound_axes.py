@@ -14,7 +14,7 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from ..instructions.motion.axes import AxisSettings, MotionData
-from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
+from ..instructions.motion.axis_3601 import Axis, BoundAxis, update_tag
 from ..instructions.motion.ideal_axis import IdealAxis, update_axes
 from ..instructions.motion.ideal_systems import SIZE, update_systems
 from ..instructions.motion.spots import Ideal, MotionPart
@@ -179,7 +179,7 @@ def prescan_axes(engine: Any, first: bool) -> None:
     engine.interpreter.prescan(ROUTINE.upper())
     ideal = engine.lowered.ideal
     for number in range(1, len(ideal.axes) + 1 if ideal else 1):
-        IdealAxis(engine.memory, ideal, -number).rest(engine.now_ns)
+        IdealAxis(engine.memory, ideal, -number).stop_at_once(engine.now_ns)
 
 
 def run_axes(engine: Any) -> None:
@@ -190,7 +190,7 @@ def run_axes(engine: Any) -> None:
         engine.call_routine(ROUTINE.upper(), ())
         machine.now_ns, machine.frame = engine.now_ns, {}
         for axis in bound:
-            show(axis)
+            update_tag(axis)
     if lowered.ideal is not None:
         update_systems(engine.memory, lowered.ideal, engine.now_ns)
         masters = {

@@ -8,7 +8,7 @@ from itertools import chain
 from scanrack.io_images.site import Site
 
 from ..instructions.motion import ideal_moves, ideal_systems
-from ..instructions.motion.motion_3601 import ANSWERS
+from ..instructions.motion.motion_3601 import STARTERS
 from ..model.errors import Problem
 from ..model.operand_checks import described
 from ..model.operands import Constant, Group, Place, Resolved, first_leaf
@@ -44,7 +44,7 @@ _EXCLUSIVE = {
 }
 """Uses that should occur once per place: name of the allowance, text, remedy."""
 
-IDEAL = {*ideal_moves.ANSWERS, *ideal_moves.GROUP_ANSWERS, *ideal_systems.ANSWERS}
+IDEAL = {*ideal_moves.STARTERS, *ideal_moves.GROUP_ACTIONS, *ideal_systems.STARTERS}
 """Motion instructions of ideal axes, their group and coordinate systems."""
 
 
@@ -111,9 +111,9 @@ def _motion_steps(
 def _impossible_on_3601(lowered: LoweredProgram) -> Iterator[Problem]:
     """Yield problems of motion instructions on a rack's axis that a 3601 can't execute."""
     for routine, line, step, axis in _motion_steps(lowered, on_3601=True):
-        if step.name not in ANSWERS:
+        if step.name not in STARTERS:
             text = f"{axis.text} is a 3601, which can't do {step.name}"
-            yield _problem(routine, line, text, f"a 3601 does {', '.join(ANSWERS)}; stub it")
+            yield _problem(routine, line, text, f"a 3601 does {', '.join(STARTERS)}; stub it")
 
 
 def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:

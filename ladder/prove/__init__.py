@@ -1,4 +1,4 @@
-"""Proofs about programs: one scan as terms, questions about any number of scans, and a solver."""
+"""Proofs about programs: one scan as terms, and a solver that decides claims about any number of scans."""
 
 from __future__ import annotations
 

@@ -1,80 +1,71 @@
-"""Advice on an undecided claim: one sentence that depends on the reason."""
+"""Advice on an undecided claim: one sentence, chosen by the reason."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 MOST_NAMES = 3
 """Maximum number of tags in a sentence."""
 
-_WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
+_ADVICE: tuple[tuple[str, str], ...] = (
     (
-        r"(?P<what>.*), not modeled",
-        lambda found, _: (
-            f'{found["what"]} may leave anything: say with assume = ["..."] what it gives, '
-            "or state no property of it"
-        ),
+        r"(?P<instruction>.*), not modeled",
+        'proofs allow any result of {instruction}: assume its results with assume = ["..."], '
+        "or state no property of it",
     ),
     (
-        r"no run of (?P<scans>[\d,]+) scans? keeps what is assumed",
-        lambda found, _: f"the assumptions leave no run of {found['scans']} scans: take one of them out",
+        r"no run of (?P<scans>[\d,]+) scans? keeps the assumptions",
+        "the assumptions exclude every run of {scans} scans: remove one of them",
     ),
     (
-        r"(?P<where>.*): .*(?:more than \d+ passes|calls more than \d+ deep|jump backwards)",
-        lambda found, _: (
-            f"nothing is known after {found['where']}: let constants bound its loop, "
-            "64 passes at most, and nest fewer calls"
-        ),
+        r"(?P<place>.*): .*(?:more than \d+ passes|calls more than \d+ deep|jump backwards)",
+        "nothing is known after {place}: limit its loop to 64 passes with constants, and nest fewer calls",
     ),
     (
         r"a fault ends the run: (?P<fault>.*)",
-        lambda found, _: f'fix the fault first, or exclude it with assume = ["..."]: {found["fault"]}',
+        'fix the fault first, or exclude it with assume = ["..."]: {fault}',
     ),
     (
-        r"the processor writes (?P<what>.*) itself",
-        lambda found, _: (
-            f"no proof knows what the processor writes to {found['what']}: state no property of it"
-        ),
+        r"the processor writes (?P<tags>.*) itself",
+        "proofs can't predict the values that the processor writes to {tags}: state no property of them",
     ),
     (
         r".*a defect of scanrack",
-        lambda _found, _: "report it with the program: the relation and the program differ",
+        "report it with the program: the relation and the program differ",
     ),
     (
         r".*the solver's fuse.*",
-        lambda _found, names: f'the solver gave up: bound {names} with assume = ["..."], or narrow scan_ms',
+        'the solver gave up: limit {names} with assume = ["..."], or narrow scan_ms',
     ),
     (
         r"the limit of .*",
-        lambda _found, names: (
-            "no run breaks it within the limit and no induction proves it: say with "
-            f'assume = ["..."] what bounds {names}, or shorten the times that it waits for'
-        ),
+        "no run breaks it within the limit and no induction proves it: limit {names} with "
+        'assume = ["..."], or shorten the times that it waits for',
     ),
     (
-        r"(?P<what>.*)",
-        lambda found, _: f"the relation does not follow {found['what']}: state no property of what it writes",
+        r"(?P<instruction>.*)",
+        "the relation does not follow {instruction}: state no property of the tags that it writes",
     ),
 )
-"""Patterns of reasons, the most severe first, each with a function that returns its advice."""
+"""Patterns of reasons, the most severe first, each with its advice; `names` are the deciding tags."""
 
 
 def advice(blame: Sequence[str], deciding: Sequence[str]) -> str:
     """Return the advice for the most severe reason; "" if there is no reason.
 
     >>> advice(["the limit of work, in scan 31"], ["Boxes", "Full"])
-    'no run breaks it within the limit and no induction proves it: say with assume = ["..."] what bounds \
-Boxes and Full, or shorten the times that it waits for'
+    'no run breaks it within the limit and no induction proves it: limit Boxes and Full with \
+assume = ["..."], or shorten the times that it waits for'
 
     Args:
         blame: see `Verdict.blame`.
         deciding: names of the tags that decide the claim.
     """
     names = " and ".join(deciding[:MOST_NAMES]) or "the numbers that decide it"
-    for pattern, sentence in _WAYS:
+    for pattern, sentence in _ADVICE:
         for reason in blame:
             match = re.fullmatch(pattern, reason)
             if match is not None:
-                return sentence(match, names)
+                return sentence.format(names=names, **match.groupdict())
     return ""

@@ -1,4 +1,4 @@
-"""Answers: a claim, its verdict, and a description of the scans that break it.
+"""Decides a claim; the answer has the verdict and a description of the scans that break the claim.
 
 >>> from scanrack.ladder import BOOL, OTE, XIC, Program
 >>> motor = Program("motor")
@@ -42,7 +42,7 @@ LIMITS = Limits()
 KEY_TEXT = "the key was turned to program and back to run"
 """Scenario text for a scan that follows a change to program mode and back."""
 
-AGAIN_TEXT = "the run ended, and the next one began with its tags"
+AGAIN_TEXT = "the run ended, and the next run began with its tags"
 """Scenario text for the first scan of a run with retained tags."""
 
 REACHED = "reached"
@@ -51,13 +51,10 @@ REACHED = "reached"
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan of a scenario: the ms since the previous scan, and the inputs that change before it, by tag.
+    """A scan of a scenario; for `turned` and `again`, see `ScanOf`."""
 
-    `turned` and `again`: see `ScanOf`.
-    """
-
-    ms: float
-    changes: tuple[tuple[str, Any], ...]
+    ms: float  # time since the previous scan
+    changes: tuple[tuple[str, Any], ...]  # inputs that change before it: tag and value
     turned: bool = False
     again: bool = False
 
@@ -66,14 +63,14 @@ class ScenarioStep:
 
     def text(self, changes: Sequence[str]) -> str:
         """Return the scan as text; `changes` describes the inputs that change."""
-        parts = [f"{self.ms:,} ms later"] if self.ms else []
-        parts += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
-        return ", ".join([*parts, *changes]) or "power-up"
+        phrases = [f"{self.ms:,} ms later"] if self.ms else []
+        phrases += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
+        return ", ".join([*phrases, *changes]) or "power-up"
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer about a claim; true if the claim holds.
+    """The answer about a claim; as a truth, whether the claim is proved or reached.
 
     Attributes:
         claim: the claim.
@@ -81,7 +78,7 @@ class Answer:
             reached.
         scans: the run that breaks or reaches the claim, confirmed on the compiled program, see `smallest`.
         steps: these scans with tag names in place of keys.
-        end: why the run ends with its last scan: a major fault, or a condition that can't be computed.
+        end: the reasons why the run ends: a major fault, or a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
         assumed: the other assumptions, one sentence each.
         deciding: number of values that decide the claim.
@@ -133,13 +130,15 @@ def answer(
     scans = verdict.scans and smallest(program.program, verdict.scans, watched.bit, bits, modules)
     assumed_claims = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
     layout = problem.lowered.layout
-    held = sorted((number.named(tag_text(layout, number.key)), number.value) for number in verdict.held)
+    held_values = sorted(
+        (number.named(tag_text(layout, number.key)), number.value) for number in verdict.held
+    )
     return Answer(
         watched.claim,
         verdict,
         scans,
         tuple(steps_of(layout, scans)),
-        tuple(held),
+        tuple(held_values),
         (
             *assumed(problem.happens),
             *[assumption.text for assumption in (*program.assumptions, *assumed_claims)],
@@ -157,13 +156,13 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
         return
     engine, fault = done_by(program, scans)
     if fault is not None:
-        yield f"there the processor stops: {fault}"
+        yield f"the processor stops in this scan: {fault}"
     if reason := why_broken(engine, bit):
         yield f"the condition can't be computed: {reason}"
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
-    """Return the tags of the changing numbers that decide a claim, nearest first."""
+    """Return the tags of the changing numbers that decide a claim, the most direct ones first."""
     layout, numbers = problem.lowered.layout, []
     for name, variable in cone.items():
         key = problem.key_of.get(name)
@@ -187,10 +186,10 @@ def ask(
 ) -> Answer:
     """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
     claims = {"never": never, "always": always, "reachable": reachable}
-    named = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
-    if len(named) != 1:
-        raise LadderError(f"give one of {', '.join(claims)}, not {len(named)} of them")
-    kind, text = named[0]
+    given_claims = [(ClaimKind(kind), text) for kind, text in claims.items() if text]
+    if len(given_claims) != 1:
+        raise LadderError(f"give exactly one of {', '.join(claims)}, not {len(given_claims)} of them")
+    kind, text = given_claims[0]
     claim = Claim(f"{kind} {text}", kind, text, tuple(assume))
     watched = monitored(program, [claim])
     problem = ProgramSystem(
@@ -207,15 +206,15 @@ def ask(
 
 @contextmanager
 def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
-    """Assume that bits are true after each scan."""
-    kept = problem.contract, problem.assume
+    """Assume in the body of a `with` that bits are true after each scan."""
+    saved = problem.contract, problem.assume
     try:
         for bit in bits:
             problem.contract = and_(problem.contract, problem.after(bit))
         problem.assume = (*problem.assume, *bits)
         yield
     finally:
-        problem.contract, problem.assume = kept
+        problem.contract, problem.assume = saved
 
 
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:

@@ -1,9 +1,9 @@
 """The certificate of a proof: the relation of one scan as SMT-LIB text, and its induction.
 
-`proof.smt2` declares the values before a scan and defines terms of them. `proof.json` names the roles of
-these terms: the next value and the initial value of each state, what is assumed in each scan, what never
-holds, and the invariants. With these two files, a checker needs no code of the prover: it writes consecutive
-scans as SMT-LIB and runs another solver.
+`proof.smt2` declares the values before a scan, and defines terms of these values. `proof.json` lists the
+roles of the terms: the next value and the initial value of each state, the assumption of each scan, the
+condition that is never true, and the invariants. With the two files, a checker needs no code of the prover:
+it writes consecutive scans as SMT-LIB and runs another solver.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ FORMAT = "scanrack proof 1"
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """A proof by induction: `bad` never holds.
+    """A proof by induction that `bad` is never true.
 
     Attributes:
         says: the proved claim, in words.
-        next: the next value of each state that decides it, by name.
+        next: the next value of each state that decides `bad`, by name.
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: the condition that holds in each scan.
-        bad: the condition that never holds.
+        contract: the condition that is assumed in each scan.
+        bad: the condition that is never true.
         k: number of scans of the induction.
-        invariants: conditions that hold in the state after each scan.
+        invariants: conditions that are true in the state after each scan.
     """
 
     says: str
@@ -51,13 +51,15 @@ class Certificate:
     invariants: tuple[Invariant, ...] = ()
 
     @classmethod
-    def of(cls, system: System, says: str, bad: T, k: int, found: Sequence[Invariant] = ()) -> Certificate:
+    def of(
+        cls, system: System, says: str, bad: T, k: int, used_invariants: Sequence[Invariant] = ()
+    ) -> Certificate:
         """Return the certificate of a proof about a system, with the system's current contract."""
-        cone = system.cone([bad, *[invariant.term for invariant in found]])
+        cone = system.cone([bad, *[invariant.term for invariant in used_invariants]])
         states = {name: system.next[name] for name in cone if name in system.next}
         initial = {name: system.initial[name] for name in cone if name in system.initial}
         held, late = frozenset(system.held & cone.keys()), frozenset(system.late & cone.keys())
-        return cls(says, states, initial, held, late, system.contract, bad, k, tuple(found))
+        return cls(says, states, initial, held, late, system.contract, bad, k, tuple(used_invariants))
 
 
 def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
@@ -69,7 +71,7 @@ def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
 
 
 class _ScriptWriter:
-    """Writes the relation once and shares it between all parts."""
+    """Writes the relation once, for all proofs about a program."""
 
     def __init__(self) -> None:
         self.script = Script()
@@ -79,53 +81,62 @@ class _ScriptWriter:
         self._memo: dict[int, Any] = {}
         self._declared: dict[str, Text] = {}
 
-    def part(self, each: Certificate) -> dict[str, Any]:
+    def part(self, certificate: Certificate) -> dict[str, Any]:
         """Write the terms of a proof; return their roles."""
-        self._memo = {}  # the held values may differ from those of another part
-        contract, bad = self._term(each, each.contract), self._term(each, each.bad)
+        self._memo = {}  # another part may have other held values
+        contract, bad = (
+            self._term(certificate, certificate.contract),
+            self._term(certificate, certificate.bad),
+        )
         invariants = [
-            {"term": self._term(each, invariant.term), "text": invariant.text}
-            for invariant in each.invariants
+            {"term": self._term(certificate, invariant.term), "text": invariant.text}
+            for invariant in certificate.invariants
         ]
         roots = [
-            each.contract,
-            each.bad,
-            *[invariant.term for invariant in each.invariants],
-            *each.next.values(),
+            certificate.contract,
+            certificate.bad,
+            *[invariant.term for invariant in certificate.invariants],
+            *certificate.next.values(),
         ]
         for variable in variables(roots):
-            self._variable(each, variable)
-        return {"says": each.says, "k": each.k, "contract": contract, "bad": bad, "invariants": invariants}
+            self._variable(certificate, variable)
+        return {
+            "says": certificate.says,
+            "k": certificate.k,
+            "contract": contract,
+            "bad": bad,
+            "invariants": invariants,
+        }
 
-    def _term(self, each: Certificate, t: T) -> str:
-        return self._made(each, t).text
+    def _term(self, certificate: Certificate, t: T) -> str:
+        return self._translated(certificate, t).text
 
-    def _made(self, each: Certificate, t: T) -> Text:
-        formula: Text = translate(self.script, t, lambda v: self._lookup(each, v), self._memo)
+    def _translated(self, certificate: Certificate, t: T) -> Text:
+        formula: Text = translate(self.script, t, lambda v: self._lookup(certificate, v), self._memo)
         return formula
 
-    def _lookup(self, each: Certificate, v: T) -> Text:
-        if v.val in each.held:
-            formula: Text = literal(self.script, v, each.initial[v.val])
+    def _lookup(self, certificate: Certificate, v: T) -> Text:
+        if v.val in certificate.held:
+            formula: Text = literal(self.script, v, certificate.initial[v.val])
             return formula
         if v.val not in self._declared:
             self._declared[v.val] = self.script.declare(sort_of(v), v.val)
         return self._declared[v.val]
 
-    def _variable(self, each: Certificate, v: T) -> None:
-        if v.val in each.held:
+    def _variable(self, certificate: Certificate, v: T) -> None:
+        if v.val in certificate.held:
             return
-        declared = self._lookup(each, v)
-        name, is_state = declared.text, v.val in each.next
+        declared = self._lookup(certificate, v)
+        name, is_state = declared.text, v.val in certificate.next
         if name in self.states or any(entry["of"] == name for entry in self.ranges):
             return
         if is_state:
-            after = each.next[v.val]
-            formula = self._made(each, after)
-            formula = fit(self.script, formula, width(after), width(v)) if v.kind == INT else formula
-            initial = literal(self.script, v, each.initial[v.val]).text
+            next_term = certificate.next[v.val]
+            formula = self._translated(certificate, next_term)
+            formula = fit(self.script, formula, width(next_term), width(v)) if v.kind == INT else formula
+            initial = literal(self.script, v, certificate.initial[v.val]).text
             self.states[name] = {"next": formula.text, "initial": initial}
-        elif v.val in each.late:
-            self.late[name] = literal(self.script, v, each.initial[v.val]).text
-        for within in interval_conditions(self.script, v, declared):
-            self.ranges.append({"of": name, "term": within.text, "state": is_state})
+        elif v.val in certificate.late:
+            self.late[name] = literal(self.script, v, certificate.initial[v.val]).text
+        for condition in interval_conditions(self.script, v, declared):
+            self.ranges.append({"of": name, "term": condition.text, "state": is_state})

@@ -1,12 +1,12 @@
-"""Claims about a program: conditions that never hold, always hold, can be reached, or are assumed.
+"""Claims about a program: conditions that are never true, always true, reachable, or assumed.
 
     // prove: never Fwd AND Rev
     // prove: always NOT Valve OR Pump
     // prove: reachable Done
     // prove: assume NOT Maintenance
 
-These are comments on rungs and on lines of structured text. Names in a claim are resolved in the routine's
-program. A rack file has the same claims in `[[prove.property]]`.
+Claims are comments on rungs and on lines of structured text. Their names are resolved in the routine's
+program. A rack file has the same kinds of claims in `[[prove.property]]`.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from ..model.tags import program_of
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 
 NEVER = "NEVER"
-"""Name of a routine that is a monitor, in upper or lower case; nothing calls it."""
+"""Name of a routine that is a monitor, in upper or lower case; no routine calls it."""
 
 
 class ClaimKind(StrEnum):
-    """How a claim uses its condition."""
+    """What a claim states about its condition."""
 
     NEVER = "never"
     ALWAYS = "always"
@@ -45,7 +45,7 @@ class Claim:
     text: str
     assume: tuple[str, ...] = ()  # conditions assumed in each scan, for this claim only
     scope: str = ""  # the program in which its names are resolved; "" for the controller
-    site: Site = NOWHERE  # the rung whose comment or power the claim is about
+    site: Site = NOWHERE  # the rung with the comment, or the rung of a routine NEVER
 
     @property
     def sentence(self) -> str:
@@ -66,23 +66,24 @@ def claims_in(lowered: LoweredProgram) -> list[Claim]:
     claims = []
     for routine in lowered.routines.values():
         for line in routine.lines:
-            claims += [_with_place(lowered, routine, line, claim) for claim in _read(line)]
+            for kind, text in _read(line):
+                claims.append(_checked_claim(lowered, routine, line, kind, text))
     return named_apart(claims)
 
 
 def named_apart(claims: Iterable[Claim]) -> list[Claim]:
-    """Return the claims with unique names, by a number after each repeated name: `never Fwd (2)`.
+    """Return the claims with unique names: a repeated name gets a number, such as `never Fwd (2)`.
 
-    >>> twice = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
-    >>> [each.name for each in named_apart(twice)]
+    >>> claims = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
+    >>> [claim.name for claim in named_apart(claims)]
     ['one way', 'One way (2)']
     """
     counts: dict[str, int] = {}
-    named = []
+    unique = []
     for claim in claims:
         number = counts[claim.name.upper()] = counts.get(claim.name.upper(), 0) + 1
-        named.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
-    return named
+        unique.append(claim if number == 1 else replace(claim, name=f"{claim.name} ({number})"))
+    return unique
 
 
 def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:
@@ -93,10 +94,10 @@ def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:
             yield match["kind"], match["text"] or ""
 
 
-def _with_place(
-    lowered: LoweredProgram, routine: LoweredRoutine, line: LoweredLine, read: tuple[str, str]
+def _checked_claim(
+    lowered: LoweredProgram, routine: LoweredRoutine, line: LoweredLine, kind: str, text: str
 ) -> Claim:
-    kind, text = read
+    """Return the claim in a line's comment; raise a LadderError if it is not valid."""
     site = place_of_line(lowered, routine, line)
     if kind.lower() not in list(ClaimKind):
         close = difflib.get_close_matches(kind.lower(), list(ClaimKind), n=1)

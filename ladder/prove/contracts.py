@@ -1,4 +1,4 @@
-"""Contracts of modules as terms: conditions that the inputs of a slot always keep.
+"""Contracts of modules as terms: conditions that the inputs of a slot always satisfy.
 
 A MicroLogix exchanges images in each scan:
 
@@ -14,8 +14,8 @@ first scan after an exchange. Outputs wait for an exchange and are in force unti
     inputs        was         now     (now)
     outputs       left ->| waits: sent from here to the next exchange
 
-In the first scan, `was` is an image that no module can show: the axis moves both ways, and Module OK is
-clear. So a contract between two images does not constrain that scan.
+In the first scan, `was` is an impossible image: the axis moves both ways, and Module OK is clear. Therefore
+a contract between two images does not constrain this scan.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class KeptBy:
         return images.in_scan(all_of(contract.fact.read(images) for contract in self.contracts))
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
-        """Return a function that says whether the images keep the contracts; call it before each scan."""
+        """Return a function that checks the images against the contracts; call it before each scan."""
         layout, memory = engine.lowered.layout, engine.memory
         images = [layout.image(self.slot, output=output) for output in (False, True)]
         was: Words = NO_IMAGE
@@ -67,17 +67,17 @@ class KeptBy:
         def keeps() -> bool:
             nonlocal was, in_force
             now, sent = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
-            known = in_force if self.at_rpi else {sent}
-            exchanged = any(self._kept(now, was, words) for words in known)
+            possible = in_force if self.at_rpi else {sent}
+            exchanged = any(self._keeps(now, was, words) for words in possible)
             in_force = {sent} if exchanged else set()
             if self.at_rpi and now == was:
-                in_force |= known
+                in_force |= possible
             was = now
             return bool(in_force)
 
         return keeps
 
-    def _kept(self, now: Words, was: Words, sent: Words) -> bool:
+    def _keeps(self, now: Words, was: Words, sent: Words) -> bool:
         return all(contract.fact.holds(now, was, sent) for contract in self.contracts)
 
 
@@ -105,7 +105,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit; a bit of the previous scan is a separate state, so that invariants can use it."""
+        """Return a bit. A bit of the previous scan is a state of its own, so that invariants can use it."""
         path, value = self.word(side, word)
         bit_now = bit(value, number)
         if side is not Side.WAS:
@@ -117,9 +117,9 @@ class _Terms(Reading[T]):
         path = self._paths[side is Side.SENT]
         return path, self._program.now((path, word))
 
-    def in_scan(self, kept: T) -> T:
+    def in_scan(self, keeps_contracts: T) -> T:
         """Return the condition of a scan, given the condition that its exchange keeps the contracts."""
-        return kept
+        return keeps_contracts
 
 
 class _TermsAtRpi(_Terms):
@@ -133,19 +133,19 @@ class _TermsAtRpi(_Terms):
 
     def _in_force(self, slot: int, word: int) -> T:
         """Return an output word that was in force before a scan's exchange."""
-        left = super().word(Side.SENT, word)[1]
-        sent = var(f"~was:~sent:{slot}[{word}]", INT, left.lo, left.hi)
-        return self._program.before(f"~sent:{slot}[{word}]", ite(self._exchanged, left, sent), 0)
+        written = super().word(Side.SENT, word)[1]
+        sent = var(f"~was:~sent:{slot}[{word}]", INT, written.lo, written.hi)
+        return self._program.before(f"~sent:{slot}[{word}]", ite(self._exchanged, written, sent), 0)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
         """Return the path and the value of a word; for an output, the value in force."""
         path, value = super().word(side, word)
         return path, self._sent[word] if side is Side.SENT else value
 
-    def in_scan(self, kept: T) -> T:
+    def in_scan(self, keeps_contracts: T) -> T:
         """Return the condition that an exchange keeps the contracts, or that no input changes."""
-        same = TRUE
+        unchanged = TRUE
         for word in range(8):
             path, now = self.word(Side.NOW, word)
-            same = and_(same, eq(now, self._program.before(f"{path}[{word}]", now, NO_IMAGE[word])))
-        return ite(self._exchanged, kept, same)
+            unchanged = and_(unchanged, eq(now, self._program.before(f"{path}[{word}]", now, NO_IMAGE[word])))
+        return ite(self._exchanged, keeps_contracts, unchanged)

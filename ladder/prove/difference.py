@@ -1,15 +1,15 @@
-"""Finds what an edit changes: compares two programs with the same inputs, value by value.
+"""Finds the values that an edit can change: compares two programs with the same inputs, value by value.
 
-| answer | means |
+| answer | meaning |
 |---|---|
 | equal | equal in every run: not listed |
 | now | after equal states and inputs, one scan may leave different values |
-| later | only after a scan in which another value differed |
+| later | different only after a scan in which another value differed |
 
-All values that exist in both programs and that either one writes are compared. Values of only one program are
-listed. A value that can differ comes with a run that both compiled programs confirm, unless none was found
-within the limits. Runs are compared up to the first major fault. A fault in only one program is also a
-difference.
+The comparison covers all values that both programs have and that at least one of them writes. Values of only
+one program are listed. A value that can differ comes with a run that both compiled programs confirm, unless
+the search finds no run within its limits. Runs are compared up to the first major fault. A fault in only one
+program is also a difference.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ChangedValue:
     Attributes:
         key: its place; `FAULT` if the difference is a major fault that stops only one of the programs.
         now: whether one scan after equal states can make the difference.
-        scans: a run after which it differs, confirmed on both programs; empty if none was found.
+        scans: a run after which it differs, confirmed on both programs; empty if no run was found.
         inputs: the inputs of a scan on which the difference depends.
     """
 
@@ -73,15 +73,15 @@ class ChangedValue:
 
 @dataclass(slots=True)
 class Difference:
-    """What differs between two programs.
+    """The differences between two programs.
 
     Attributes:
-        changed: values that both programs have, in the order of their names.
-        fault: a major fault that can stop only one of the programs; None if there is none.
+        changed: values that both programs have and that can differ, in the order of their names.
+        fault: a major fault that can stop only one of the programs, or None.
         removed: values that only the old program writes.
         added: values that only the new program writes.
         uncompared: paths of arrays that an instruction without a model writes beyond the limit of elements.
-        unfollowed: places where the relation does not follow the programs; after them, all values may differ.
+        unfollowed: places where the relation does not follow the programs; all values may differ after them.
         compared: number of values that are compared.
         held: numbers and bits that nothing writes; they are assumed to keep their values.
     """
@@ -116,13 +116,13 @@ def compare(
     system_of = partial(
         ProgramSystem, bounds=bounds, free=free, written_outside=written_outside, happens=RUN_ONLY
     )
-    before = system_of(old)
-    after = system_of(new, beside=before)
-    kept = _written_by_one(before, after)
-    if kept:
-        before = system_of(old, kept=kept)
-        after = system_of(new, beside=before, kept=kept)
-    return compared(before, after, is_output=is_output)
+    old_system = system_of(old)
+    new_system = system_of(new, beside=old_system)
+    written_by_one = _written_by_one(old_system, new_system)
+    if written_by_one:
+        old_system = system_of(old, kept=written_by_one)
+        new_system = system_of(new, beside=old_system, kept=written_by_one)
+    return compared(old_system, new_system, is_output=is_output)
 
 
 def compared(
@@ -141,19 +141,20 @@ class _Comparison:
     """Compares two systems on shared variables.
 
     Attributes:
-        own: terms that replace variables of the new program that it does not share with the old one.
-        unlike: those of `own` that are values of the program.
-        apart: names of unknown values that are not shared, see `SharedUnknowns.match`.
+        budget_left: the work that the comparison may still do, see `Solver`.
+        replacements: terms that replace variables of the new program that it does not share with the old one.
+        unlike: the replacements of values of the program.
+        unshared: names of unknown values that are not shared, see `SharedUnknowns.match`.
     """
 
     old: ProgramSystem
     new: ProgramSystem
     limits: Limits
-    left: int
+    budget_left: int
     is_output: IsOutput
-    own: dict[str, T] = field(default_factory=dict)
+    replacements: dict[str, T] = field(default_factory=dict)
     unlike: dict[str, T] = field(default_factory=dict)
-    apart: set[str] = field(default_factory=set)
+    unshared: set[str] = field(default_factory=set)
     memo: dict[int, T] = field(default_factory=dict)
     runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by random runs
     unknowns: SharedUnknowns = field(init=False)
@@ -165,19 +166,19 @@ class _Comparison:
     def difference(self) -> Difference:
         """Compare the two systems."""
         old, new = _written(self.old), _written(self.new)
-        common = self._in_both(old | new)
+        common = self._common_keys(old | new)
         outputs = self._outputs(key for key in common if key != FAULT)
         result = Difference(compared=len(outputs))
         result.removed, result.added = (
             sorted(map(_name, self._outputs(keys))) for keys in (old - new, new - old)
         )
-        if form_of(self.old.lowered) == form_of(self.new.lowered) and self._begin_alike():
+        if form_of(self.old.lowered) == form_of(self.new.lowered) and self._have_equal_values():
             return result
         result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})
         result.unfollowed = (*self._unfollowed(self.old), *self._unfollowed(self.new))
         self._keep_apart(common)
-        now = set(common) if result.unfollowed else self._now(common)
-        dirty = self._ever(common, now)
+        now = set(common) if result.unfollowed else self._differing_now(common)
+        dirty = self._ever_differing(common, now)
         self._add_changes(result, common, [key for key in (*outputs, FAULT) if key in dirty], now, dirty)
         return result
 
@@ -188,16 +189,16 @@ class _Comparison:
     def _add_changes(
         self,
         result: Difference,
-        both: Sequence[Key],
+        common: Sequence[Key],
         open_keys: Sequence[Key],
-        now: set[Key],
+        now_keys: set[Key],
         dirty: set[Key],
     ) -> None:
-        """Decide each value; add the values that are not proved equal, and what the proofs assume.
+        """Decide each value; add the values that are not proved equal, and the assumptions of the proofs.
 
         Args:
             open_keys: values that may differ.
-            now: values that one scan after equal states may make different.
+            now_keys: values that one scan after equal states may make different.
             dirty: all values that may ever differ.
         """
         for key in sorted(dirty - {FAULT}):
@@ -206,33 +207,33 @@ class _Comparison:
         self._match()
         system = self._together()
         self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
-        result.held = self._held(system, both)
+        result.held = self._deciding_held_numbers(system, common)
         self.runs = random_runs(self.old, self.new, open_keys)
         for key in open_keys:
-            change = self._changed(system, key, now=key in now, surely=not result.unfollowed)
+            change = self._changed(system, key, now=key in now_keys, surely=not result.unfollowed)
             if change is not None and key == FAULT:
                 result.fault = change
             elif change is not None:
                 result.changed.append(change)
 
-    def _in_both(self, keys: Iterable[Key]) -> list[Key]:
+    def _common_keys(self, written: Iterable[Key]) -> list[Key]:
         """Return the given values that both programs have, and `FAULT` if either program can fault."""
-        shared = []
-        for key in sorted(keys):
+        common = []
+        for key in sorted(written):
             leaves = [side.lowered.layout.find(key[0]) for side in (self.old, self.new)]
             if all(leaf is not None and key[1] < leaf.size for leaf in leaves):
-                shared.append(key)
+                common.append(key)
                 for problem in (self.old, self.new):
                     problem.after(key)
-        return [*shared, *[FAULT] * any(STOPPED in side.next for side in (self.old, self.new))]
+        return [*common, *[FAULT] * any(STOPPED in side.next for side in (self.old, self.new))]
 
-    def _begin_alike(self) -> bool:
-        """Whether both programs have the same values, with the same types and initial values."""
-        places = [problem.lowered.layout.leaves for problem in (self.old, self.new)]
-        return places[0].keys() == places[1].keys() and all(
-            (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
+    def _have_equal_values(self) -> bool:
+        """Return whether both programs have the same values, with the same types and initial values."""
+        leaves = [problem.lowered.layout.leaves for problem in (self.old, self.new)]
+        return leaves[0].keys() == leaves[1].keys() and all(
+            (leaf.type, leaf.dims, leaf.slot) == (other_leaf.type, other_leaf.dims, other_leaf.slot)
             and _initial(self.old, path) == _initial(self.new, path)
-            for (path, leaf), other in zip(places[0].items(), places[1].values(), strict=True)
+            for (path, leaf), other_leaf in zip(leaves[0].items(), leaves[1].values(), strict=True)
         )
 
     def _unfollowed(self, problem: ProgramSystem) -> tuple[str, ...]:
@@ -243,35 +244,35 @@ class _Comparison:
 
     # --- variables that are not shared
 
-    def _keep_apart(self, both: Sequence[Key]) -> None:
+    def _keep_apart(self, common: Sequence[Key]) -> None:
         """Keep variables apart if their type, role or initial value differs between the programs."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
             if name not in old.key_of:
                 continue
             variable = new.machine.vars[key]
-            alike = variable is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
-            if not alike or repr(old.initial.get(name)) != repr(new.initial.get(name)):
+            is_alike = variable is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
+            if not is_alike or repr(old.initial.get(name)) != repr(new.initial.get(name)):
                 self.unlike[name] = own(variable)
         for name in new.next.keys() - new.key_of.keys():
             self.unlike[name] = mk("var", (), TRUE.kind, NEW + name)
         self._match()
         strict = set(self.unknowns.strict())
         if strict:
-            touched = self._ever(both, {key for key in both if self._differ(key) is not FALSE})
+            touched = self._ever_differing(common, {key for key in common if self._differ(key) is not FALSE})
             names = {name_of(key) for key in touched} | self.unlike.keys()
-            self.apart = strict & self._depending(names)
+            self.unshared = strict & self._depending(names)
             self._match()
 
     def _match(self) -> None:
         """Choose the variables of the unknown values: shared with the old program, or new."""
-        self.own = dict(self.unlike)
+        self.replacements = dict(self.unlike)
         self.memo.clear()
-        self.unknowns.match(self.own, self._in_new, self.apart)
+        self.unknowns.match(self.replacements, self._in_new, self.unshared)
 
     def _in_new(self, t: T) -> T:
-        """Return a term of the new program with its variables replaced as `own` says."""
-        return replaced(t, self.own, self.memo)
+        """Return a term of the new program with `replacements` for its variables."""
+        return replaced(t, self.replacements, self.memo)
 
     # --- which values can differ
 
@@ -284,26 +285,26 @@ class _Comparison:
         old, new = self._pair(key)
         return TRUE if old.kind != new.kind else not_(same(old, new))
 
-    def _now(self, both: Sequence[Key]) -> set[Key]:
+    def _differing_now(self, common: Sequence[Key]) -> set[Key]:
         """Return the values that one scan can make different when it begins with equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
         for _, fact in self.unknowns.facts:
             solver.state(frame.term(fact))
         keys = set()
-        for key in both:
+        for key in common:
             differ = self._differ(key)
             if differ is FALSE:
                 continue
-            before = solver.work
-            if self.left <= 0 or solver.check(frame.term(differ)) != UNSAT:
+            work_before = solver.work
+            if self.budget_left <= 0 or solver.check(frame.term(differ)) != UNSAT:
                 keys.add(key)
-            self.left -= solver.work - before
+            self.budget_left -= solver.work - work_before
         return keys
 
-    def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
+    def _ever_differing(self, common: Sequence[Key], first: set[Key]) -> set[Key]:
         """Return the given values and all that depend on them, after any number of scans."""
-        pairs = {key: self._pair(key) for key in both}
+        pairs = {key: self._pair(key) for key in common}
         dirty, apart = set(first), {variable.val for variable in self.unlike.values()}
         while True:
             names = {name_of(key) for key in dirty} | apart
@@ -330,17 +331,19 @@ class _Comparison:
                 return depending
             depending |= added
 
-    def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
+    def _deciding_held_numbers(self, system: System, common: Iterable[Key]) -> list[HeldNumber]:
         """Return the held values that decide whether some values differ."""
-        differing = {key: self._differ(key) for key in both}
+        differing = {key: self._differ(key) for key in common}
         differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
-        held: dict[object, HeldNumber] = {}
+        held_numbers: dict[object, HeldNumber] = {}
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
             roots = [_after(problem, key) for key in differing_keys]
-            held |= {(number.key, number.bit): number for number in problem.held_numbers(names, roots)}
-        return list(held.values())
+            held_numbers |= {
+                (number.key, number.bit): number for number in problem.held_numbers(names, roots)
+            }
+        return list(held_numbers.values())
 
     # --- runs
 
@@ -359,16 +362,16 @@ class _Comparison:
             tick_ns=old.tick_ns,
         )
         for name in {**new.key_of, **new.next}:
-            place = self.own[name].val if name in self.own else name
-            if place in old.key_of:
+            shared_name = self.replacements[name].val if name in self.replacements else name
+            if shared_name in old.key_of:
                 continue
             if name in new.key_of:
-                system.key_of[place] = new.key_of[name]
-            system.initial[place] = new.initial[name]
+                system.key_of[shared_name] = new.key_of[name]
+            system.initial[shared_name] = new.initial[name]
             if name in new.next:
-                system.next[place] = self._in_new(new.next[name])
-            system.held |= {place} if name in new.held else set()
-            system.late |= {place} if name in new.late else set()
+                system.next[shared_name] = self._in_new(new.next[name])
+            system.held |= {shared_name} if name in new.held else set()
+            system.late |= {shared_name} if name in new.late else set()
         return system
 
     def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:
@@ -383,17 +386,17 @@ class _Comparison:
             for variable in variables([differ])
             if system.role(variable.val) == "free"
         }
-        places = self.new.key_of.keys() | self.old.key_of.keys()
-        inputs = tuple(shown(name) for name in sorted(free & places))
+        names = self.new.key_of.keys() | self.old.key_of.keys()
+        inputs = tuple(shown(name) for name in sorted(free & names))
         by_chance = self.runs.get(key, ())
-        if self.left <= 0 or (by_chance and not now):
+        if self.budget_left <= 0 or (by_chance and not now):
             return ChangedValue(key, now, by_chance, inputs)
-        before = self.base.work
+        work_before = self.base.work
         scans = self.base.run_to(differ)
-        self.left -= self.base.work - before
+        self.budget_left -= self.base.work - work_before
         if scans is None:
             verdict = prove(system, differ, self.limits)
-            self.left -= 1 + verdict.work
+            self.budget_left -= 1 + verdict.work
             if verdict and not by_chance and surely:
                 return None
             scans = verdict.scans
@@ -402,7 +405,7 @@ class _Comparison:
 
 
 class _Base:
-    """Searches runs from power-up with one solver for all values, which makes the terms of a scan once.
+    """Searches runs from power-up with one solver for all values, which translates each scan only once.
 
     Args:
         system: both programs.
@@ -421,7 +424,7 @@ class _Base:
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
-        """Return a run whose last scan makes a condition true; () if the fuse blows, None if not found."""
+        """Return a run whose last scan makes a condition true; () if the fuse blows, None if no run does."""
         for number in range(self._limits.scans):
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
@@ -433,28 +436,28 @@ class _Base:
 
     def _frame(self, number: int) -> Frame:
         if number == len(self._frames):
-            before = self._frames[-1] if self._frames else None
+            previous = self._frames[-1] if self._frames else None
             with self._system.narrowing(self._roots):
-                self._frames.append(Frame(self._system, self._solver, before, first=before is None))
+                self._frames.append(Frame(self._system, self._solver, previous, first=previous is None))
         return self._frames[number]
 
 
 def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
-    """Return the paths of values that one program writes and the other one would take for inputs."""
+    """Return the paths of values that one program writes and that are free inputs of the other program."""
     old_keys, new_keys = _written(old), _written(new)
-    return {
-        key[0]
-        for problem, keys in ((old, new_keys - old_keys), (new, old_keys - new_keys))
-        for key in keys
-        if problem.lowered.layout.find(key[0]) is not None and problem.role(name_of(key)) == "free"
-    }
+    return _free_paths(old, new_keys - old_keys) | _free_paths(new, old_keys - new_keys)
+
+
+def _free_paths(problem: ProgramSystem, keys: Iterable[Key]) -> set[str]:
+    """Return the paths of values that a program has and that are free in each scan."""
+    find = problem.lowered.layout.find
+    return {key[0] for key in keys if find(key[0]) is not None and problem.role(name_of(key)) == "free"}
 
 
 def _written(problem: ProgramSystem) -> set[Key]:
     """Return the values that a program may write."""
-    return {problem.key_of[name] for name in problem.next if name in problem.key_of} | set(
-        problem.machine.written
-    )
+    states = {problem.key_of[name] for name in problem.next if name in problem.key_of}
+    return states | set(problem.machine.written)
 
 
 def _after(problem: ProgramSystem, key: Key) -> T:

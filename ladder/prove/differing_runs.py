@@ -1,4 +1,4 @@
-"""Runs two compiled programs with equal inputs: random runs, or a given run."""
+"""Runs two compiled programs with equal inputs, random or from a scenario, and compares their values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RUNS, SCANS = 24, 12
 """Number of random runs, and of scans in each run."""
 
 FAULT: Key = (STOPPED, 0)
-"""Place of the value that becomes true when a major fault stops a program."""
+"""Key of the value that becomes true when a major fault stops a program."""
 
 
 def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> dict[Key, tuple[ScanOf, ...]]:
@@ -30,7 +30,7 @@ def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> 
         scans: list[ScanOf] = []
         for scan in _random_scans(rng, inputs, old.bounds):
             scans.append(scan)
-            has_stopped = _do(pair, scan)
+            has_stopped = _scan_both(pair, scan)
             for key in keys:
                 if key not in runs and _differ(pair, key):
                     runs[key] = tuple(scans)
@@ -39,11 +39,11 @@ def random_runs(old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key]) -> 
     return runs
 
 
-def _do(both: tuple[StoppingRun, StoppingRun], scan: ScanOf) -> bool:
+def _scan_both(pair: tuple[StoppingRun, StoppingRun], scan: ScanOf) -> bool:
     """Run a scan in both programs; return whether one of them has stopped."""
-    for run in both:
+    for run in pair:
         run.do(scan)
-    return both[0].stopped or both[1].stopped
+    return pair[0].stopped or pair[1].stopped
 
 
 def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> Iterator[ScanOf]:
@@ -51,7 +51,7 @@ def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> I
     likely = {key: rng.choice((0.1, 0.5, 0.9)) for key in inputs}
     for number in range(SCANS):
         changed = {
-            key: _any(rng, variable, likely[key])
+            key: _random_value(rng, variable, likely[key])
             for key, variable in inputs.items()
             if number == 0 or rng.random() < 0.3
         }
@@ -80,22 +80,22 @@ class StoppingRun:
         return self._engine.memory.read(self._engine.lowered.layout.leaf(key[0]), key[1])
 
 
-def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
-    """Whether a value differs now; 0.0 and -0.0 differ, NaN equals NaN."""
-    left, right = both[0].value(key), both[1].value(key)
-    if isinstance(left, float) and isinstance(right, float):
-        return not same_float(left, right)
-    return bool(left != right)
+def _differ(pair: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
+    """Return whether a value differs now; 0.0 and -0.0 differ, NaN equals NaN."""
+    old_value, new_value = pair[0].value(key), pair[1].value(key)
+    if isinstance(old_value, float) and isinstance(new_value, float):
+        return not same_float(old_value, new_value)
+    return bool(old_value != new_value)
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:
     """Return the free variables that may change before the first scan, by name."""
-    places = problem.machine.vars
+    variables = problem.machine.vars
     names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
-    return {name: places[problem.key_of[name]] for name in sorted(names)}
+    return {name: variables[problem.key_of[name]] for name in sorted(names)}
 
 
-def _any(rng: Random, v: T, likely: float) -> Any:
+def _random_value(rng: Random, v: T, likely: float) -> Any:
     if v.kind == BOOL:
         return rng.random() < likely
     if v.kind == INT:
@@ -110,7 +110,7 @@ def _clipped(value: Any, low: Any, high: Any) -> Any:
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end and neither stopped before."""
     runs = StoppingRun(old), StoppingRun(new)
-    if any(_do(runs, scan) for scan in scans[:-1]):
+    if any(_scan_both(runs, scan) for scan in scans[:-1]):
         return False
-    _do(runs, scans[-1])
+    _scan_both(runs, scans[-1])
     return _differ(runs, key)

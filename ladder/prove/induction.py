@@ -1,11 +1,12 @@
-"""Verdicts: a property proved for every run, a run that breaks it, or neither within the limits.
+"""Decides properties: proves a property for every run, finds a run that breaks it, or meets a limit.
 
-Two questions alternate. Base: can the property break in scan k + 1 after power-up? Step: does it follow from
-k scans in which it held, from any state? Invariants strengthen the step.
+Two questions alternate. Base: can scan k + 1 after power-up break the property? Step: does the property
+follow from k scans that satisfy it, from any state? Invariants strengthen the step.
 
-The compiled program replays each run that the solver finds, and its memory decides. If an instruction without
-a model computed a different value than the solver chose, or did not fault as the solver chose, the solver
-learns that and tries again. A run ends with the scan of a major fault; claims are about the state after it.
+The compiled program replays each run that the solver finds, and its memory decides. An instruction without a
+model may compute another value than the solver chose, or not fault as the solver chose. The solver then
+learns the actual value and tries again. A run ends with the scan of a major fault; claims are about the state
+after it.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ MOST_TRIES = 10
 """Maximum number of replays for one property."""
 
 HELPED_FROM = 3
-"""Number of scans after which invariants are searched; early counterexamples need none."""
+"""Number of scans after which invariants are searched; early counterexamples need no invariants."""
 
 WORK = 10_000_000
 """Default limit of the work for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Run length that the search always tries, and the work up to which it tries longer runs."""
+"""Number of scans that the search always tries, and the work up to which it tries longer runs."""
 
 FUSES = 10
 """The fuse of a property, as a multiple of the fuse of a question."""
@@ -49,7 +50,7 @@ STRETCHED_FROM = 5
 
 
 class VerdictKind(StrEnum):
-    """What is known about a property."""
+    """Kind of verdict on a property."""
 
     PROVED = "proved"
     REFUTED = "refuted"
@@ -58,7 +59,7 @@ class VerdictKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a proof: unless a fuse blows, every machine and solver version gives the same verdict.
+    """Limits of a proof. Unless a fuse blows, the verdict is the same on every machine and solver version.
 
     Attributes:
         scans: length of the longest run of the search.
@@ -142,10 +143,10 @@ class _Proof:
         else:
             self.bad = self.target
         with system.narrowing([self.bad]):
-            self._answer(system.cone([self.bad]))
+            self._decide(system.cone([self.bad]))
         return result
 
-    def _answer(self, cone: dict[str, T]) -> None:
+    def _decide(self, cone: dict[str, T]) -> None:
         system, result = self.system, self.result
         result.held = system.held_numbers(cone, [self.bad])
         if self.bad is FALSE:
@@ -182,17 +183,17 @@ class _Proof:
                 return
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
 
-    def _reason_to_stop(self, base: Solver, answer: str, scan: int) -> str:
-        """Return the limit that was met, or that no run keeps the assumptions; "" to continue."""
+    def _reason_to_stop(self, base: Solver, base_answer: str, scan: int) -> str:
+        """Return the limit that was met, or that no run satisfies the assumptions; "" to continue."""
         limits = self.limits
-        kept = UNKNOWN
-        if answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
+        assumptions = UNKNOWN
+        if base_answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
             if self.result.work > (limits.work if scan <= SCANS else min(limits.work, FURTHER)):
                 return f"the limit of work, in scan {scan}"
-            kept = SAT if self.system.contract is TRUE else base.check()
-        if kept == UNSAT:
-            return f"no run of {scan} scans keeps what is assumed"
-        return f"{fuse_text()}, in scan {scan}" if kept == UNKNOWN else ""
+            assumptions = SAT if self.system.contract is TRUE else base.check()
+        if assumptions == UNSAT:
+            return f"no run of {scan} scans keeps the assumptions"
+        return f"{fuse_text()}, in scan {scan}" if assumptions == UNKNOWN else ""
 
     def _count(self, base: Solver, steps: _Steps) -> None:
         self.result.work = base.work + steps.work
@@ -210,7 +211,7 @@ class _Proof:
         result.certificates = (certificate, *(system.follows.certificates if system.follows else ()))
 
     def _follows(self) -> bool:
-        """Whether the relation follows the program in every run."""
+        """Return whether the relation follows the program in every run."""
         system = self.system
         if system.deep is FALSE or self.bad is system.deep:
             return True
@@ -236,13 +237,13 @@ class _Proof:
         if not isinstance(system, ProgramSystem) or not self.limits.replays:
             self._refuted(scans)
             return
-        for left in reversed(range(MOST_TRIES)):
+        for tries_left in reversed(range(MOST_TRIES)):
             replayed = replay(system, scans, breaks(system, self.bad, self.key))
             if replayed.confirmed or self._is_the_fault(replayed, len(scans)):
                 self._refuted(scans)
                 return
             learned = self._learn(base, frames, replayed)
-            if not learned or not left or base.check(broken, *learned) != SAT:
+            if not learned or not tries_left or base.check(broken, *learned) != SAT:
                 self._blame_processor(replayed)
                 return
             scans = _values_of(frames)
@@ -253,17 +254,17 @@ class _Proof:
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
-        ways = [[base.apply("not", [prescan]) for prescan in prescans], _read_by_prescan(base, frames)]
-        ways = [way for way in ways if way]
-        if ways and not any(base.check(broken, *way) == SAT for way in ways):
+        preferences = [[base.apply("not", [prescan]) for prescan in prescans], _read_by_prescan(base, frames)]
+        preferences = [preference for preference in preferences if preference]
+        if preferences and not any(base.check(broken, *preference) == SAT for preference in preferences):
             base.check(broken)  # repeat the first question, for its model
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
         fault = replayed.fault
-        return fault is not None and fault.site == self.fault and replayed.done == scans - 1
+        return fault is not None and fault.site == self.fault and replayed.scans_done == scans - 1
 
     def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return as formulas what a replay computed in place of the solver's choices."""
+        """Return formulas with the values that a replay computed instead of the solver's choices."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -271,15 +272,15 @@ class _Proof:
             self._unknown(f"the relation and the program differ at {path}[{index}]: a defect of scanrack")
         pins = []
         for (number, name), value in replayed.computed.items():
-            known = frames[number].chosen.get(name)
-            if known is not None:
-                variable, formula = known
+            choice = frames[number].chosen.get(name)
+            if choice is not None:
+                variable, formula = choice
                 literal = base.value(sort_of(variable), value if variable.kind != INT else int(value))
                 pins.append(base.apply("=" if variable.kind in (BOOL, INT) else "fp.eq", [formula, literal]))
         return pins
 
     def _blame_processor(self, replayed: ReplayedRun) -> None:
-        """Name a value that the processor itself writes, if the property depends on one."""
+        """Blame the values that the processor itself writes, if the property depends on any."""
         system = self.system
         assert isinstance(system, ProgramSystem)
         cone = system.cone([self.bad])
@@ -297,7 +298,7 @@ class _Proof:
     # --- scans that are longer than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Search a run with longer scans; replay it with scans of the rack's length and the inputs held."""
+        """Search a run with longer scans; replay it with scans of the rack's length and unchanged inputs."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -332,27 +333,27 @@ class _Proof:
 
 
 def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
-    """Return the model's values in each scan; values that prescan reads are in the next scan."""
+    """Return the model's values in each scan; a value that prescan reads belongs to the next scan."""
     scans = [frame.values() for frame in frames]
-    for before, scan in pairwise(scans):
-        for name in [chosen for chosen in before if chosen.startswith(THEN)]:
-            scan.setdefault(name.removeprefix(THEN), before[name])
+    for previous, scan in pairwise(scans):
+        for name in [chosen for chosen in previous if chosen.startswith(THEN)]:
+            scan.setdefault(name.removeprefix(THEN), previous[name])
     return scans
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return the condition that prescan reads the inputs of the next scan, as in a scenario."""
+    """Return conditions that prescan reads the inputs of the next scan, as in a scenario."""
     return [
         base.apply("=", [formula, scan.chosen[name.removeprefix(THEN)][1]])
-        for before, scan in pairwise(frames)
-        for name, (variable, formula) in before.chosen.items()
+        for previous, scan in pairwise(frames)
+        for name, (variable, formula) in previous.chosen.items()
         if name.startswith(THEN) and variable.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
     ]
 
 
 @dataclass(slots=True)
 class _Steps:
-    """The step of an induction: checks whether a property follows from k scans in which it held."""
+    """The step of an induction: checks whether a property follows from k scans that satisfy it."""
 
     system: System
     bad: T
@@ -361,8 +362,8 @@ class _Steps:
     k: int = -1  # the latest step
     _solver: Solver = field(init=False)
     _last: Frame | None = None
-    _open: bool = True
-    _before: tuple[int, int] = (0, 0)
+    _open: bool = True  # whether more scans may prove the property
+    _before: tuple[int, int] = (0, 0)  # work and steps of earlier solvers
     blown: bool = False  # whether a fuse ended the step
 
     def __post_init__(self) -> None:
@@ -379,12 +380,12 @@ class _Steps:
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or reuse those of a question with the whole cone; restart the step with them."""
-        known, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
-        of = next((key for key in known if key[0] is contract and key[1] >= names), (contract, names))
-        if of not in known:
-            known[of] = invariants(self.system, cone, self.limits.fuse)
-        self.found, work, steps, blown = known[of]  # count the same work for reused invariants
+        """Find invariants, or reuse the invariants of a larger cone; restart the step with them."""
+        cache, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
+        cache_key = next((key for key in cache if key[0] is contract and key[1] >= names), (contract, names))
+        if cache_key not in cache:
+            cache[cache_key] = invariants(self.system, cone, self.limits.fuse)
+        self.found, work, steps, blown = cache[cache_key]  # count the same work for reused invariants
         self._before = self.work + work, self.steps + steps
         self._solver, self.blown = Solver(self.limits.fuse), self.blown or blown
         self._last, self._open, self.k = None, True, -1

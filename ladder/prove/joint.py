@@ -1,8 +1,8 @@
 """Inductions of many conditions at once: each scan is translated once for all of them.
 
-Base and step are the same as in `induction`. One question asks for the disjunction of many conditions. If it
-can't hold, none of them can. If it can, the conditions that hold in the model are dropped. Runs that the
-solver finds are not replayed here.
+Base and step are the same as in `induction`. One question is about the disjunction of many conditions. If it
+is unsatisfiable, all of them are. Otherwise the conditions that are true in the model are dropped. Runs that
+the solver finds are not replayed here.
 
 The longest step comes first: a condition that does not follow from k scans does not follow from fewer. For
 each condition that follows, the smallest k is found.
@@ -26,12 +26,12 @@ GROUP = 60
 
 @dataclass(slots=True)
 class JointAnswers:
-    """What inductions found out about conditions.
+    """The results of inductions of many conditions.
 
     Attributes:
-        proved: each condition that never holds, with the k of its induction.
+        proved: each condition that is never true, with the k of its induction.
         broken: conditions that some run of the relation makes true.
-        gave_up: conditions whose fuse blew; an induction of one alone may still succeed.
+        gave_up: conditions whose fuse blew; an induction of a single condition may still succeed.
         work: terms of the questions, see `Solver`.
     """
 
@@ -42,49 +42,49 @@ class JointAnswers:
 
 
 def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
-    """Return which conditions can hold, each by itself, under the solver's assertions.
+    """Return the conditions that can be true, each by itself, under the solver's assertions.
 
     Args:
         formulas: the solver's term of each condition.
 
     Returns:
-        The conditions that can hold, and the conditions whose fuse blew.
+        The conditions that can be true, and the conditions whose fuse blew.
     """
-    can, gave_up = set[T](), set[T]()
-    todo = [*_parts(list(formulas), GROUP)]
+    possible, gave_up = set[T](), set[T]()
+    todo = [*_groups(list(formulas), GROUP)]
     while todo:
         part = todo.pop()
         answer = solver.check(solver.joined("or", [formulas[truth] for truth in part]))
         if answer == SAT:
             holding = {truth for truth in part if solver.found(formulas[truth], truth)} or {part[0]}
-            can |= holding
-            todo += _parts([truth for truth in part if truth not in holding], GROUP)
+            possible |= holding
+            todo += _groups([truth for truth in part if truth not in holding], GROUP)
         elif answer == UNKNOWN and len(part) > 1:
-            todo += _parts(part, -(-len(part) // 2))
+            todo += _groups(part, -(-len(part) // 2))
         elif answer == UNKNOWN:
             gave_up |= {*part}
-    return can, gave_up
+    return possible, gave_up
 
 
-def _parts(truths: Sequence[T], size: int) -> Iterator[list[T]]:
+def _groups(truths: Sequence[T], size: int) -> Iterator[list[T]]:
     for begin in range(0, len(truths), size):
         yield [*truths[begin : begin + size]]
 
 
 def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
-    """Decide which conditions hold in no scan; a condition in no set of the answers is undecided.
+    """Decide which conditions are true in no scan; a condition in no set of the answers is undecided.
 
     The caller ensures that the relation follows the program, see `induction`.
 
     Args:
-        limits: of each condition; a group of n conditions shares n times as much work.
+        limits: limits for each condition; a group of n conditions shares n times as much work.
     """
     answers, groups = JointAnswers(), dict[T, list[T]]()
     for truth in dict.fromkeys(truths):
         groups.setdefault(system.narrowed([truth]), []).append(truth)
     for group in groups.values():
         with system.narrowing(group[:1]):
-            for part in _parts(group, GROUP):
+            for part in _groups(group, GROUP):
                 _JointInduction(system, part, limits, answers).decide()
     return answers
 
@@ -92,9 +92,9 @@ def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> Joint
 class _JointInduction:
     """An induction of conditions that have the same contract."""
 
-    def __init__(self, system: System, truths: Sequence[T], limits: Limits, found: JointAnswers) -> None:
-        self._system, self._limits, self._many, self._found = system, limits, len(truths), found
-        self._left = list(truths)  # conditions that are neither broken nor proved so far
+    def __init__(self, system: System, truths: Sequence[T], limits: Limits, answers: JointAnswers) -> None:
+        self._system, self._limits, self._count, self._answers = system, limits, len(truths), answers
+        self._undecided = list(truths)  # conditions that are neither broken nor proved so far
         self._work = self._steps = 0
 
     def decide(self) -> None:
@@ -103,36 +103,36 @@ class _JointInduction:
         last = self._limits.scans - 1
         for number in range(self._limits.scans):
             run = Frame(self._system, base, run, first=run is None)
-            broken, gave_up = satisfiable(base, {truth: run.term(truth) for truth in self._left})
-            self._found.broken |= broken
-            self._found.gave_up |= gave_up
+            broken, gave_up = satisfiable(base, {truth: run.term(truth) for truth in self._undecided})
+            self._answers.broken |= broken
+            self._answers.gave_up |= gave_up
             self._leave(broken | gave_up)
             if self._has_met_a_limit(base) or not self._keeps_contract(base):
                 break
             if number == min(self._limits.k, last):
                 self._prove(number)
-            if not self._left:
+            if not self._undecided:
                 break
-        self._found.work += self._work + base.work
+        self._answers.work += self._work + base.work
 
     def _has_met_a_limit(self, base: Solver) -> bool:
-        limits, many = self._limits, self._many
+        limits, many = self._limits, self._count
         is_too_long = self._steps + base.steps > many * FUSES * limits.fuse
         return is_too_long or self._work + base.work > many * limits.work
 
     def _keeps_contract(self, base: Solver) -> bool:
-        """Whether some run of the scans so far keeps the assumptions."""
+        """Return whether some run of the scans so far keeps the assumptions."""
         return self._system.contract is TRUE or base.check() == SAT
 
     def _prove(self, most: int) -> None:
         """Find the conditions whose falsehood follows from at most `most` scans in which they were false."""
-        proved, gave_up = self._follow(self._left, most, most)
+        proved, gave_up = self._follow(self._undecided, most, most)
         if most:
             least, _ = self._follow(
-                [truth for truth in self._left if truth in proved or truth in gave_up], 0, most
+                [truth for truth in self._undecided if truth in proved or truth in gave_up], 0, most
             )
             proved |= least
-        self._found.proved |= proved
+        self._answers.proved |= proved
         self._leave(proved)
 
     def _follow(self, truths: Iterable[T], first: int, last: int) -> tuple[dict[T, int], set[T]]:
@@ -149,16 +149,16 @@ class _JointInduction:
                 breaking = {
                     truth: solver.joined("and", [literals[truth], *unbroken[truth]]) for truth in unbroken
                 }
-                can, late = satisfiable(solver, breaking)
-                proved |= {truth: k for truth in breaking if truth not in can and truth not in late}
-                gave_up |= late
+                possible, undecided = satisfiable(solver, breaking)
+                proved |= {truth: k for truth in breaking if truth not in possible and truth not in undecided}
+                gave_up |= undecided
             unbroken = {
-                truth: [*held, solver.apply("not", [literals[truth]])]
-                for truth, held in unbroken.items()
+                truth: [*earlier, solver.apply("not", [literals[truth]])]
+                for truth, earlier in unbroken.items()
                 if truth not in proved and truth not in gave_up
             }
         self._work, self._steps = self._work + solver.work, self._steps + solver.steps
         return proved, gave_up
 
     def _leave(self, truths: Container[T]) -> None:
-        self._left = [truth for truth in self._left if truth not in truths]
+        self._undecided = [truth for truth in self._undecided if truth not in truths]

@@ -1,4 +1,4 @@
-"""Monitors: lines that run after a program's scan and set a bit for each claim that its state breaks.
+"""Monitors: lines that run after a program's scan and set a bit for each claim that the state breaks.
 
 A claim becomes a line of structured text, compiled with the program:
 
@@ -7,13 +7,14 @@ A claim becomes a line of structured text, compiled with the program:
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
     Old__1 := Count;                                     after all claims, for old(Count)
 
-If a condition can't be computed, because a subscript is out of range, its line ends there. A claim is then
+A line ends where its condition can't be computed, because a subscript is out of range. A claim is then
 broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
-on the state that it left.
+on the state that the fault left.
 
-A routine `NEVER` is also a monitor. No controller runs it, because nothing calls it. Each of its rungs claims
-that power never reaches its end. In structured text, each bit that a statement sets is claimed never to be 1.
-The routine may have timers and one-shots. A rung that only prepares others ends with `AFI()`.
+A routine `NEVER` is also a monitor. No controller runs it, because no routine calls it. Each of its rungs is
+a claim that power never reaches the end of the rung. In structured text, each bit that a statement sets is a
+claim that the bit is never 1. The routine may have timers and one-shots. A rung that only prepares values for
+other rungs ends with `AFI()`.
 
     XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
 
@@ -53,14 +54,14 @@ from .relation.places import Key
 
 @dataclass(frozen=True, slots=True)
 class WatchedClaim:
-    """A claim, and the bit that is true after a scan whose state breaks or reaches it."""
+    """A claim, and the bit that is true after a scan that breaks or reaches it."""
 
     claim: Claim
     bit: Key
     assume: tuple[Key, ...] = ()  # bits of the claim's own assumptions
 
     def holds(self, engine: Engine) -> bool:
-        """Whether the bit is false after the last scan of an engine."""
+        """Return whether the bit is false after the last scan of an engine."""
         return not engine.memory.read(engine.lowered.layout.leaf(self.bit[0]), self.bit[1])
 
 
@@ -71,7 +72,7 @@ class MonitoredProgram:
     Attributes:
         program: a copy of the program; its engines run the monitors after each scan.
         properties: its claims without the assumptions.
-        assume: bits that are true after each scan of the runs to consider.
+        assume: bits of its assumptions; proofs consider only runs that set them in each scan.
         assumptions: the claims of these bits.
     """
 
@@ -90,7 +91,7 @@ class ClaimWatch:
         self._is_kept = True  # whether all assumptions have held so far
 
     def is_broken(self, tags: Any) -> bool:
-        """Whether the latest scan breaks the claim; call it once after each scan, with the program's tags."""
+        """Return whether the latest scan breaks the claim; call it once per scan, with the program's tags."""
         self._is_kept = self._is_kept and all(tags[name] for name in self._assumed)
         return self._is_kept and bool(tags[self._bit])
 
@@ -98,11 +99,10 @@ class ClaimWatch:
 def monitored(
     program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
 ) -> MonitoredProgram:
-    """Return a program with monitors: for given claims, claims in its comments, and its routines NEVER.
+    """Return a copy of a program with monitors: for its routines NEVER, its comments, and other claims.
 
     Args:
-        program: it is not changed.
-        claims: further claims, before the program's own.
+        claims: other claims, which come first.
         slots: slots of the rack; `slot1.status.IN_ESTOP` then names a bit of slot 1.
 
     Raises:
@@ -111,19 +111,19 @@ def monitored(
     built = program.build()
     named_claims = named_apart([*claims, *claims_in(built)])
     maker = _Maker(named_claims, never_routines(program), slots)
-    with_them = _copy(program, slots)
-    with_them.monitors = maker.lower
+    watched_program = _copy(program, slots)
+    watched_program.monitors = maker.lower
     try:
-        lowered = with_them.build()
+        lowered = watched_program.build()
     except BuildError as error:
         raise maker.refusal(error) from None
     lowered.monitors = tuple(maker.routines)
     lowered.closing = (*lowered.closing, run_monitors)
-    maker.keep_initials(with_them)
+    maker.keep_initials(watched_program)
     properties = [monitor for monitor in maker.watched if monitor.claim.kind is not ClaimKind.ASSUME]
     assumed = [monitor for monitor in maker.watched if monitor.claim.kind is ClaimKind.ASSUME]
     return MonitoredProgram(
-        with_them,
+        watched_program,
         tuple(properties),
         tuple(monitor.bit for monitor in assumed),
         tuple(monitor.claim for monitor in assumed),
@@ -147,7 +147,7 @@ def run_claims(engine: Engine) -> None:
 
 
 def why_broken(engine: Engine, bit: Key) -> str:
-    """Return why the condition of a claim can't be computed after the latest scan; "" if it can.
+    """Return the reason why the condition of a claim can't be computed after the latest scan, or "".
 
     Args:
         bit: the claim's bit.
@@ -163,28 +163,28 @@ def why_broken(engine: Engine, bit: Key) -> str:
 
 
 def is_claims(routine: str) -> bool:
-    """Whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
+    """Return whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
     return is_monitors_own(_short(routine))
 
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Run monitors in the body: not as a first scan, not in an MCR zone, and without a lasting status flag.
+    """Run monitors in the body of a `with`: not in a first scan, not in an MCR zone; restore status flags.
 
     Args:
         machine: an interpreter, or the machine of terms.
     """
-    kept = [(name, machine.status(name)) for name in STATUS_FLAGS if name != "S:FS"]
+    saved = [(name, machine.status(name)) for name in STATUS_FLAGS if name != "S:FS"]
     machine.set_status("S:FS", False)
     if machine.lowered.override:
         machine.set_status(OVERRIDE, False)
     yield
-    for name, value in kept:
+    for name, value in saved:
         machine.set_status(name, value)
 
 
 def is_monitors_own(path: str) -> bool:
-    """Whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
+    """Return whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
 
     >>> is_monitors_own("PROVE__3"), is_monitors_own("FWD")
     (True, False)
@@ -195,9 +195,9 @@ def is_monitors_own(path: str) -> bool:
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return an unbuilt copy of a program, with names for the slots."""
     result = program.copied()
-    known = {declaration.name.upper() for declaration in program.declarations}
-    named = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in known]
-    result.declarations += named
+    declared_names = {declaration.name.upper() for declaration in program.declarations}
+    aliases = [SlotAlias(f"slot{slot}", slot) for slot in slots if f"SLOT{slot}" not in declared_names]
+    result.declarations += aliases
     return result
 
 
@@ -237,9 +237,10 @@ class _Maker:
         """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
         self._lowering, layout = lowering, lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
-        for slot in (latch for latch in self.slots if latch in used):
-            for output in (False, True):
-                layout.image(slot, output=output)
+        for slot in self.slots:
+            if slot in used:
+                layout.image(slot, output=False)
+                layout.image(slot, output=True)
         for routine in self.never:
             self._never(routine)
         for claim in self.claims:
@@ -305,16 +306,16 @@ class _Maker:
                 return parse_expression(plain)
             block = parse_statements(f"Claim := ({plain}\n);", specs=BY_NAME)
         except LadderError as error:
-            raise LadderError(f"{_named(claim)}: {text}: {error.reason}", claim.site) from None
+            raise LadderError(f"{_claim_name(claim)}: {text}: {error.reason}", claim.site) from None
         if len(block) != 1 or not isinstance(block[0], Assignment):
-            raise LadderError(f"{_named(claim)}: {text}: one condition is needed", claim.site)
+            raise LadderError(f"{_claim_name(claim)}: {text}: must be one condition", claim.site)
         return block[0].value
 
     def _latch(self, scope: str, text: str) -> str:
         """Return the tag of `old(text)`."""
-        known = self._old.get((scope, text))
-        if known is not None:
-            return known[0]
+        existing = self._old.get((scope, text))
+        if existing is not None:
+            return existing[0]
         try:
             place = self._lowering.resolver.address(parse_address(text))
         except AddressError as error:
@@ -328,7 +329,7 @@ class _Maker:
         return name
 
     def keep_initials(self, program: LadderLogic) -> None:
-        """Set the initial value of each `old(...)` to that of its tag."""
+        """Set the initial value of each `old(...)` to the initial value of its tag."""
         if not self._old:
             return
         memory = program.interpret().memory
@@ -364,23 +365,23 @@ class _Maker:
         lines = []
         for problem in error.problems:
             claim = self._claims.get(problem.site.routine.upper())
-            where = _named(claim) + f": {claim.text}" if claim else problem.where
-            lines.append(f"{where}: {problem.text}; {problem.remedy}")
+            place = _claim_name(claim) + f": {claim.text}" if claim else problem.where
+            lines.append(f"{place}: {problem.text}; {problem.remedy}")
         return LadderError("\n".join(lines), *(mistake.site for mistake in error.problems))
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
     """Replace each `old(...)` in a condition by what `latch` returns for its content."""
-    parts, begin = [], 0
+    pieces, begin = [], 0
     for match in _OLD.finditer(text):
         if match.start() < begin:
             raise LadderError("old(...) in old(...): name one value")
         end = text.find(")", match.end())
         if end < 0:
             raise LadderError("old( has no closing parenthesis")
-        parts += [text[begin : match.start()], latch(text[match.end() : end].strip())]
+        pieces += [text[begin : match.start()], latch(text[match.end() : end].strip())]
         begin = end + 1
-    return "".join([*parts, text[begin:]])
+    return "".join([*pieces, text[begin:]])
 
 
 _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
@@ -389,10 +390,10 @@ _FILE_BIT = re.compile(r"(?<![\w:.])[A-Za-z]{1,2}\d{0,3}/\d+", re.ASCII)
 _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 
 
-def _named(claim: Claim) -> str:
+def _claim_name(claim: Claim) -> str:
     """Return how an error names a claim: its name, and its place if it is in the program."""
-    where = f"{claim.site.where}: " if claim.site.routine else ""
-    return f"{where}property {claim.name!r}" if claim.name != claim.sentence else f"{where}prove"
+    place = f"{claim.site.where}: " if claim.site.routine else ""
+    return f"{place}property {claim.name!r}" if claim.name != claim.sentence else f"{place}prove"
 
 
 def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:

@@ -1,4 +1,4 @@
-"""Replays the scenario that a solver found on the compiled program, whose memory decides the verdict."""
+"""Replays a solver's scenario on the compiled program; the program's memory decides the verdict."""
 
 from __future__ import annotations
 
@@ -39,16 +39,12 @@ Broken = Callable[[Engine, "dict[str, Any]"], bool]
 
 @dataclass(frozen=True, slots=True)
 class ScanOf:
-    """A scan of a scenario: the ms since the previous scan, and the inputs that change before it.
+    """A scan of a scenario."""
 
-    `turned`: the key is turned to program and back before it. `again`: it is the first scan of a run that
-    begins with the tags of the run before.
-    """
-
-    ms: float
-    inputs: dict[Key, Any]
-    turned: bool = False
-    again: bool = False
+    ms: float  # time since the previous scan
+    inputs: dict[Key, Any]  # inputs that change before it
+    turned: bool = False  # the key is turned to program and back before it
+    again: bool = False  # it is the first scan of a run that begins with the tags of the previous run
 
     def do(self, engine: Engine) -> None:
         """Run the scan on an engine; may raise a LadderFault."""
@@ -66,7 +62,7 @@ class ScanOf:
 
 
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
-    """Run scans on a compiled program; return its engine, and the major fault that has stopped it."""
+    """Run scans on a compiled program; return its engine, and the major fault that stopped it or None."""
     engine = program.compile()
     for scan in scans:
         if scan.again:
@@ -87,7 +83,7 @@ class ReplayedRun:
         confirmed: whether the program breaks the property, as in the solver's model.
         fault: the major fault that ended the run, in its last scan or earlier.
         computed: the values that instructions without a model computed, by scan and variable.
-        done: number of scans without a fault.
+        scans_done: number of scans without a fault.
         differs: places where the relation and the program differ: a defect, unless an unmodeled instruction
             decides them.
     """
@@ -96,7 +92,7 @@ class ReplayedRun:
     fault: LadderFault | None = None
     computed: dict[tuple[int, str], Any] = field(default_factory=dict)
     differs: tuple[Key, ...] = ()
-    done: int = 0
+    scans_done: int = 0
 
 
 class Run:
@@ -164,17 +160,17 @@ class Run:
 
 
 def is_turned(values: Values) -> bool:
-    """Whether the key is turned to program and back after a scan."""
+    """Return whether the key is turned to program and back after a scan."""
     return bool(values.get(TURNED, False))
 
 
 def is_again(values: Values) -> bool:
-    """Whether the run ends after a scan, and the next run begins with its tags."""
+    """Return whether the run ends after a scan, and the next run begins with its tags."""
     return bool(values.get(RETAINED, False))
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return how many ticks the key is out of RUN after a scan, capped at one hour."""
+    """Return the ticks in program mode after a scan, at most one hour."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
@@ -190,17 +186,17 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
     remembered = [name for name in problem.next if name not in problem.key_of]
     remember = Evaluator([problem.next[name] for name in remembered])
     for number, values in enumerate(scans):
-        was = dict(zip(remembered, remember(before), strict=True)) if number else {}
+        remembered_values = dict(zip(remembered, remember(before), strict=True)) if number else {}
         try:
-            before = run.scan(values) | was
+            before = run.scan(values) | remembered_values
         except LadderFault as fault:
             result.fault = fault
             _learn_fault(problem, fault, number, result)
             if number + 1 == len(scans):
                 run_claims(run.engine)
-                result.confirmed = broken(run.engine, run.before | was)
+                result.confirmed = broken(run.engine, run.before | remembered_values)
             return result
-        result.done += 1
+        result.scans_done += 1
         result.computed |= {(number, name): False for name in problem.machine.may_fault}
         if problem.unmodeled:
             _learn(problem, run, number, before, result)
@@ -209,13 +205,13 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
             return result
     result.confirmed = broken(run.engine, before)
     if not result.confirmed:
-        known = {name for scan, name in result.computed if scan == len(scans) - 1}
-        result.differs = _differences(problem, run, before, problem.unmodeled.keys() - known)
+        computed_names = {name for scan, name in result.computed if scan == len(scans) - 1}
+        result.differs = _differences(problem, run, before, problem.unmodeled.keys() - computed_names)
     return result
 
 
 def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result: ReplayedRun) -> None:
-    """Note which instruction without a model faulted in a scan."""
+    """Note the instruction without a model that faulted in a scan."""
     names = [name for name, site in problem.machine.may_fault.items() if site == fault.site]
     if len(names) == 1:
         result.computed[number, names[0]] = True
@@ -230,24 +226,26 @@ def _learn_written(problem: ProgramSystem, run: Run, number: int, result: Replay
 
 
 def _learn(
-    problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
+    problem: ProgramSystem, run: Run, number: int, variable_values: dict[str, Any], result: ReplayedRun
 ) -> None:
-    """Find what instructions without a model computed in a scan, as far as its end still shows it."""
+    """Find the values that instructions without a model computed, if still visible after the scan."""
     for _ in range(3):  # one value can select the place that shows another
-        values = _seen_havocs(problem, run, before)
-        if all(before.get(name) == value for name, value in values.items()):
+        values = _seen_havocs(problem, run, variable_values)
+        if all(variable_values.get(name) == value for name, value in values.items()):
             break
-        before.update(values)
+        variable_values.update(values)
     for name, value in values.items():
         result.computed[number, name] = value
 
 
-def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, Any]:
+def _seen_havocs(problem: ProgramSystem, run: Run, variable_values: Values) -> dict[str, Any]:
     keys = [key for key in problem.machine.written if problem.machine.state[key].op in ("ite", "var")]
     keys.sort()
     roots = [problem.machine.state[key] for key in keys]
     conditions = [node.args[0] for node in reach(roots) if node.op == "ite"]
-    values = dict(zip([condition.id for condition in conditions], Evaluator(conditions)(before), strict=True))
+    values = dict(
+        zip([condition.id for condition in conditions], Evaluator(conditions)(variable_values), strict=True)
+    )
     havocs: dict[str, Any] = {}
     for key, root in zip(keys, roots, strict=True):
         term = root
@@ -274,8 +272,8 @@ def _differences(
             for key in keys
             if not any(variable.val in unknown for variable in variables([machine.state[key]]))
         ]
-    got = Evaluator([machine.state[key] for key in keys])(before)
-    return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
+    expected_values = Evaluator([machine.state[key] for key in keys])(before)
+    return tuple(key for key, value in zip(keys, expected_values, strict=True) if value != run.after(key))[:3]
 
 
 def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
@@ -288,7 +286,7 @@ def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
 
 
 def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> int | None:
-    """Return the first scan, from 0, after which a bit is true; None if a run has none or faults before."""
+    """Return the first scan, from 0, after which a bit is true; None without such a scan before a fault."""
     run = Run(problem)
     with suppress(LadderFault):
         for number, values in enumerate(scans):
@@ -302,14 +300,14 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
 
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
     """Return the scans that a solver chose: their times, and the inputs that change."""
-    chosen, now = [], dict(system.initial)
+    chosen, current = [], dict(system.initial)
     bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
         inputs: dict[Key, Any] = {}
         for name, value in values.items():
             key = system.key_of.get(name)
-            if key is not None and system.role(name) == "free" and now.get(name) != value:
-                inputs[key] = now[name] = value
+            if key is not None and system.role(name) == "free" and current.get(name) != value:
+                inputs[key] = current[name] = value
         inputs |= bits[number] if number < len(bits) else {}
         earlier = scans[number - 1] if number else {}
         repeats = is_again(earlier)

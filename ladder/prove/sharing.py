@@ -1,9 +1,9 @@
-"""Unknown values of two programs: finds the equal ones, and relates the others.
+"""Finds equal unknown values of two programs, and relates the others.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
 terms as arguments in both programs, both share one value. For any other pair of values of one function, equal
 arguments imply equal values (Ackermann's expansion). For a strict function only the first rule applies, and
-only where each term that its arguments depend on is the same in both programs.
+only if each term that decides its arguments is the same in both programs.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ class SharedUnknowns:
     facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
     shared: set[str] = field(default_factory=set)
 
-    def match(self, own_of: dict[str, T], in_new: InNew, apart: set[str]) -> None:
+    def match(self, own_of: dict[str, T], in_new: InNew, unshared: set[str]) -> None:
         """Choose a variable for each unknown value of the new program.
 
         Args:
             own_of: receives the variables, by their names in the new program.
             in_new: replaces variables as `own_of` says.
-            apart: names of variables of strict functions that are not shared.
+            unshared: names of variables of strict functions that are not shared.
         """
         self.known, self.facts, self.shared = {}, [], set()
         by_function: dict[Hashable, list[tuple[T, UnknownOrigin]]] = defaultdict(list)
@@ -68,15 +68,22 @@ class SharedUnknowns:
                 arguments={name: in_new(argument) for name, argument in origin.arguments.items()}
             )
             pairs = by_function.get(new.function, []) if new.function is not None else []
-            twin = next((old for old, other in pairs if _is_one(new, other) and old.val not in apart), None)
+            twin = next(
+                (
+                    old
+                    for old, old_origin in pairs
+                    if _has_same_arguments(new, old_origin) and old.val not in unshared
+                ),
+                None,
+            )
             if twin is not None:
                 own_of[variable.val] = twin
                 self.shared.add(twin.val)
                 continue
             own_of[variable.val] = own(variable)
             self.known[own_of[variable.val].val] = new
-            for partner, other in pairs[:MOST_PAIRS] if not new.strict else ():
-                fact = or_(not_(_equal(new, other)), same(partner, own_of[variable.val]))
+            for partner, old_origin in pairs[:MOST_PAIRS] if not new.strict else ():
+                fact = or_(not_(_arguments_equal(new, old_origin)), same(partner, own_of[variable.val]))
                 if fact is not TRUE:
                     self.facts.append((frozenset((partner.val, own_of[variable.val].val)), fact))
 
@@ -90,19 +97,21 @@ def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
     return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
 
 
-def _is_one(one: UnknownOrigin, other: UnknownOrigin) -> bool:
-    left, right = one.arguments, other.arguments
-    return left.keys() == right.keys() and all(right[name] is argument for name, argument in left.items())
+def _has_same_arguments(new: UnknownOrigin, old: UnknownOrigin) -> bool:
+    new_arguments, old_arguments = new.arguments, old.arguments
+    return new_arguments.keys() == old_arguments.keys() and all(
+        old_arguments[name] is argument for name, argument in new_arguments.items()
+    )
 
 
-def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
+def _arguments_equal(new: UnknownOrigin, old: UnknownOrigin) -> T:
     """Return the condition that all arguments are equal; FALSE if their names or kinds differ."""
-    left, right = one.arguments, other.arguments
-    if left.keys() != right.keys() or any(
-        right[name].kind != argument.kind for name, argument in left.items()
+    new_arguments, old_arguments = new.arguments, old.arguments
+    if new_arguments.keys() != old_arguments.keys() or any(
+        old_arguments[name].kind != argument.kind for name, argument in new_arguments.items()
     ):
         return FALSE
-    return all_of(same(argument, right[name]) for name, argument in left.items())
+    return all_of(same(argument, old_arguments[name]) for name, argument in new_arguments.items())
 
 
 def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:

@@ -1,8 +1,7 @@
-"""Reduces a run to the inputs that are needed to break a claim, without the solver's arbitrary choices.
+"""Reduces a run to the inputs that break a claim, without the solver's arbitrary choices.
 
-Whole values are dropped first, each in all scans, then single bits of modules' words. After each step, the
-program runs again: a step that loses the failure is undone. The result is a part of the run that the prover
-found.
+First whole values are dropped, each in all scans, then single bits of modules' words. After each step, the
+program runs again: a step after which the run no longer breaks the claim is undone.
 """
 
 from __future__ import annotations
@@ -41,12 +40,12 @@ def smallest(
         assume: bits that must be set in each scan.
         modules: contracts that the inputs must keep.
     """
-    kept, layout = tuple(scans), program.build().layout
-    for simpler in islice(_simplifications(layout, kept), MOST_RUNS):
-        simplified = simpler(kept)
-        if simplified != kept and breaks(program, simplified, bit, assume, modules):
-            kept = simplified
-    return kept
+    simplest, layout = tuple(scans), program.build().layout
+    for simpler in islice(_simplifications(layout, simplest), MOST_RUNS):
+        simplified = simpler(simplest)
+        if simplified != simplest and breaks(program, simplified, bit, assume, modules):
+            simplest = simplified
+    return simplest
 
 
 def _simplifications(
@@ -83,16 +82,18 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 
 
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
-    """Return the scans with some bits of a word cleared; a word that then does not change is dropped."""
-    before, masked = 0, []
+    """Return the scans with some bits of a word cleared; drop changes that leave the word unchanged."""
+    last_value, masked = 0, []
     for scan in scans:
         value = scan.inputs.get(key)
-        word = before & 0xFFFF if value is None else int(value) & 0xFFFF & ~mask
-        after = word - 0x10000 if word >= 0x8000 else word
+        word = last_value & 0xFFFF if value is None else int(value) & 0xFFFF & ~mask
+        new_value = word - 0x10000 if word >= 0x8000 else word
         masked.append(
-            _without(scan, key) if after == before else replace(scan, inputs={**scan.inputs, key: after})
+            _without(scan, key)
+            if new_value == last_value
+            else replace(scan, inputs={**scan.inputs, key: new_value})
         )
-        before = after
+        last_value = new_value
     return tuple(masked)
 
 
@@ -126,6 +127,6 @@ def breaks(
 
 
 def _are_set(engine: Engine, bits: Iterable[Key]) -> bool:
-    """Whether all bits are true now."""
+    """Return whether all bits are true now."""
     layout, memory = engine.lowered.layout, engine.memory
     return all(memory.read(layout.leaf(path), index) for path, index in bits)

@@ -1,6 +1,6 @@
-"""Runs with longer scans than the rack has: a timer of 5 s takes 5 scans instead of 500.
+"""Runs with longer scans than the rack's: a timer of 5 s needs 5 scans instead of 500.
 
-Such a run only suggests a run of the rack. Each long scan becomes several short scans with the inputs held,
+A long run only suggests a run of the rack. Each long scan becomes several short scans with unchanged inputs,
 and the compiled program decides.
 """
 
@@ -14,7 +14,7 @@ from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds, ms_of
 from .system.transition import MS
 
 STRETCHED_MS = 1000
-"""Longest scan of such a run, in ms."""
+"""Longest scan of a long run, in ms."""
 
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
@@ -35,20 +35,20 @@ def in_short_scans(
 ) -> list[dict[str, Any]]:
     """Split long scans into scans of the rack's length; inputs change before the first or the last one."""
     short_scans: list[dict[str, Any]] = []
-    before: dict[str, Any] = {}
+    previous: dict[str, Any] = {}
     for number, values in enumerate(scans):
         pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
-        now = {name: value for name, value in values.items() if name in longer.key_of}
+        current = {name: value for name, value in values.items() if name in longer.key_of}
         events = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
-        held = now if inputs_first else before
+        held = current if inputs_first else previous
         short_scans += [{**held, DT: time} for time in pieces[:-1]]
-        short_scans.append({**now, DT: pieces[-1], **events})
-        before = now
+        short_scans.append({**current, DT: pieces[-1], **events})
+        previous = current
     return short_scans
 
 
 def _pieces(time: int, bounds: ScanBounds) -> list[int]:
-    """Split a time into scan times within the bounds; their sum is as close to it as possible."""
+    """Split a time into scan times within the bounds; their sum is as close to the time as possible."""
     low, high = bounds.ticks
     count = -(-time // high)
     share, remainder = divmod(time, count)

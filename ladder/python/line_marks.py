@@ -1,11 +1,11 @@
-"""Python whose lines are observed while it runs: each statement of a function has a mark before it.
+"""Marks in Python code, for observers of its lines: each statement of a function has a mark before it.
 
     state.number += 1        if __lines__ and 12 in __lines__: __lines__(12)
                              state.number += 1
 
-`__lines__` is None while no line of the module is observed: a mark then costs a few nanoseconds. It has the
-position of its statement, so that errors and waits show the same places. The head of a loop has another mark
-at the end of each pass. A `case` or an `except` counts as run when it is entered.
+`__lines__` is None while no line of the module is observed: a mark then takes a few nanoseconds. A mark has
+the position of its statement, so that errors and waits name the same lines. The head of a loop has another
+mark at the end of each pass. A `case` or an `except` counts as run when it is entered.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ class LineWatch:
 
     def add(self, observer: Observer) -> None:
         """Add an observer, or update an observer whose `lines` have changed."""
-        self.only(*(other for other in self.observers if other is not observer), observer)
+        self.only(*(present for present in self.observers if present is not observer), observer)
 
     def remove(self, observer: Observer) -> None:
         """Remove an observer."""
-        self.only(*(other for other in self.observers if other is not observer))
+        self.only(*(present for present in self.observers if present is not observer))
 
     def only(self, *observers: Observer) -> None:
         """Replace all observers."""
@@ -86,14 +86,14 @@ class Lines(set[int]):
     """The observed lines of a module; it is called before each of them runs.
 
     Args:
-        known: all lines with a mark.
+        all_lines: all lines with a mark.
         names: the global variables of the module.
     """
 
-    def __init__(self, path: str, known: Sequence[int], names: dict[str, Any]) -> None:
+    def __init__(self, path: str, all_lines: Sequence[int], names: dict[str, Any]) -> None:
         super().__init__()
         self._names = names
-        self.path, self.file, self._known, self._watch = path, Path(path).name, known, WATCH.get()
+        self.path, self.file, self._all_lines, self._watch = path, Path(path).name, all_lines, WATCH.get()
         self._watch.follow(self)
 
     def select(self) -> None:
@@ -101,7 +101,9 @@ class Lines(set[int]):
         self.clear()
         for observer in self._watch.observers:
             lines = observer.lines
-            self.update(self._known if lines is None else (line for line in self._known if line in lines))
+            self.update(
+                self._all_lines if lines is None else (line for line in self._all_lines if line in lines)
+            )
         self._names[LINES] = self or None
 
     def __call__(self, line: int) -> None:
@@ -113,16 +115,16 @@ class Lines(set[int]):
 def marked_code(data: bytes, path: str) -> CodeType:
     """Compile a module with a mark before each line; raises a SyntaxError or ValueError as `compile` does."""
     tree = ast.parse(data, path)
-    known = mark(tree)
-    head = f"from {__name__} import Lines as {LINES}; {LINES}({path!r}, {(*sorted(known),)}, globals())"
-    place = after_the_head(tree)
-    tree.body[place:place] = ast.parse(head).body
+    lines = mark(tree)
+    head = f"from {__name__} import Lines as {LINES}; {LINES}({path!r}, {(*sorted(lines),)}, globals())"
+    index = after_the_head(tree)
+    tree.body[index:index] = ast.parse(head).body
     return compile(ast.fix_missing_locations(tree), path, "exec")
 
 
 @lru_cache(maxsize=16)
 def marked_lines(data: bytes) -> Sequence[int]:
-    """Return the lines in functions of a module, without lines that run while it is loaded."""
+    """Return the lines in functions of a module; lines outside functions run only while it is loaded."""
     return sorted(mark(ast.parse(data)))
 
 
@@ -148,33 +150,33 @@ class _Marks:
             for child in ast.iter_child_nodes(node):
                 self.enter(child)
 
-    def _block(self, body: list[ast.stmt], around: Any, loop: ast.stmt | None) -> list[ast.stmt]:
+    def _block(self, body: list[ast.stmt], parent: Any, loop: ast.stmt | None) -> list[ast.stmt]:
         """Return a block of a function with marks.
 
         Args:
-            around: the node that the block belongs to, whose line has just run; None = a function.
+            parent: the node of the block, whose line has just run; None = a function.
             loop: the loop that a `continue` in the block continues.
         """
-        marked, latest = list[ast.stmt](), getattr(around, "lineno", 0)
+        marked, last_line = list[ast.stmt](), getattr(parent, "lineno", 0)
         for statement in body:
-            if statement.lineno != latest and not _runs_nothing(statement):
+            if statement.lineno != last_line and not _runs_nothing(statement):
                 marked.append(self._mark(statement))
-            latest = statement.lineno
+            last_line = statement.lineno
             if isinstance(statement, ast.Continue) and loop is not None:
                 marked.append(self._mark(loop))
-            self._inside(statement, loop)
+            self._mark_blocks(statement, loop)
             marked.append(statement)
         return marked
 
-    def _inside(self, node: Any, loop: ast.stmt | None) -> None:
+    def _mark_blocks(self, node: Any, loop: ast.stmt | None) -> None:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             self.enter(node)
             return
         for name in ("body", "orelse", "finalbody"):
             if block := getattr(node, name, None):
-                turns = name == "body" and isinstance(node, ast.For | ast.AsyncFor | ast.While)
-                marked = self._block(block, node, node if turns else loop)
-                setattr(node, name, [*marked, self._mark(node)] if turns else marked)
+                is_loop_body = name == "body" and isinstance(node, ast.For | ast.AsyncFor | ast.While)
+                marked = self._block(block, node, node if is_loop_body else loop)
+                setattr(node, name, [*marked, self._mark(node)] if is_loop_body else marked)
         for clause in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
             head = getattr(clause, "pattern", clause)  # the head of a `case`
             clause.body = [self._mark(head), *self._block(clause.body, head, loop)]
@@ -189,21 +191,21 @@ def _runs_nothing(node: ast.stmt) -> bool:
     return constant or isinstance(node, ast.Global | ast.Nonlocal)
 
 
-def located(text: str, place: Any) -> ast.stmt:
+def located(text: str, origin: Any) -> ast.stmt:
     """Return a statement that has the position of a node."""
     statement = ast.parse(text).body[0]
     for node in ast.walk(statement):
         if isinstance(node, ast.expr | ast.stmt):
-            ast.copy_location(node, place)
+            ast.copy_location(node, origin)
     return statement
 
 
 def after_the_head(tree: ast.Module) -> int:
     """Return the index after the docstring and `from __future__` imports."""
-    heads = [
-        place
-        for place, statement in enumerate(tree.body)
-        if (place == 0 and isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))
-        or (isinstance(statement, ast.ImportFrom) and statement.module == "__future__")
-    ]
-    return max(heads, default=-1) + 1
+    end = 0
+    for index, statement in enumerate(tree.body):
+        is_constant = isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+        is_future = isinstance(statement, ast.ImportFrom) and statement.module == "__future__"
+        if is_future or (index == 0 and is_constant):
+            end = index + 1
+    return end

@@ -1,4 +1,4 @@
-"""Values that are kept when a program is edited online, or until its next run (retentive).
+"""Values that a program keeps through an online edit, or until its next run (retentive).
 
 An edit happens between two scans. As in a controller, the edited program is not prescanned and continues with
 the next scan.
@@ -41,11 +41,11 @@ class Edit:
     new: tuple[str, ...]  # new tags, with initial values
     changed: tuple[str, ...]  # tags whose type has changed, with initial values
     dropped: tuple[str, ...]  # removed tags
-    restated: tuple[str, ...] = ()  # `Fill.PRE 1000, not 2000`: kept, though the text gives another value
+    restated: tuple[str, ...] = ()  # kept values that differ from the program text: `Fill.PRE 1000, not 2000`
 
     @property
     def keeps(self) -> str:
-        """Text that says how many tags keep their values."""
+        """Text with the number of tags that keep their values."""
         return f"{len(self.kept)} tags keep their values"
 
     @property
@@ -65,66 +65,67 @@ class Edit:
 
 def carry_over(old: Engine, new: Engine) -> Edit:
     """Continue in a fresh engine from the state of another engine, which does not change."""
-    edit, before = planned(old, new.lowered), old.lowered.layout
-    kept = _kept(before, new.lowered.layout)
+    edit, old_layout = planned(old, new.lowered), old.lowered.layout
+    kept = _kept_leaves(old_layout, new.lowered.layout)
     for leaf in kept:
         if leaf.path.endswith(NUMBERS):
             continue
-        source = before.leaves[leaf.path.upper()]
+        source = old_layout.leaves[leaf.path.upper()]
         for index in range(leaf.size):
             new.memory.write(leaf, index, old.memory.read(source, index))
     if new.lowered.ideal is not None and old.lowered.ideal is not None:
-        new.lowered.ideal.carry(old.lowered.ideal, new.memory)
-    new.go_on_from(old)
+        new.lowered.ideal.renumber_motions(old.lowered.ideal, new.memory)
+    new.continue_from(old)
     if new.lowered.schedule is not None:
         _schedule_new_tasks(new, new.lowered.schedule, {leaf.path for leaf in kept})
     return edit
 
 
 def planned(old: Engine, new: LoweredProgram) -> Edit:
-    """Return what an edit would do; nothing changes."""
-    kept = _kept(old.lowered.layout, new.layout)
+    """Return the effects of an edit, without doing it."""
+    kept = _kept_leaves(old.lowered.layout, new.layout)
     paths = {leaf.path.upper() for leaf in kept}
-    before, after = old.lowered.layout.tags(), new.layout.tags()
-    lost = {tag_in(path) for path in new.layout.leaves if path not in paths}
-    whole = [name for name in after if name in before and name not in lost]
+    old_tags, new_tags = old.lowered.layout.tags(), new.layout.tags()
+    changed_tags = {tag_in(path) for path in new.layout.leaves if path not in paths}
+    kept_tags = [name for name in new_tags if name in old_tags and name not in changed_tags]
     return Edit(
         old.now_ns,
-        tuple(after[name].name for name in whole),
-        tuple(tag.name for name, tag in after.items() if name not in before),
-        tuple(tag.name for name, tag in after.items() if name in before and name in lost),
-        tuple(tag.name for name, tag in before.items() if name not in after),
+        tuple(new_tags[name].name for name in kept_tags),
+        tuple(tag.name for name, tag in new_tags.items() if name not in old_tags),
+        tuple(tag.name for name, tag in new_tags.items() if name in old_tags and name in changed_tags),
+        tuple(tag.name for name, tag in old_tags.items() if name not in new_tags),
         tuple(_restated(old, new, kept)),
     )
 
 
-def _kept(before: Layout, after: Layout) -> list[Leaf]:
+def _kept_leaves(old: Layout, new: Layout) -> list[Leaf]:
     """Return the leaves of an edited program that keep their values."""
-    return [leaf for leaf in after.leaves.values() if _is_same(leaf, before.leaves.get(leaf.path.upper()))]
+    return [leaf for leaf in new.leaves.values() if _is_same(leaf, old.leaves.get(leaf.path.upper()))]
 
 
 def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
-    """Yield the values that are kept although the text now gives another: `Fill.PRE 1000, not 2000`."""
-    places = {leaf.path.upper() for leaf in kept}
+    """Yield the kept values that differ from the new program text: `Fill.PRE 1000, not 2000`."""
+    kept_paths = {leaf.path.upper() for leaf in kept}
     for (path, index), value in new.presets.items():
-        if path.upper() not in places or old.lowered.presets.get((path, index), value) == value:
+        if path.upper() not in kept_paths or old.lowered.presets.get((path, index), value) == value:
             continue
         present = old.memory.read(old.lowered.layout.leaves[path.upper()], index)
         if present != value and not path.startswith(HIDDEN):
             yield f"{path} {present}, not {value}"
-    yield from _restated_initials(old, new, places)
+    yield from _restated_initials(old, new, kept_paths)
 
 
-def _restated_initials(old: Engine, new: LoweredProgram, places: Container[str]) -> Iterator[str]:
+def _restated_initials(old: Engine, new: LoweredProgram, kept_paths: Container[str]) -> Iterator[str]:
     tags = old.lowered.layout.tags()
     for name, tag in new.layout.tags().items():
-        if name in places and not tag.dims and tag.initial not in (None, tags[name].initial):
+        if name in kept_paths and not tag.dims and tag.initial not in (None, tags[name].initial):
             present = old.tags[tag.name]
             if present != tag.initial:
                 yield f"{tag.name} {present}, not {tag.initial}"
 
 
 def _is_same(leaf: Leaf, other: Leaf | None) -> bool:
+    """Return whether a leaf has the type and size of a leaf with its path in the old program."""
     if other is None or leaf.is_image:
         return False
     return (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
@@ -142,7 +143,7 @@ def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> N
 
 
 def is_retained(layout: Layout, leaf: Leaf) -> bool:
-    """Whether a value is retained: it is part of a tag, and neither an image nor hidden."""
+    """Return whether a value is retained: it is part of a tag, and neither an image nor hidden."""
     return leaf.slot is None and HIDDEN not in leaf.path and tag_in(leaf.path).upper() in layout.tags()
 
 
@@ -167,48 +168,55 @@ def retained_text(engine: Engine) -> str:
 
 
 def retain(engine: Engine, text: str) -> list[str]:
-    """Load retained tags to a fresh engine; return a sentence per rejected value, or raise a LadderError."""
+    """Load retained tags into a fresh engine.
+
+    Returns:
+        A sentence for each rejected value.
+
+    Raises:
+        LadderError: the text is not a file of retained tags.
+    """
     stored = _stored(text)
     tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
     sentences = [f"{name} is no longer a tag of the program" for name in stored if name.upper() not in tags]
-    known = {name.upper(): entry for name, entry in stored.items()}
+    stored_by_key = {name.upper(): entry for name, entry in stored.items()}
     for name, tag in tags.items():
-        if name not in known:
+        if name not in stored_by_key:
             sentences.append(f"{tag.name} is not in the file")
         else:
-            sentences += _take(engine, tag, *known[name])
+            sentences += _restore(engine, tag, *stored_by_key[name])
     return sentences
 
 
-def _take(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
-    """Set a tag; return a sentence for each value that does not fit."""
+def _restore(engine: Engine, tag: Tag, kind: str, value: Any) -> list[str]:
+    """Set a tag; return a sentence if the value does not fit, which then is not set."""
     if kind != type_text(tag):
         return [f"{tag.name} is {type_text(tag)}, in the file {kind}"]
-    before = engine.tags[tag.name]
+    initial = engine.tags[tag.name]
     try:
         engine.tags[tag.name] = value
     except ValueError as error:
-        engine.tags[tag.name] = before
+        engine.tags[tag.name] = initial
         return [str(error)]
-    short = next(_shortages(tag.name, value, before), None)
-    if short is not None:
-        engine.tags[tag.name] = before
-    return [] if short is None else [short]
+    shortages = list(_shortages(tag.name, value, initial))
+    if shortages:
+        engine.tags[tag.name] = initial
+    return shortages[:1]
 
 
-def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
+def _shortages(name: str, stored: Any, present: Any) -> Iterator[str]:
     """Yield the places where a stored value has fewer elements or members than the tag."""
-    if isinstance(value, list) and isinstance(whole, list):
-        if len(value) < len(whole):
-            yield f"{name} has {len(whole)} elements, in the file {len(value)}"
-        for number, (item, needed) in enumerate(zip(value, whole, strict=False)):
-            yield from _shortages(f"{name}[{number}]", item, needed)
-    elif isinstance(value, dict) and isinstance(whole, dict):
-        for key, needed in whole.items():
-            if key not in value:
+    if isinstance(stored, list) and isinstance(present, list):
+        if len(stored) < len(present):
+            yield f"{name} has {len(present)} elements, in the file {len(stored)}"
+        for number, (stored_item, present_item) in enumerate(zip(stored, present, strict=False)):
+            yield from _shortages(f"{name}[{number}]", stored_item, present_item)
+    elif isinstance(stored, dict) and isinstance(present, dict):
+        for key, present_item in present.items():
+            if key not in stored:
                 yield f"{name}.{key} is not in the file"
             else:
-                yield from _shortages(f"{name}.{key}", value[key], needed)
+                yield from _shortages(f"{name}.{key}", stored[key], present_item)
 
 
 def _stored(text: str) -> dict[str, list[Any]]:

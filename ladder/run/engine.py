@@ -1,7 +1,7 @@
 """A running program: its memory, its tags, its faults, and the scan.
 
-A scan loop calls an engine with its scan; a test calls `step`. Prescan precedes the first scan, and the first
-after program mode.
+A scan loop calls an engine with its scan; a test calls `step`. Prescan precedes the first scan after power-up
+and after program mode.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..state.lowered import LoweredProgram
 from ..state.memory import Memory, Passed, Value, set_initial_bytes
 from ..state.scheduler import Scheduler
 from .view import Tags
-from .whereabouts import Compiled, whereabouts
+from .whereabouts import Compiled, position_in_program
 
 STEP_MS = 10
 """Default period of `step`, ms."""
@@ -65,10 +65,10 @@ class Engine:
         }
         self.call_routine: Callable[[str, Sequence[Passed]], Sequence[Passed]] = self.interpreter.run
         self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
-        self._rack: object = None
-        self._program_tags: dict[str, Tags] = {}
-        self._started = False
-        self._prescanned = False
+        self._rack: object = None  # the scan whose images are the memory
+        self._program_tags: dict[str, Tags] = {}  # views of tags by program, see `tags_of`
+        self._started = False  # whether there was a scan
+        self._prescanned = False  # whether `prescan` precedes the next scan
         self._first_scan = lowered.layout.leaf("S:FS")
 
     def compiled_as(self, scanner: Callable[[Engine], Callable[[int], object]]) -> None:
@@ -83,16 +83,16 @@ class Engine:
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack, with `slot`, `now_ns`, `first` and `updated`; may raise a LadderFault."""
         self.attach(scan)
-        self._do(scan.now_ns, scan.first)
+        self._scan_at(scan.now_ns, scan.first)
 
     def scan_by(self, interpreter: Interpreter, scan: Any) -> None:
-        """Do one scan of a rack by an interpreter, in place of the compiled program."""
+        """Do one scan of a rack in an interpreter instead of the compiled program."""
         interpreter.scheduler = self.scheduler
-        usual, self._scan = self._scan, interpreter.scan
+        usual_scan, self._scan = self._scan, interpreter.scan
         try:
             self(scan)
         finally:
-            self._scan = usual
+            self._scan = usual_scan
 
     def attach(self, scan: Any) -> None:
         """Use a scan's images as memory; raise a ValueError if the rack lacks a slot in use."""
@@ -103,37 +103,37 @@ class Engine:
             self.memory.take_inputs(updated=scan.updated or scan.first)
         self.memory.take_faults(scan.slot)
 
-    def go_on_from(self, other: Engine) -> None:
+    def continue_from(self, other: Engine) -> None:
         """Continue after the scans of another engine, without prescan."""
         self.now_ns, self._started = other.now_ns, other._started
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, `ms` after the previous one; may raise a LadderFault."""
         now_ns = self.now_ns + round(ms * 1_000_000) if self._started else 0
-        self._do(now_ns, first=not self._started or self._prescanned)
+        self._scan_at(now_ns, first=not self._started or self._prescanned)
 
     def prescan(self) -> None:
         """Prescan, as after a change to program mode and back: the next `step` is a first scan."""
         self._prescanned = True
         self.interpreter.prescan()
 
-    def _do(self, now_ns: int, first: bool) -> None:  # by position, as `_run`: keywords cost 1 % of a scan
+    def _scan_at(self, now_ns: int, first: bool) -> None:  # positional: keywords cost 1 % of a scan
         self.now_ns = now_ns
         self.fault_log.new_scan(now_ns)
         try:
-            self._run(now_ns, first)
+            self._run_logic(now_ns, first)
         except RecursionError:
             site = Site(self.lowered.name, self.lowered.main, 0, "JSR")
-            text = "routines in Python call routines without end"
+            text = "routines in Python call routines without an end"
             raise LadderFault(site, "JSR", text, STACK_CODE) from None
         except Exception:
             raise
         except BaseException as stop:  # from the watchdog or Ctrl-C
-            if place := whereabouts(stop.__traceback__, self.compiled):
-                stop.add_note(place)
+            if position := position_in_program(stop.__traceback__, self.compiled):
+                stop.add_note(position)
             raise
 
-    def _run(self, now_ns: int, first: bool) -> None:
+    def _run_logic(self, now_ns: int, first: bool) -> None:
         for hook in self.lowered.opening:
             hook(self, first)
         try:
@@ -147,20 +147,20 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
-        begins, self._started = not self._started, True
-        if begins and self.lowered.outputs:
+        is_start, self._started = not self._started, True
+        if is_start and self.lowered.outputs:
             self._put_outputs()
-        resumes = begins and self.lowered.resume is not None
-        if resumes:
+        is_resumed = is_start and self.lowered.resume is not None
+        if is_resumed:
             self.lowered.resume(self)  # type: ignore[misc]
         elif not self._prescanned:
             self.interpreter.prescan()
         self._prescanned = False
         if self.scheduler is not None:
-            self.scheduler.begin(now_ns, started=resumes)
+            self.scheduler.begin(now_ns, started=is_resumed)
             self._scan(now_ns)
             return
-        self.memory.write(self._first_scan, 0, not resumes)
+        self.memory.write(self._first_scan, 0, not is_resumed)
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
 
@@ -177,30 +177,30 @@ class Engine:
         program = program_of(name)
         tags = self.tags_of(program)
         if self._with_jsr[name]:
-            answer = function(tags, *inputs, jsr=partial(self._jsr_in, program))
+            results = function(tags, *inputs, jsr=partial(self._jsr_in, program))
         else:
-            answer = function(tags, *inputs)
-        if answer is None:
+            results = function(tags, *inputs)
+        if results is None:
             return ()
-        return answer if isinstance(answer, tuple) else (answer,)
+        return results if isinstance(results, tuple) else (results,)
 
     def tags_of(self, program: str) -> Tags:
         """Return a view of the tags with the names that are valid in a program, "" for the controller."""
         if not program:
             return self.tags
-        known = self._program_tags.get(program)
-        if known is None:
-            known = self._program_tags[program] = Tags(self.lowered, self.memory, program)
-        return known
+        tags = self._program_tags.get(program)
+        if tags is None:
+            tags = self._program_tags[program] = Tags(self.lowered, self.memory, program)
+        return tags
 
     def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Passed, ...]:
         """Call a routine by name from Python."""
         name = scoped(program, routine).upper()
         target = self.lowered.routines.get(name)
         if target is None:
-            names = ", ".join(known.name for known in self.lowered.routines.values())
+            names = ", ".join(row.name for row in self.lowered.routines.values())
             raise ValueError(f"no routine {routine}; routines are {names}")
         expected = len(target.parameters or ())
         if expected != len(inputs):
-            raise ValueError(f"routine {target.name} takes {expected} inputs, {len(inputs)} are given")
+            raise ValueError(f"routine {target.name} is called with {len(inputs)} inputs; must be {expected}")
         return tuple(self.call_routine(name, inputs))

@@ -45,25 +45,28 @@ class Connection:
         number = engine.now_ns // self.rpi_ns + 1
         if engine.memory.read(self.taken) != number:
             engine.memory.write(self.taken, 0, number)
-            take(tags, self.tag, self.status, self.sampler(engine.now_ns))
+            apply_sample(tags, self.tag, self.status, self.sampler(engine.now_ns))
 
 
-def take(tags: Tags, tag: str, status: str, sample: Sample) -> None:
+def apply_sample(tags: Tags, tag: str, status: str, sample: Sample) -> None:
     """Set a tag to a sample; raise a ValueError if the value does not fit."""
     if sample.value is not None and not sample.faulted:
-        put(tags, tag, sample.value)
+        set_tag(tags, tag, sample.value)
     if status:
         running = sample.running and not sample.faulted
         tags[status] = {"RunMode": running, "ConnectionFaulted": sample.faulted}
 
 
-def put(tags: Tags, tag: str, value: Any) -> None:
-    """Set a tag; a list can set elements from one on, and a single value sets an array's first element."""
+def set_tag(tags: Tags, tag: str, value: Any) -> None:
+    """Set a tag.
+
+    A list sets the elements from a subscript in `tag` on. A single value sets the first element of an array.
+    """
     if isinstance(value, list) and tag.endswith("]"):
         name, _, subscript = tag[:-1].rpartition("[")
         if subscript.isdecimal():
-            for place, item in enumerate(value, int(subscript)):
-                tags[f"{name}[{place}]"] = item
+            for index, item in enumerate(value, int(subscript)):
+                tags[f"{name}[{index}]"] = item
             return
     if not isinstance(value, (list, dict, str)) and isinstance(tags[tag], list):
         tag = f"{tag}[0]"
@@ -73,26 +76,26 @@ def put(tags: Tags, tag: str, value: Any) -> None:
 def connect(
     lowered: LoweredProgram, stubs: Mapping[str, Stub], remotes: Mapping[str, Remote]
 ) -> Iterator[Problem]:
-    """Connect consumed tags and replies before the memory exists; yield what can't be connected."""
+    """Connect consumed tags and replies before the memory exists; yield problems of their stubs."""
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     for name, stub in stubs.items():
         try:
             if isinstance(stub, Partner):
                 lowered.connections.append(_connection(lowered, tags, name, stub, remotes.get(name, ALONE)))
             elif isinstance(stub, Ending) and stub.reply is not None:
-                to = stub.to or remotes.get(name, ALONE).tag
-                if not to:
-                    raise LadderError('nothing says which tag gets the data: to = "Data[0]"')
-                tags.where(to)
-                lowered.replies[name] = to, stub.reply.open("", RPI_NS)
+                target = stub.to or remotes.get(name, ALONE).tag
+                if not target:
+                    raise LadderError('no tag for the data; name one, such as to = "Data[0]"')
+                tags.where(target)
+                lowered.replies[name] = target, stub.reply.open("", RPI_NS)
         except (LadderError, ValueError) as error:
             yield Problem(f"stub {name}", "", str(error), "correct it in [stubs]")
 
 
 def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, remote: Remote) -> Connection:
-    where = tags.where(name)
+    resolved = tags.where(name)
     rpi_ns = stub.rpi_ns or remote.rpi_ns or RPI_NS
-    kind = where.type if isinstance(where, Group) and not where.dims else None
+    kind = resolved.type if isinstance(resolved, Group) and not resolved.dims else None
     members = kind.members if isinstance(kind, Structure) else ()
     status_member = next((member.name for member in members if member.type.name.upper() == STATUS), "")
     taken = lowered.layout.hidden(f"~{name}.taken", LINT)
@@ -101,26 +104,26 @@ def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, r
 
 
 def wrong_values(lowered: LoweredProgram, memory: Memory) -> Iterator[Problem]:
-    """Yield problems of partners whose first value does not fit; the memory does not change."""
+    """Yield the partners with a first value that does not fit; leave the memory unchanged."""
     tags = Tags(lowered, memory)
     samplers = [(connection.tag, connection.sampler) for connection in lowered.connections]
     for tag, sampler in (*samplers, *lowered.replies.values()):
         try:
-            where = tags.where(tag)
-            whole = tag_in(where.path if isinstance(where, Group) else where.leaf.path)
-            before = tags[whole]
-            take(tags, tag, "", sampler(0))
-            tags[whole] = before
+            resolved = tags.where(tag)
+            whole_tag = tag_in(resolved.path if isinstance(resolved, Group) else resolved.leaf.path)
+            old_value = tags[whole_tag]
+            apply_sample(tags, tag, "", sampler(0))
+            tags[whole_tag] = old_value
         except (LadderError, ValueError) as error:
             yield Problem(f"data for {tag}", "", str(error), "give a value that fits its type")
 
 
 def receive(lowered: LoweredProgram, memory: Memory, path: str, now_ns: int) -> None:
-    """Set the tag that gets the reply of a message."""
+    """Set a message's tag to its reply."""
     reply = lowered.replies.get(path.upper())
     if reply is not None:
         tag, sampler = reply
-        take(Tags(lowered, memory), tag, "", sampler(now_ns))
+        apply_sample(Tags(lowered, memory), tag, "", sampler(now_ns))
 
 
 def updates_of(lowered: LoweredProgram) -> tuple[Callable[[Any, bool], None], ...]:

@@ -15,33 +15,37 @@ from ..state.values import checked
 class Tags:
     """A program's tags by name: `tags["Fill.ACC"]`, or `tags.Run` for a plain name.
 
-    Values are bool, int, float, a str for a STRING, a list per dimension of an array, a dict of a structure's
-    members. Setting a list or dict sets only its parts. Names ignore case. Tags of `program` hide the
-    controller's tags.
+    Values are bool, int, float, a str for a STRING, nested lists for an array, or a dict of a structure's
+    members. Setting a shorter list or a dict sets only the elements or members in it. Names ignore case. Tags
+    of `program` hide the controller's tags.
     """
 
-    __slots__ = ("_known", "_lowered", "_memory", "_resolver")
+    __slots__ = ("_cache", "_lowered", "_memory", "_resolver")
 
     def __init__(self, lowered: LoweredProgram, memory: Memory, program: str = "") -> None:
         object.__setattr__(self, "_lowered", lowered)
         object.__setattr__(self, "_memory", memory)
         object.__setattr__(self, "_resolver", Resolver(lowered.layout, program))
-        object.__setattr__(self, "_known", {})
+        object.__setattr__(self, "_cache", {})
 
     def __getitem__(self, name: str) -> Any:
-        where = self._find(name)
-        if isinstance(where, Place):
-            return self._get(where)
-        return self._memory.dump(where.path, where.type, where.dims, self._flat(where.indices, where))
+        resolved = self._resolve(name)
+        if isinstance(resolved, Place):
+            return self._get(resolved)
+        return self._memory.dump(
+            resolved.path, resolved.type, resolved.dims, self._flat(resolved.indices, resolved)
+        )
 
     def __setitem__(self, name: str, value: object) -> None:
-        where = self._find(name)
-        if any(map(self._memory.is_read_only, leaves_in(where))):
-            raise ValueError(f"{name} is an input image, which every scan writes again: force it instead")
-        if isinstance(where, Place):
-            self._set(where, checked(name, where.type, value))
+        resolved = self._resolve(name)
+        if any(map(self._memory.is_read_only, leaves_in(resolved))):
+            raise ValueError(f"{name} is an input image, which every scan overwrites; force it instead")
+        if isinstance(resolved, Place):
+            self._set(resolved, checked(name, resolved.type, value))
         else:
-            self._memory.load(where.path, where.type, where.dims, self._flat(where.indices, where), value)
+            self._memory.load(
+                resolved.path, resolved.type, resolved.dims, self._flat(resolved.indices, resolved), value
+            )
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -56,7 +60,7 @@ class Tags:
 
     def __contains__(self, name: str) -> bool:
         try:
-            self._find(name)
+            self._resolve(name)
         except ValueError:
             return False
         return True
@@ -65,17 +69,17 @@ class Tags:
         return f"Tags({', '.join(self)})"
 
     def where(self, name: str) -> Place | Group:
-        """Return the place or group that a name means, or raise a ValueError."""
+        """Return the place or group of a name, or raise a ValueError."""
         resolved: Place | Group = self._resolver.named(name)
         return resolved
 
-    def _find(self, name: str) -> Place | Group:
-        resolved: Place | Group | None = self._known.get(name)
+    def _resolve(self, name: str) -> Place | Group:
+        resolved: Place | Group | None = self._cache.get(name)
         if resolved is None:
             resolved = self._resolver.named(name)
             if not all(map(self._memory.has, leaves_in(resolved))):
                 raise ValueError(f"{name}: the program does not use this image")
-            self._known[name] = resolved
+            self._cache[name] = resolved
         return resolved
 
     def _get(self, place: Place) -> bool | int | float:
@@ -94,13 +98,13 @@ class Tags:
             value = word | mask if value else word & ~mask
         self._memory.write(place.leaf, index, value)
 
-    def _flat(self, indices: tuple[Resolved, ...], where: Place | Group) -> int:
+    def _flat(self, indices: tuple[Resolved, ...], resolved: Place | Group) -> int:
         if not indices:
             return 0
-        dims = where.leaf.dims if isinstance(where, Place) else self._dims(where)
+        dims = resolved.leaf.dims if isinstance(resolved, Place) else self._dims(resolved)
         flat = 0
         for index, length in zip(indices, dims, strict=False):
-            flat = flat * length + self._index(index, length, where)
+            flat = flat * length + self._index(index, length, resolved)
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
@@ -110,10 +114,10 @@ class Tags:
             leaf.dims for path, leaf in leaves.items() if path == prefix or path.startswith(f"{prefix}.")
         )
 
-    def _index(self, index: Resolved, length: int, where: Place | Group) -> int:
+    def _index(self, index: Resolved, length: int, resolved: Place | Group) -> int:
         value = self._value(index)
         if not 0 <= value < length:
-            raise ValueError(f"{where.text}: index {value} is out of range; must be 0 to {length - 1}")
+            raise ValueError(f"{resolved.text}: index {value} is out of range; must be 0 to {length - 1}")
         return value
 
     def _value(self, index: Resolved) -> int:
@@ -122,4 +126,4 @@ class Tags:
         if isinstance(index, Place):
             return int(self._get(index))
         assert isinstance(index, Calculation)
-        raise ValueError("an expression as index is taken in rungs only; compute it first")
+        raise ValueError("an index can be an expression only in rungs; compute the index first")

@@ -14,7 +14,7 @@ Compiled = Mapping[CodeType, LoweredRoutine]
 """The routine of each compiled function."""
 
 
-def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
+def position_in_program(trace: TracebackType | None, compiled: Compiled) -> str:
     """Return task, routine, and rung or line of a traceback's innermost call; "" outside a program."""
     task: str | None = None
     routine: LoweredRoutine | None = None
@@ -29,12 +29,12 @@ def whereabouts(trace: TracebackType | None, compiled: Compiled) -> str:
             line = next(
                 (lowered_line for lowered_line in routine.lines if lowered_line.origin.line == number), None
             )
-    parts = (
+    names = (
         f"task {task}" if task else "",
         f"routine {routine.name}" if routine else "",
         f"{routine.unit} {line.number}" if routine and line else "",
     )
-    return ", ".join(filter(None, parts))
+    return ", ".join(filter(None, names))
 
 
 def _interpreted(

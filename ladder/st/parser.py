@@ -1,9 +1,8 @@
-"""The parser of structured text; `str()` of statements is their text again.
+"""The parser of structured text; `str()` of statements returns their text.
 
-Comments are removed first. So are the marks of regions that do not nest with statements, which Studio 5000
-allows: these marks become comments. A comment that begins after a statement on the same line belongs to that
-statement, any other to the next statement. After the last statement of a block, it gets an empty statement.
-`syntax` reads the rest.
+The parser first removes comments. If regions do not nest with statements, which Studio 5000 allows, their
+marks become comments. A comment after a statement on the same line belongs to that statement; another comment
+belongs to the next statement, or at the end of a block to an empty statement. `syntax` reads the rest.
 """
 
 from __future__ import annotations
@@ -73,13 +72,13 @@ def parse_statements(
     END_IF;
 
     Args:
-        file: its file, for messages.
-        line: number of its first line there.
-        lines: numbers of all its lines in that file, if they are not consecutive.
+        file: the file of the text, for messages.
+        line: number of the text's first line in the file.
+        lines: numbers of all lines of the text in the file, if they are not consecutive.
         specs: the available instructions, by name in capitals.
 
     Raises:
-        RungTextError: a syntax error; the message says where, and what was expected.
+        RungTextError: the text has a syntax error; the message has the position and the expected text.
     """
     numbers = lines or range(line, line + text.count("\n") + 1)
     try:
@@ -106,27 +105,27 @@ class _Reader:
     ) -> None:
         self._file, self._lines, self._specs, self._regions = file, lines, specs, regions
         self._comments: list[_Comment] = []
-        self._whole = text
+        self._full_text = text
         self._text = _SKIPPED.sub(self._blank, text)
         self._comments.reverse()
 
-    def _blank(self, found: re.Match[str]) -> str:
+    def _blank(self, match: re.Match[str]) -> str:
         """Store a comment and return white space of its length; leave other matches."""
-        if found.lastgroup is None or (found.lastgroup == "region" and self._regions):
-            return found.group()
-        if found.lastgroup == "open":
-            mark = "*)" if found.group() == "(*" else "*/"
-            self._fail(found.start(), f"{mark} at the end of the comment", "the end of the text")
-        inside = _INSIDE[found.lastgroup](found.group())
+        if match.lastgroup is None or (match.lastgroup == "region" and self._regions):
+            return match.group()
+        if match.lastgroup == "open":
+            mark = "*)" if match.group() == "(*" else "*/"
+            self._fail(match.start(), f"{mark} at the end of the comment", "the end of the text")
+        inside = _INSIDE[match.lastgroup](match.group())
         text = "\n".join(line.strip() for line in inside.strip().splitlines())
-        self._comments.append(_Comment(found.start(), text))
-        return re.sub(r"[^\n]", " ", found.group())
+        self._comments.append(_Comment(match.start(), text))
+        return re.sub(r"[^\n]", " ", match.group())
 
     def block(self) -> Block:
         try:
-            block = self._block(Syntax(self._text).whole(), len(self._text))
+            block = self._block(Syntax(self._text).all_statements(), len(self._text))
         except MisplacedError as error:
-            self._fail(error.at, error.expected, error.found)
+            self._fail(error.position, error.expected, error.actual)
         deep = too_deep(block)
         if deep:
             self._fail(0, "fewer", deep)
@@ -143,9 +142,11 @@ class _Reader:
     def _statement(self, node: Node) -> Statement:
         comment = self._comments_before(node.start)
         statement = _MAKERS[node.kind](self, node.children)
-        after = self._comment_after(node.end)
-        line, origin = self._place(node.start)
-        return replace(statement, comment="\n".join(filter(None, (comment, after))), line=line, origin=origin)
+        trailing = self._comment_after(node.end)
+        line, origin = self._position(node.start)
+        return replace(
+            statement, comment="\n".join(filter(None, (comment, trailing))), line=line, origin=origin
+        )
 
     def _assignment(self, children: Sequence[Any]) -> Statement:
         base, *steps, operator, value, _semi = children
@@ -178,13 +179,13 @@ class _Reader:
     def _if(self, children: Sequence[Any]) -> Statement:
         arms: list[Arm] = []
         otherwise = None
-        for place, mark in enumerate(children):
+        for index, mark in enumerate(children):
             if _is(mark, "IF", "ELSIF"):
-                condition, body, end = children[place + 1], children[place + 3], children[place + 4]
+                condition, body, end = children[index + 1], children[index + 3], children[index + 4]
                 condition = self._checked(condition, mark)
-                arms.append(Arm(condition, self._block(body, end.start), *self._place(mark.start)))
+                arms.append(Arm(condition, self._block(body, end.start), *self._position(mark.start)))
             elif _is(mark, "ELSE"):
-                otherwise = self._block(children[place + 1], children[place + 2].start)
+                otherwise = self._block(children[index + 1], children[index + 2].start)
         return If(tuple(arms), otherwise)
 
     def _case(self, children: Sequence[Any]) -> Statement:
@@ -220,22 +221,22 @@ class _Reader:
     def _repeat(self, children: Sequence[Any]) -> Statement:
         body, until, condition, *_end = children
         block = self._block(body, until.start)
-        line, _origin = self._place(until.start)
+        line, _origin = self._position(until.start)
         return Repeat(block, self._checked(condition, until), line)
 
     def _region(self, children: Sequence[Any]) -> Statement:
         head, body, end = children
         return Region(head[len("#region") :].strip(), self._block(body, end.start))
 
-    # --- places, comments, refusals
+    # --- positions, comments, errors
 
     def _checked(self, operand: Any, mark: Mark) -> Any:
         if levels_of(operand) > LEVELS:
             self._fail(mark.start, *TOO_MANY_LEVELS)
         return operand
 
-    def _place(self, at: int) -> tuple[int, Origin]:
-        line = self._whole.count("\n", 0, at)
+    def _position(self, position: int) -> tuple[int, Origin]:
+        line = self._full_text.count("\n", 0, position)
         return line + 1, Origin(self._file, self._lines[line])
 
     def _comments_before(self, end: int) -> str:
@@ -254,14 +255,14 @@ class _Reader:
             comments.append(self._comments.pop().text)
         return "\n".join(comments)
 
-    def _fail(self, at: int, expected: str, found: str | None = None) -> NoReturn:
-        before = self._whole[:at]
-        column = at - (before.rfind("\n") + 1) + 1
-        line = self._lines[before.count("\n")]
-        if found is None:
-            shown = re.match(r"\w+|.", self._whole[at:])
-            found = shown.group() if shown else "the end of the text"
-        raise RungTextError(expected, found, Site(file=self._file, line=line, column=column))
+    def _fail(self, position: int, expected: str, actual: str | None = None) -> NoReturn:
+        text_before = self._full_text[:position]
+        column = position - (text_before.rfind("\n") + 1) + 1
+        line = self._lines[text_before.count("\n")]
+        if actual is None:
+            shown = re.match(r"\w+|.", self._full_text[position:])
+            actual = shown.group() if shown else "the end of the text"
+        raise RungTextError(expected, actual, Site(file=self._file, line=line, column=column))
 
 
 def _is(node: object, *types: str) -> bool:

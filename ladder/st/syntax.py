@@ -1,7 +1,7 @@
 """Recursive descent over structured text without comments, see `grammar`.
 
-Statements become trees of marks, operands and other trees; expressions become operands at once. Each test
-of the next terminal is noted, so that a message lists everything that is allowed there.
+Statements become trees of marks, operands and other trees; expressions become operands at once. The parser
+notes each test of the next terminal, so that a message can list all terminals that are allowed there.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ from ..model.tree import (
 from .grammar import BINDING, END, OPERANDS, OPERATORS, PARTS, STATEMENTS, TERMINAL, TERMS, UNARY
 
 MOST_OPEN = LEVELS * 3 // 2
-"""Maximum brackets and operators around an operand; the limit of levels may be reached earlier."""
+"""Maximum brackets and operators around an operand; an expression may reach the limit of levels earlier."""
 
 TOO_MANY_LEVELS = f"at most {LEVELS} levels of operators and subscripts", "more: compute it in parts"
 
 
 class Mark(str):
-    """The text of a terminal, with its type and place."""
+    """The text of a terminal, with its type and its position in the text."""
 
     __slots__ = ("start", "type")
     type: str
@@ -54,7 +54,7 @@ class Mark(str):
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A part of a text: marks, operands, nodes and lists of statements, in their order."""
+    """A statement or choice: its marks, operands, nodes and lists of statements, in order."""
 
     kind: str
     children: Sequence[Any]
@@ -63,14 +63,14 @@ class Node:
 
 
 class MisplacedError(Exception):
-    """An error at a place in the text; `found` None means the text at that place."""
+    """An error at a position in the text; `actual` None stands for the text at that position."""
 
-    def __init__(self, at: int, expected: str, found: str | None = None) -> None:
-        self.at, self.expected, self.found = at, expected, found
+    def __init__(self, position: int, expected: str, actual: str | None = None) -> None:
+        self.position, self.expected, self.actual = position, expected, actual
 
 
 def marks_of(text: str) -> list[Mark]:
-    """Return the terminals of a text; the last is its end, or has no type if no terminal is valid there."""
+    """Return the terminals of a text; the last is its end, or a mark without a type for invalid text."""
     marks: list[Mark] = []
     position = 0
     while position < len(text):
@@ -89,16 +89,16 @@ class Syntax:
 
     def __init__(self, text: str) -> None:
         self._marks = marks_of(text)
-        self._place = 0
-        self._tried: set[str] = set()  # terminals that were tried at the current place
-        self._open = 0  # brackets and operators around the current operand
-        self._blocks = 0  # blocks around the current place
-        self._begin = 0  # start of the statement or UNTIL whose expression is being read
+        self._index = 0
+        self._tried: set[str] = set()  # terminals that were tried at the current mark
+        self._open = 0  # number of brackets and operators around the current operand
+        self._blocks = 0  # number of blocks around the current mark
+        self._begin = 0  # start of the current statement or UNTIL, for errors in its expression
 
-    def whole(self) -> list[Node]:
+    def all_statements(self) -> list[Node]:
         """Read all statements."""
         block = self._block()
-        self._take(END)
+        self._expect(END)
         return block
 
     # --- marks
@@ -106,31 +106,30 @@ class Syntax:
     def _next(self, *kinds: str) -> bool:
         """Note terminals as tried; return whether one of them is next."""
         self._tried.update(kinds)
-        return self._marks[self._place].type in kinds
+        return self._marks[self._index].type in kinds
 
     def _step(self) -> Mark:
-        """Return the next mark and move past it."""
-        mark = self._marks[self._place]
-        self._place += 1
+        """Return the next mark and move past it, but not past the last."""
+        mark = self._marks[self._index]
+        self._index = min(self._index + 1, len(self._marks) - 1)
         self._tried.clear()
-        if not self._marks[self._place : self._place + 1]:
-            self._place -= 1
         return mark
 
     def _skip(self, kind: str) -> bool:
-        mark = self._next(kind)
-        if mark:
+        """Move past a terminal if it is next; return whether it was."""
+        is_next = self._next(kind)
+        if is_next:
             self._step()
-        return mark
+        return is_next
 
-    def _take(self, *kinds: str) -> Mark:
+    def _expect(self, *kinds: str) -> Mark:
         """Return one of these terminals and move past it; raise a MisplacedError if none is next."""
         if not self._next(*kinds):
             self._fail()
         return self._step()
 
     def _fail(self) -> NoReturn:
-        mark = self._marks[self._place]
+        mark = self._marks[self._index]
         if not mark.type:
             raise MisplacedError(mark.start, "structured text", str(mark))
         raise MisplacedError(mark.start, expected(self._tried), str(mark) or "the end of the text")
@@ -138,30 +137,31 @@ class Syntax:
     # --- statements
 
     def _block(self) -> list[Node]:
-        """Read statements up to something else."""
+        """Read statements up to a terminal that begins none."""
         nodes = []
         self._blocks += 1
         while self._next(*STATEMENTS):
             if self._blocks > BLOCKS + 1:
-                position = self._marks[self._place].start
-                raise MisplacedError(position, f"at most {BLOCKS} statements in one another", "another one")
+                position = self._marks[self._index].start
+                raise MisplacedError(position, f"at most {BLOCKS} nested statements", "another one")
             mark = self._step()
             self._begin = mark.start
             kind, children = _STATEMENTS[mark.type](self, mark)
-            last = self._marks[self._place - 1]
+            last = self._marks[self._index - 1]
             nodes.append(Node(kind, children, mark.start, last.start + len(last)))
         self._blocks -= 1
         return nodes
 
     def _ended(self, *children: Any) -> list[Any]:
-        return [*children, self._take("SEMI")]
+        """Return the children of a statement with its semicolon."""
+        return [*children, self._expect("SEMI")]
 
     def _named(self, name: Mark) -> tuple[str, list[Any]]:
         """Read an assignment or an invocation."""
         if self._skip("LPAR"):
             return "invocation", self._ended(name, *self._arguments())
         steps = self._steps()
-        mark = self._take("ASSIGN", "NON_RETENTIVE")
+        mark = self._expect("ASSIGN", "NON_RETENTIVE")
         return "assignment", self._ended(name, *steps, mark, self._expression())
 
     def _arguments(self) -> list[Any]:
@@ -169,7 +169,7 @@ class Syntax:
         if self._skip("RPAR"):
             return arguments
         arguments.append(self._expression())
-        while self._take("COMMA", "RPAR").type == "COMMA":
+        while self._expect("COMMA", "RPAR").type == "COMMA":
             if self._next("COMMA", "RPAR"):
                 arguments.append(Address(""))  # omitted, as in GSV(WallClockTime,,DateTime,Now)
             elif self._next("PERCENT"):
@@ -182,29 +182,29 @@ class Syntax:
         children: list[Any] = [mark]
         while True:
             self._begin = mark.start
-            children += [self._expression(), self._take("THEN"), self._block()]
-            mark = self._take("ELSIF", "ELSE", "END_IF")
+            children += [self._expression(), self._expect("THEN"), self._block()]
+            mark = self._expect("ELSIF", "ELSE", "END_IF")
             children.append(mark)
             if mark.type == "ELSE":
-                children += [self._block(), self._take("END_IF")]
+                children += [self._block(), self._expect("END_IF")]
             if mark.type != "ELSIF":
                 return "if", self._ended(*children)
 
     def _case(self, mark: Mark) -> tuple[str, list[Any]]:
-        children: list[Any] = [mark, self._expression(), self._take("OF")]
+        children: list[Any] = [mark, self._expression(), self._expect("OF")]
         while self._next("NUMBER", "MINUS"):
             children.append(self._choice())
         if self._next("ELSE"):
             children += [self._step(), self._block()]
-        return "case", self._ended(*children, self._take("END_CASE"))
+        return "case", self._ended(*children, self._expect("END_CASE"))
 
     def _choice(self) -> Node:
-        start = self._marks[self._place].start
+        start = self._marks[self._index].start
         children: list[Any] = [self._range()]
         while self._skip("COMMA"):
             children.append(self._range())
-        children += [self._take("COLON"), self._block()]
-        last = self._marks[self._place - 1]
+        children += [self._expect("COLON"), self._block()]
+        last = self._marks[self._index - 1]
         return Node("choice", children, start, last.start + len(last))
 
     def _range(self) -> tuple[Number, Number]:
@@ -214,32 +214,32 @@ class Syntax:
     def _label(self) -> Number:
         """Read a number with its sign."""
         if self._skip("MINUS"):
-            return _negative(number_of(self._take("NUMBER")))
-        return number_of(self._take("NUMBER"))
+            return _negative(number_of(self._expect("NUMBER")))
+        return number_of(self._expect("NUMBER"))
 
     def _for(self, mark: Mark) -> tuple[str, list[Any]]:
-        name = self._take("BASE")
+        name = self._expect("BASE")
         count = name, Address(str(name), self._steps())
-        self._take("ASSIGN")
+        self._expect("ASSIGN")
         first = self._expression()
-        self._take("TO")
+        self._expect("TO")
         last = self._expression()
         step = self._expression() if self._skip("BY") else None
-        self._take("DO")
-        return "for", self._ended(mark, *count, first, last, step, self._block(), self._take("END_FOR"))
+        self._expect("DO")
+        return "for", self._ended(mark, *count, first, last, step, self._block(), self._expect("END_FOR"))
 
     def _while(self, mark: Mark) -> tuple[str, list[Any]]:
         condition = self._expression()
-        self._take("DO")
-        return "while", self._ended(mark, condition, self._block(), self._take("END_WHILE"))
+        self._expect("DO")
+        return "while", self._ended(mark, condition, self._block(), self._expect("END_WHILE"))
 
     def _repeat(self, _mark: Mark) -> tuple[str, list[Any]]:
-        body, until = self._block(), self._take("UNTIL")
+        body, until = self._block(), self._expect("UNTIL")
         self._begin = until.start
-        return "repeat", self._ended(body, until, self._expression(), self._take("END_REPEAT"))
+        return "repeat", self._ended(body, until, self._expression(), self._expect("END_REPEAT"))
 
     def _region(self, mark: Mark) -> tuple[str, list[Any]]:
-        return "region", [mark, self._block(), self._take("END_REGION")]
+        return "region", [mark, self._block(), self._expect("END_REGION")]
 
     # --- expressions
 
@@ -247,7 +247,7 @@ class Syntax:
         """Read an expression of operators that bind tighter than `binding`."""
         left = self._unary(power=binding == BINDING["POWER"])
         while self._next(*OPERATORS):
-            operator = self._marks[self._place]
+            operator = self._marks[self._index]
             level = BINDING[operator.type]
             if level <= binding:
                 break
@@ -278,7 +278,7 @@ class Syntax:
         return operand
 
     def _primary(self) -> Operand:
-        mark = self._take(*OPERANDS - {"NOT", "MINUS"})
+        mark = self._expect(*OPERANDS - {"NOT", "MINUS"})
         if mark.type == "NUMBER":
             return number_of(mark)
         if mark.type == "STRING":
@@ -286,12 +286,12 @@ class Syntax:
         if mark.type == "BASE":
             return self._function(mark) if self._skip("LPAR") else Address(str(mark), self._steps())
         operand = self._inner()
-        self._take("RPAR")
+        self._expect("RPAR")
         return operand
 
     def _function(self, mark: Mark) -> Operand:
         operand = self._inner()
-        self._take("RPAR")
+        self._expect("RPAR")
         name = FUNCTION_NAMES.get(mark.upper())
         if name is None:
             raise MisplacedError(mark.start, f"a function ({', '.join(sorted(FUNCTION_NAMES))})", str(mark))
@@ -307,10 +307,10 @@ class Syntax:
                 steps.append(BitStep(number_of(mark, mark[1:])))
             elif mark.type == "COMPUTED":
                 steps.append(BitStep(self._inner()))
-                self._take("RSQB")
+                self._expect("RSQB")
             else:
                 indices = [self._inner()]
-                while self._take("COMMA", "RSQB").type == "COMMA":
+                while self._expect("COMMA", "RSQB").type == "COMMA":
                     indices.append(self._inner())
                 steps.append(SubscriptStep(tuple(indices)))
         return tuple(steps)

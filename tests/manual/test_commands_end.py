@@ -256,8 +256,8 @@ def test_a_preset_that_did_not_arrive_is_not_done_where_the_axis_is():
     assert bench.scan(LEAST).tags["SetPosition.ErrorID"] == NOT_DONE
     drive, scans = drive_on(Image([MODULE_OK | POSITION_INVALID]))
     preset = Command("axis", PRESET, "preset")
-    preset.take(PresetPosition(0).to_image())
-    drive.ask(preset)
+    preset.set_words(PresetPosition(0).to_image())
+    drive.request(preset)
     scans(LEAST)
     assert preset.error_id == ErrorId.NOT_DONE
 
@@ -329,8 +329,8 @@ def test_an_error_that_no_reset_clears_does_not_hold_up_the_next_command():
     drive, scans = drive_on(inputs)
     first, second = (Command("axis", RELATIVE, each) for each in ("first", "second"))
     for command, status in ((first, MODULE_OK | 1), (second, MODULE_OK | COMMAND_ERROR)):
-        command.take(Move(MoveKind.RELATIVE, 10, 5_000, 10, 10).to_image())
-        drive.ask(command)
+        command.set_words(Move(MoveKind.RELATIVE, 10, 5_000, 10, 10).to_image())
+        drive.request(command)
         scans(10)
         inputs[0] = status
         scans(10)

@@ -1,13 +1,13 @@
 """Decides which existing files an output may replace.
 
-    missing, or empty              written
+    missing or empty                 written
     a device or a pipe               written
     in use: read, imported, named    refused, whatever its kind
-    of the kind to be written        replaced
-    anything else                    refused
+    of the kind of the output        replaced
+    any other file                   refused
     being recorded                   refused
 
-Links are followed: the target of a link is checked and replaced.
+The target of a link is checked and replaced; the link is kept.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Mapping
-from os.path import realpath
+from os.path import realpath, samestat
 from pathlib import Path
 from types import MappingProxyType
 
@@ -35,7 +35,7 @@ LOOK_BYTES = 1024
 
 
 class OwnedError(ValueError):
-    """An output would replace another file; the message names it and the remedy."""
+    """An output would replace a file that it may not replace; the message names the file and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class FileKind:
     """A kind of file that commands write."""
 
     name: str
-    fits: Callable[[bytes], bool]  # whether a file with this beginning is of the kind
+    recognizes: Callable[[bytes], bool]  # whether a file with this beginning is of the kind
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:
@@ -81,8 +81,8 @@ def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path
     """
     target = Path(realpath(path))
     status = _status(target)
-    for other_file, role in used.items():
-        if _is_same(target, status, other_file):
+    for used_file, role in used.items():
+        if _is_same(target, status, used_file):
             raise OwnedError(f"{path} is {role}: choose another file to write to")
     if status is not None and stat.S_ISREG(status.st_mode):
         _check_kind(path, target, kind)
@@ -90,9 +90,10 @@ def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path
 
 
 def _check_kind(path: Path | str, target: Path, kind: FileKind) -> None:
+    """Raise an OwnedError if a file is of another kind, or is being recorded."""
     with target.open("rb") as file:
         content = file.read(LOOK_BYTES)
-    if content and not kind.fits(content):
+    if content and not kind.recognizes(content):
         raise OwnedError(
             f"{path} is not {kind.name}, and would be lost: choose another file to write to, or move it away"
         )
@@ -101,17 +102,16 @@ def _check_kind(path: Path | str, target: Path, kind: FileKind) -> None:
 
 
 def _status(path: Path) -> os.stat_result | None:
+    """Return the status of a file; None if it does not exist."""
     try:
         return path.stat()
     except FileNotFoundError:
         return None
 
 
-def _is_same(target: Path, target_status: os.stat_result | None, other: Path) -> bool:
+def _is_same(target: Path, target_status: os.stat_result | None, used_file: Path) -> bool:
     """Return whether two paths are the same file, by name or as hard links."""
-    if target == Path(realpath(other)):
+    if target == Path(realpath(used_file)):
         return True
-    if target_status is None:
-        return False
-    other_status = _status(other)
-    return other_status is not None and os.path.samestat(target_status, other_status)
+    used_status = _status(used_file)
+    return target_status is not None and used_status is not None and samestat(target_status, used_status)

@@ -1,4 +1,4 @@
-"""Keeps earlier recordings, which a new one would replace, under numbers; the latest has number 1.
+"""Keeps earlier recordings, which a new one would replace, under numbers; the most recent one has number 1.
 
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
        `---------, `---------, `---------, `----------,
@@ -6,7 +6,7 @@
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest is removed
 
 If the new recording equals the previous one, byte for byte, all files get their previous names back. A killed
-process leaves one file too many, which the end of the next recording removes.
+process leaves one file more than the limit, which the end of the next recording removes.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class RecordingKeeper:
         self._stem = Path(realpath(path)).stem
         self._paths = [Path(realpath(file_path)) for file_path in (path, *beside)]
         self._most = most
-        self._moved: list[int] = []
+        self._moved: list[int] = []  # numbers before the move, in the order of the moves
 
     def names(self) -> list[Path]:
         """Return all names that may be moved, including the new recording's."""
@@ -85,7 +85,7 @@ class RecordingKeeper:
         """
         if not self._moved:
             return
-        if all(_alike(path, self._name(path, 1)) for path in self._paths):
+        if all(_are_equal(path, self._name(path, 1)) for path in self._paths):
             for path in self._paths:
                 self._name(path, 1).unlink(missing_ok=True)
             self._moved.pop()
@@ -103,14 +103,14 @@ class RecordingKeeper:
     def _is_taken(self, number: int) -> bool:
         return any(self._name(path, number).exists() for path in self._paths)
 
-    def _move(self, number: int, to: int) -> None:
+    def _move(self, number: int, new_number: int) -> None:
         for path in self._paths:
             with suppress(FileNotFoundError):
-                patiently(Path.rename, self._name(path, number), self._name(path, to))
+                patiently(Path.rename, self._name(path, number), self._name(path, new_number))
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
-    """Raise an error if new recordings would replace an owned file, or move a file in use.
+    """Raise an error if new recordings would replace a file that is no recording, or move a file in use.
 
     Args:
         keeping: keeps the existing files; None if they are replaced.
@@ -123,14 +123,15 @@ def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, use
         check_output(path, TRACE, used)
 
 
-def _alike(one: Path, other: Path) -> bool:
-    sizes = [path.stat().st_size if path.is_file() else None for path in (one, other)]
-    return sizes[0] == sizes[1] and (sizes[0] is None or begin_alike(one, other, sizes[0]))
+def _are_equal(path_a: Path, path_b: Path) -> bool:
+    """Return whether two files have the same content, or neither exists."""
+    size_a, size_b = (path.stat().st_size if path.is_file() else None for path in (path_a, path_b))
+    return size_a == size_b and (size_a is None or begin_alike(path_a, path_b, size_a))
 
 
-def begin_alike(one: Path, other: Path, size: int) -> bool:
-    """Return whether the first bytes of two files are the same."""
-    with one.open("rb") as file_a, other.open("rb") as file_b:
+def begin_alike(path_a: Path, path_b: Path, size: int) -> bool:
+    """Return whether the first `size` bytes of two files are the same."""
+    with path_a.open("rb") as file_a, path_b.open("rb") as file_b:
         for start in range(0, size, _COMPARED_BYTES):
             length = min(_COMPARED_BYTES, size - start)
             if file_a.read(length) != file_b.read(length):

@@ -20,7 +20,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _lock(number: int, _shared: bool) -> None:
-        # A locked byte can't be read: this one is beyond any file, at the largest offset of `locking`.
+        # A locked byte can't be read, so lock the last byte that `locking` allows, beyond any file's end.
         offset = os.lseek(number, 0, os.SEEK_CUR)
         os.lseek(number, (1 << 31) - 2, os.SEEK_SET)
         try:
@@ -39,11 +39,11 @@ NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 """Flag of `open` that refuses symbolic links; 0 if the system has none."""
 
 _NAME_BYTES = 200
-"""Maximum bytes of a name that leave room for a prefix and a suffix: file systems allow 255."""
+"""Maximum bytes of a name in a name with a prefix and a suffix: file systems allow 255 bytes in all."""
 
 
 def beside(path: Path, ending: str) -> Path:
-    """Return a hidden path beside a file, whose name contains the file's name.
+    """Return a hidden path in the folder of a file; its name contains the file's name, or a hash of it.
 
     >>> beside(Path("out/tags.json"), "lock").name
     '.tags.json.lock'
@@ -73,7 +73,7 @@ def is_being_recorded(path: Path) -> bool:
         return False
     try:
         with path.open("rb") as file:
-            return not could_lock(file.fileno(), shared=True)  # others may test, too
+            return not could_lock(file.fileno(), shared=True)  # shared: others may test at the same time
     except OSError:  # reading it reports the error
         return False
 
@@ -113,9 +113,9 @@ def _locked(lock: Path, path: Path) -> int:
         number = os.open(lock, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
         try:
             if os.fstat(number).st_size:
-                raise OSError(errno.EEXIST, "it is in the way of a lock: move it away", str(lock))
+                raise OSError(errno.EEXIST, "it is not a lock file: move it away", str(lock))
             if not could_lock(number):
-                raise OSError(errno.EBUSY, "another process is about to replace it", str(path))
+                raise OSError(errno.EBUSY, "another process is replacing it", str(path))
             if _is_still_there(lock, number):
                 return number
         except OSError:

@@ -1,14 +1,14 @@
-"""The only writer of files that are replaced: completely, or not at all.
+"""Replaces files completely, or not at all; all outputs that replace a file are written here.
 
     lock     .NAME.lock
     open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusive, no links followed
     write
     fsync
-    rename   to NAME                         NAME is the old file before, and the new file after
+    rename   to NAME                         NAME is the old file before this step, and the new file after it
     fsync    of the folder
 
-After a failure NAME is unchanged. After a kill NAME is the old or the new file, complete. A link at
-NAME is kept, and its target is replaced. `guard` decides which files may be replaced.
+After a failure NAME is unchanged. After a kill NAME is the complete old or the complete new file. A link
+at NAME is kept, and its target is replaced. `guard` decides which files may be replaced.
 """
 
 from __future__ import annotations
@@ -33,27 +33,28 @@ TEXT: dict[str, Any] = {"encoding": "utf-8", "newline": "\n"}
 
 
 class Draft:
-    """A file that is being written, beside the one that it will replace."""
+    """A file that is being written, beside the target that it will replace.
 
-    def __init__(self, file: IO[Any], place: Path, target: Path, kind: FileKind) -> None:
-        self.file, self.place, self._target, self._kind = file, place, target, kind
+    Attributes:
+        file: the draft, open for writing.
+        path: the draft's path.
+    """
 
-    def sync(self) -> None:
-        """Flush the written data to the disk."""
-        self.file.flush()
-        os.fsync(self.file.fileno())
+    def __init__(self, file: IO[Any], path: Path, target: Path, kind: FileKind) -> None:
+        self.file, self.path, self._target, self._kind = file, path, target, kind
 
-    def put(self) -> None:
-        """Replace the target.
+    def replace_target(self) -> None:
+        """Flush the data to the disk, and replace the target.
 
         Raises:
             OwnedError: the target may no longer be replaced.
             OSError: the data can't be flushed; the target is unchanged.
         """
         check_output(self._target, self._kind)
-        self.sync()
+        self.file.flush()
+        os.fsync(self.file.fileno())
         self.file.close()
-        patiently(os.replace, self.place, self._target)
+        patiently(os.replace, self.path, self._target)
         sync_folder(self._target.parent)
 
 
@@ -92,7 +93,7 @@ def new_file(
     else:
         with replacing(path, kind, mode, used=used, locked=locked, **options) as draft:
             yield draft.file
-            draft.put()
+            draft.replace_target()
 
 
 @contextmanager
@@ -105,14 +106,14 @@ def replacing(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[Draft]:
-    """Open a draft beside a file; `Draft.put` replaces the file, otherwise the draft is removed.
+    """Open a draft beside a file; `Draft.replace_target` replaces the file, otherwise the draft is removed.
 
-    Arguments and errors as in `new_file`.
+    Arguments and errors are the same as in `new_file`.
     """
     target = check_output(path, kind, used)
     draft = beside(target, f"{secrets.token_hex(8)}.part")
     with naming(path, draft, beside(target, "lock")), nullcontext() if locked else held(target):
-        file = open(draft, mode, opener=_exclusive, **_with_text(mode, options))  # noqa: SIM115 - what is not ours stays
+        file = open(draft, mode, opener=_exclusive, **_with_text(mode, options))  # noqa: SIM115 - outside the try: a file that another process created is not removed
         try:
             with file:
                 if target.exists():
@@ -124,12 +125,12 @@ def replacing(
 
 
 @contextmanager
-def naming(path: Path | str, *places: Path) -> Iterator[None]:
-    """Add the name `path` to an error that names no file, such as a full disk, or one of `places`."""
+def naming(path: Path | str, *helper_files: Path) -> Iterator[None]:
+    """Name `path` in an OSError that names no file, such as a full disk, or one of `helper_files`."""
     try:
         yield
     except OSError as error:
-        if error.errno is None or error.filename not in (None, *map(str, places)):
+        if error.errno is None or error.filename not in (None, *map(str, helper_files)):
             raise
         raise OSError(error.errno, error.strerror, str(path)) from error
 

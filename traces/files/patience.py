@@ -1,7 +1,7 @@
-"""Changes names in a folder, and waits while another program has a file open.
+"""Renames and replaces files, and waits while another program has the file open.
 
-On Windows a file that is open can't be renamed or replaced, and virus scanners and indexers open each new
-file for a moment. On other systems the same error means that the folder may not be changed.
+Windows can't rename or replace an open file, and virus scanners and indexers open each new file for a moment.
+On other systems the same error reports a missing permission.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from time import sleep
 
 TRIES = 10
 BETWEEN_S = 0.1
+"""Pause between attempts, s."""
 
 
 def patiently(change: Callable[[Path, Path], object], source: Path, target: Path) -> None:
-    """Change the name of a file; wait up to a second while another program has it open.
+    """Call `change(source, target)`; repeat it for about a second while another program has the file open.
 
     Raises:
         OSError: `change` raised it; a PermissionError only after `TRIES` attempts.

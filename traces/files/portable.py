@@ -1,4 +1,4 @@
-"""File names and relative paths that mean the same on every system."""
+"""File names and relative paths that are the same on every system."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def no_device(name: str) -> str:
 
 
 def relative(path: PurePath | str, folder: PurePath | str) -> str:
-    """Return the path from a folder to a file, with / between parts; an absolute path on another drive."""
+    """Return the path from a folder to a file, with "/"; the absolute path for a file on another drive."""
     try:
         relative_path = relpath(path, folder)
     except ValueError:

@@ -1,7 +1,7 @@
 """Checks that a file being written still exists under its name, with the written content.
 
-A writer does not notice that another program has removed, replaced or truncated its file: writes succeed, and
-afterwards there is nothing to read.
+Without this check a writer does not notice that another program has removed, replaced or cut its file: all
+writes succeed, but the data is lost.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ HEAD_BYTES = 1 << 16
 
 
 class Presence:
-    """Watches over a file.
+    """Detects that another program changes a file while it is written.
 
     Args:
         path: its name.
@@ -31,14 +31,14 @@ class Presence:
         if len(self._head) < HEAD_BYTES:
             self._head += data[: HEAD_BYTES - len(self._head)]
 
-    def look(self, size: int) -> None:
-        """Note that the file was cut, if it is shorter than the `size` bytes written."""
+    def check_size(self, size: int) -> None:
+        """Remember that the file was cut if it is shorter than the `size` bytes written."""
         if os.fstat(self._number).st_size < size:
             self._is_cut = True
 
     def loss(self, size: int) -> str | None:
         """Return what happened to the file, which should have `size` bytes; None if it is intact."""
-        self.look(size)
+        self.check_size(size)
         own_status = os.fstat(self._number)
         try:
             path_status = os.stat(self._path)
@@ -46,11 +46,12 @@ class Presence:
             return "it was removed or renamed by another program while it was being recorded"
         if (path_status.st_dev, path_status.st_ino) != (own_status.st_dev, own_status.st_ino):
             return "it was replaced by another program while it was being recorded"
-        if self._is_cut or own_status.st_size != size or self._begins_otherwise():
+        if self._is_cut or own_status.st_size != size or self._has_other_head():
             return "it was cut or overwritten by another program while it was being recorded"
         return None
 
-    def _begins_otherwise(self) -> bool:
+    def _has_other_head(self) -> bool:
+        """Return whether the first bytes are not the written ones."""
         try:
             with self._path.open("rb") as file:
                 return file.read(len(self._head)) != self._head

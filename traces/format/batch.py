@@ -1,11 +1,10 @@
-"""Collects scans for a chunk one by one, and lays them out as MCAP messages all at once.
+"""Collects scans one by one, and encodes them as MCAP messages all at once, which costs less per scan.
 
-Messages of the same size differ in only a few columns. When the batch is full, one join lays out the records
-with constant heads; each byte of a column is then a slice with the stride of the records. A scan costs four
-appends.
+Messages of the same size differ only in a few columns. When the batch is full, one join writes all records
+with the same head. Then each byte of a column is written as one slice, with the size of a record as its step.
 
     opcode length channel | sequence log_time publish_time | prefix scan flags | images, tags
-    constant              | column   column   column       | const. col.  col. | as collected
+    constant              | column   column   column       | const. col.  col. | collected bytes
 """
 
 from __future__ import annotations
@@ -28,14 +27,14 @@ HEAD_BYTES = _HEAD.size
 _PREAMBLE_BYTES = 9
 """Size of a record's opcode and length, which the length does not include."""
 
-_NUMBER_PLACES, _NUMBER_BYTES = (11, 35), 4
-_TIME_PLACES, _TIME_BYTES = (15, 23), 8
-_FLAG_PLACES, _FLAG_BYTES = (39,), 4
-"""Places of the columns in a record, and their sizes."""
+_NUMBER_OFFSETS, _NUMBER_BYTES = (11, 35), 4
+_TIME_OFFSETS, _TIME_BYTES = (15, 23), 8
+_FLAG_OFFSETS, _FLAG_BYTES = (39,), 4
+"""Offsets of each column in a record, and the bytes of its values."""
 
 
 class ScanBatch:
-    """Up to `room` scans, and their layout as message records.
+    """Up to `room` scans, which are encoded together as message records.
 
     Args:
         memory: the rack's memory block, copied at every scan.
@@ -70,14 +69,14 @@ class ScanBatch:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function to call after the logic of each scan that is recorded by rows; None here.
+        """Function to call after the logic of each scan that is recorded by rows; None without tags.
 
-        It returns whether messages will follow the scan.
+        It returns whether messages will follow the scan, which then ends the rows.
         """
         return None
 
     def begin_rows(self) -> int:
-        """Return the room for rows, from now on."""
+        """Return the maximum rows of the next `add_rows`."""
         return max(1, self.room - len(self._images))
 
     def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
@@ -90,25 +89,30 @@ class ScanBatch:
 
     def take(self) -> tuple[array[int], bytearray]:
         """Return the times of the scans and their successive message records, and empty the batch."""
-        flags = self._flags[0]  # usually the flags of all scans
+        flags = self._flags[0]  # usually the same in all scans
         head = bytearray(_HEAD.pack(*self._head, flags))
         records = head.join([b"", *self._images])
         times = array("Q", self._times)
-        self._fill(records, times, _TIME_PLACES, _TIME_BYTES)
-        self._fill(records, array("Q", self._numbers), _NUMBER_PLACES, _NUMBER_BYTES)
+        self._fill_column(records, times, _TIME_OFFSETS, _TIME_BYTES)
+        self._fill_column(records, array("Q", self._numbers), _NUMBER_OFFSETS, _NUMBER_BYTES)
         if self._flags.count(flags) < len(self._flags):
-            self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
+            self._fill_column(records, array("Q", self._flags), _FLAG_OFFSETS, _FLAG_BYTES)
         for column in (self._numbers, self._times, self._flags, self._images):
             column.clear()
         return times, records
 
-    def _fill(self, records: bytearray, column: array[int], places: tuple[int, ...], size: int) -> None:
-        """Write the lower bytes of a column; the machine is little-endian, see io_images.image."""
+    def _fill_column(
+        self, records: bytearray, column: array[int], offsets: tuple[int, ...], size: int
+    ) -> None:
+        """Write the lower `size` bytes of a column's values at some offsets of each record.
+
+        The machine is little-endian, see io_images.image.
+        """
         raw, stride, zeros = column.tobytes(), self.stride, bytes(len(column))
         for byte in range(size):
             values = raw[byte :: column.itemsize]
             if values != zeros:
-                for offset in places:
+                for offset in offsets:
                     records[offset + byte :: stride] = values
 
     def __len__(self) -> int:
@@ -143,7 +147,7 @@ class TagBatch(ScanBatch):
         return bool(self._pending)
 
     def begin_rows(self) -> int:
-        """Return the room for rows, from now on."""
+        """Return the maximum rows of the next `add_rows`, and drop the tags copied so far."""
         self._rows.clear()
         return super().begin_rows()
 

@@ -57,7 +57,7 @@ class Leaf(NamedTuple):
 
 
 def _no_size(text: str) -> ValueError:
-    return ValueError(f"field {text!r} has no fixed size that is known")
+    return ValueError(f"field {text!r} has no fixed size, or an unknown type")
 
 
 def _field(text: str) -> tuple[str, str, int]:

@@ -1,4 +1,4 @@
-"""The CPU's flags in a scan, by name.
+"""The controller's flags in a scan, by name.
 
 bits 0 and 1   the mode: program, run, test, single scan
 bits 2 to 7    special conditions of the scan
@@ -19,14 +19,14 @@ FLAGS = {
     4: "OUTPUT_FORCES",
     5: "OVERRUN",         # real time only: the scan began late
     6: "FAULT",
-    7: "TAGS_FROM_OUTSIDE",  # one is forced, or was set since the scan before
+    7: "TAGS_FROM_OUTSIDE",  # a tag is forced, or was set from outside since the previous scan
 }
 # fmt: on
 """The flags by number of their bit."""
 
 
 def flag_names(flags: int) -> list[str]:
-    """Return the CPU's mode and flags by name.
+    """Return the names of the controller's mode and flags.
 
     >>> flag_names(5), flag_names(0)
     (['run mode', 'FIRST_SCAN'], ['program mode'])

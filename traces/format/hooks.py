@@ -1,6 +1,6 @@
-"""Functions of a trace that are defined in modules above its reader.
+"""Functions for methods of a trace that are defined in modules above the reader.
 
-`scanrack.traces` sets them, so that no import points upward.
+`scanrack.traces` sets them, so that the reader does not import these modules.
 """
 
 from collections.abc import Callable, Sequence

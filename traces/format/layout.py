@@ -1,8 +1,8 @@
 """The layout of a scan: slots, their images, and the names of the words.
 
-The rack's memory block is the payload of a scan, unchanged: per slot, in
-slot order, the output image, then the input image, little-endian words, as many as the module has names
-for; at the end the padding of the block, see `io_images.memory_layout`.
+The payload of a scan is the rack's memory block, unchanged. It has each slot's output image, then its input
+image, in slot order, and padding at the end, see `io_images.memory_layout`. An image has one little-endian
+word for each name of the module's words.
 
     byte  0        16       32       48
           slot 1   slot 1   slot 2   slot 2
@@ -34,8 +34,8 @@ class SlotInfo:
         number: the slot's number in the rack, 0 or more.
         module: catalog name of its module, e.g. "amci3601".
         firmware: as text, e.g. "4.1"; empty for a module without firmware.
-        words: names of its words and bits; by default a 3601's for an "amci3601", `word0` to `word7` for
-            any other module.
+        words: names of its words and bits. The default for an "amci3601" is a 3601's names, for any other
+            module `word0` to `word7`.
     """
 
     number: int
@@ -54,7 +54,7 @@ class SlotInfo:
 
     @property
     def is_stepper(self) -> bool:
-        """Whether its words are those of a 3601: the module itself, or an adapter.
+        """Whether it has a 3601's words: the module itself, or an adapter.
 
         >>> SlotInfo(1, "amci3601").is_stepper, SlotInfo(2, "my own").words.inputs[2]
         (True, 'word2')
@@ -80,14 +80,14 @@ def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
     """Return the slots, if they can be recorded.
 
     Raises:
-        ValueError: no slot at all, a negative number, or a number used twice.
+        ValueError: no slots, a negative slot number, or a number used twice.
     """
     slot_numbers = [slot.number for slot in slots]
     if not slot_numbers:
         raise ValueError("a trace needs at least one slot")
     if min(slot_numbers) < 0:
         raise ValueError(f"slot {min(slot_numbers)}: slot numbers are 0 or more")
-    twice = sorted({number for number in slot_numbers if slot_numbers.count(number) > 1})
-    if twice:
-        raise ValueError(f"slot {twice[0]} is given twice")
+    duplicates = sorted({number for number in slot_numbers if slot_numbers.count(number) > 1})
+    if duplicates:
+        raise ValueError(f"slot {duplicates[0]} is given twice")
     return tuple(slots)

@@ -1,4 +1,4 @@
-"""Limits of the work that a trace may cause: size of an unpacked chunk, and number of records."""
+"""Limits for reading an untrusted trace: the size of an unpacked chunk, and the number of records."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from scanrack.io_images.dataclass import dataclass
 SMALLEST_MESSAGE_BYTES = 31
 """Opcode, length, and the fields of a message without data."""
 
-
 CHUNK_BYTES = 32 * 1024 * 1024
 RECORDS = 200_000
 
@@ -21,9 +20,9 @@ class Limits:
     """Limits for one trace.
 
     Attributes:
-        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks have 1 MiB, other writers' 4 MiB.
-        records: maximum records in a chunk, or in a file outside of chunks, if their average size is below
-            that of an empty message.
+        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks have 1 MiB, other writers' chunks 4 MiB.
+        records: maximum records in a chunk, or in a file outside of chunks. More are allowed if their average
+            size is at least the size of an empty message.
     """
 
     chunk_bytes: int = CHUNK_BYTES
@@ -48,15 +47,15 @@ def limits() -> Limits:
     return _limits.get()
 
 
-def set_limits(to: Limits) -> None:
+def set_limits(new_limits: Limits) -> None:
     """Set the limits of this process permanently; call it at the beginning."""
-    _limits.set(to)
+    _limits.set(new_limits)
 
 
 @contextmanager
-def limited(to: Limits) -> Iterator[None]:
+def limited(new_limits: Limits) -> Iterator[None]:
     """Use other limits in a `with` block."""
-    token = _limits.set(to)
+    token = _limits.set(new_limits)
     try:
         yield
     finally:

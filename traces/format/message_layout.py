@@ -1,4 +1,4 @@
-"""The layout of a scan's message record in a chunk, as a numpy type: for readers and exports, see `batch`."""
+"""The layout of a scan's message record as a numpy type, for readers and exports; `batch` writes it."""
 
 from __future__ import annotations
 
@@ -16,6 +16,10 @@ def message_layout(
 
     >>> message_layout(32).itemsize
     75
+
+    Args:
+        tags: type of the row of tags after the images, or None.
+        rest: type of the bytes after the tags, or None.
     """
     tag_fields: list[Any] = [] if tags is None else [(FIELD, tags)]
     tag_fields += [] if rest is None else [("rest", rest)]

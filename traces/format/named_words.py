@@ -2,10 +2,10 @@
 
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with their own names: group -> name -> [image, word, bit]
-    metadata slot.N.family     of another module of the 3601's family: error bits and limits
-    metadata slot.N.numbers    of any other module with numbers: error bits, modes, and its numbers
+    metadata slot.N.family     only for a relative of the 3601: error bits and limits
+    metadata slot.N.numbers    only for another module with numbers: error bits, modes, quantities
 
-The names of a 3601's bits are in its manual, and are not repeated in a trace.
+A trace does not repeat the names of a 3601's bits, which are in its manual.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def names_text(words: ModuleWords) -> str:
 
 
 def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
-    """Return the metadata of a slot's words; none for a 3601, whose words are known."""
+    """Return the metadata of a slot's words; empty for a 3601, whose words every reader has."""
     if words is WORDS_3601 or not words.groups:
         return {}
     facts = {names_key(slot): names_text(words)}
@@ -82,20 +82,25 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
     fields = {name: tuple(line.partition(" ")[2] for line in lines) for name, lines in messages.items()}
     words: dict[int, ModuleWords] = {}
     for line in head[2:]:
-        stem, _, slot = line.partition(" slot")
+        stem, _, slot_text = line.partition(" slot")
         outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
-        if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
-            continue
-        sizes = {"O": len(outputs), "I": len(inputs)}
-        groups = _groups(metadata.get(names_key(int(slot)), "{}"), sizes)
-        if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
-            words[int(slot)] = WORDS_3601
-        elif family_key(int(slot)) in metadata and STATUS in groups:
-            words[int(slot)] = recorded_profile(stem, groups, json_value(metadata[family_key(int(slot))]))
-        else:
-            numbers = _numbers(metadata.get(numbers_key(int(slot)), "{}"))
-            words[int(slot)] = ModuleWords(stem, outputs, inputs, groups, **numbers)
+        if slot_text.isdecimal() and _are_words(outputs) and _are_words(inputs):
+            slot = int(slot_text)
+            words[slot] = _slot_words(stem, outputs, inputs, slot, metadata)
     return words
+
+
+def _slot_words(
+    stem: str, outputs: tuple[str, ...], inputs: tuple[str, ...], slot: int, metadata: Mapping[str, str]
+) -> ModuleWords:
+    """Return the words of a slot: of a 3601, of a relative of it, or of any other module."""
+    sizes = {"O": len(outputs), "I": len(inputs)}
+    groups = _groups(metadata.get(names_key(slot), "{}"), sizes)
+    if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
+        return WORDS_3601
+    if family_key(slot) in metadata and STATUS in groups:
+        return recorded_profile(stem, groups, json_value(metadata[family_key(slot)]))
+    return ModuleWords(stem, outputs, inputs, groups, **_numbers(metadata.get(numbers_key(slot), "{}")))
 
 
 def _numbers_text(words: ModuleWords) -> str:
@@ -110,7 +115,7 @@ def _numbers_text(words: ModuleWords) -> str:
 
 
 def _numbers(text: str) -> dict[str, Any]:
-    """Return the errors, modes and quantities of a module that are recorded."""
+    """Return a module's recorded errors, modes and quantities, as arguments of `ModuleWords`."""
     try:
         data = json_value(text)
         modes = data.get("modes")
@@ -125,13 +130,19 @@ def _numbers(text: str) -> dict[str, Any]:
 
 def _quantity(table: Mapping[str, Any]) -> Quantity:
     format = table["format"]
-    places = str(table["image"]), int(table["word"]), int(table["words"]), str(table["unit"])
     return Quantity(
-        str(table["name"]), *places, format and NumberFormat(format), counts=bool(table["counts"])
+        str(table["name"]),
+        str(table["image"]),
+        int(table["word"]),
+        int(table["words"]),
+        str(table["unit"]),
+        format and NumberFormat(format),
+        counts=bool(table["counts"]),
     )
 
 
 def _are_words(names: Sequence[str]) -> bool:
+    """Return whether names are legal for the words of an image: identifiers, different, not too many."""
     return 1 <= len(set(names)) == len(names) <= WORDS_MAX and all(name.isidentifier() for name in names)
 
 
@@ -139,16 +150,21 @@ def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
     try:
         data = json_value(text)
         return {
-            group: {name: _place(name, place, sizes) for name, place in names.items()}
+            group: {name: _bit_place(name, place, sizes) for name, place in names.items()}
             for group, names in data.items()
         }
     except (AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"names of bits: {error}") from None
 
 
-def _place(name: str, at: Sequence[object], sizes: Mapping[str, int]) -> BitPlace:
-    image, word, bit = at if len(at) == 3 else (None, None, None)
-    sound = image in ("I", "O") and type(word) is int and type(bit) is int and name.isidentifier()
-    if not (sound and 0 <= word < sizes[str(image)] and 0 <= bit < BITS):  # type: ignore[operator]
-        raise ValueError(f"bit {name!r} at {at} is none of an image")
-    return BitPlace(str(image), int(str(word)), int(str(bit)))
+def _bit_place(name: str, place: Sequence[Any], sizes: Mapping[str, int]) -> BitPlace:
+    """Return the checked place of a bit: image, word and bit number.
+
+    Args:
+        sizes: number of words by image.
+    """
+    image, word, bit = place if len(place) == 3 else ("", -1, -1)
+    has_types = image in ("I", "O") and type(word) is int and type(bit) is int
+    if not (has_types and name.isidentifier() and 0 <= word < sizes[image] and 0 <= bit < BITS):
+        raise ValueError(f"bit {name!r} at {place} is not in an image")
+    return BitPlace(image, word, bit)

@@ -30,7 +30,7 @@ RECORD_HEAD = struct.Struct("<BQ")
 """Head of every record: opcode, length of the content."""
 
 DRAFT = 0xD7
-"""A record of our own: zeros in place of an unfinished chunk; its messages follow."""
+"""Our private record: a gap for an unfinished chunk; the chunk's messages follow it uncompressed."""
 
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
@@ -41,7 +41,7 @@ R = TypeVar("R")
 
 
 class TraceError(ValueError):
-    """A file can't be read as a trace; the message has the reason and the place."""
+    """A file can't be read as a trace; the message names the reason and the offset."""
 
 
 class DamageError(TraceError):
@@ -58,7 +58,7 @@ class Damage(str):
 
 
 def note_of(error: TraceError, outcome: str) -> str:
-    """Return a note on an error, with what happens to the damaged part."""
+    """Return a note on an error and its outcome, such as "it is left out"; `Damage` for a DamageError."""
     text = f"{error}; {outcome}"
     return Damage(text) if isinstance(error, DamageError) else text
 
@@ -144,35 +144,41 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
     """
     chunk = read_record(file, span, Chunk.read)
     try:
-        return _unpacked(chunk, f"the chunk at byte {span.offset:,}")
+        return _unpacked(chunk, span.offset)
     except TraceLimitError:
         raise
     except BROKEN as error:
         raise DamageError(f"chunk at byte {span.offset:,}: {error}") from error
 
 
-def _unpacked(chunk: Chunk, where: str) -> bytes:
-    """Decompress a chunk, up to the size in its head and up to the limit."""
+def _unpacked(chunk: Chunk, offset: int) -> bytes:
+    """Decompress a chunk, up to the size in its head and up to the limit.
+
+    Raises:
+        TraceLimitError: its size exceeds the limit; the message names its offset.
+        ValueError: its size, its CRC or its compression is wrong.
+    """
     if chunk.compression not in _UNPACK:
-        raise ValueError(f"compression {chunk.compression!r} is not known")
+        raise ValueError(f"compression {chunk.compression!r} is unknown")
     size, most_bytes = chunk.uncompressed_size, limits().chunk_bytes
     if chunk.compression == "zstd" and frame_content_size(chunk.data) not in (-1, size):
-        raise ValueError(f"it holds {frame_content_size(chunk.data):,} bytes instead of {size:,}")
+        raise ValueError(f"it has {frame_content_size(chunk.data):,} bytes instead of {size:,}")
     if size > most_bytes:
         raise TraceLimitError(
-            f"{where} unpacks to {size:,} bytes; the limit is {most_bytes:,}", "chunk_bytes"
+            f"the chunk at byte {offset:,} unpacks to {size:,} bytes; the limit is {most_bytes:,}",
+            "chunk_bytes",
         )
     data = _UNPACK[chunk.compression](chunk.data, size + 1)
     if len(data) != size:
         prefix = "more than " if len(data) > size else ""
-        raise ValueError(f"it holds {prefix}{min(len(data), size):,} bytes instead of {size:,}")
+        raise ValueError(f"it has {prefix}{min(len(data), size):,} bytes instead of {size:,}")
     if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
         raise ValueError("its CRC does not fit")
     return data
 
 
 def _unpack_zstd(data: bytes, most: int) -> bytes:
-    if frame_content_size(data) >= 0:  # no more than `most`, as the caller has checked
+    if frame_content_size(data) >= 0:  # the caller has checked that it is at most `most`
         content: bytes = ZstdDecompressor().decompress(data)
         return content
     return _beginning_of_zstd(data, most)
@@ -184,7 +190,7 @@ def _beginning_of_zstd(data: bytes, most: int) -> bytes:
 
 
 def unpacked(data: bytes, most: int) -> bytes:
-    """Decompress an attachment that is compressed by zstd.
+    """Decompress an attachment that was compressed with zstd.
 
     Raises:
         ValueError: it has more than `most` bytes, or is damaged.
@@ -199,8 +205,8 @@ def unpacked(data: bytes, most: int) -> bytes:
 
 
 def _unpack_lz4(data: bytes, most: int) -> bytes:
-    unpacked: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
-    return unpacked
+    content: bytes = LZ4FrameDecompressor().decompress(data, max_length=most)
+    return content
 
 
 _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
@@ -208,7 +214,7 @@ _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
     "zstd": _unpack_zstd,
     "lz4": _unpack_lz4,
 }
-"""Decompressors of chunks, which take a limit of bytes, by name of the compression."""
+"""Decompressors of chunks by name of the compression; arguments: data, maximum bytes to return."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -259,7 +265,7 @@ def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, 
     start = offset + RECORD_HEAD.size
     end = start + length
     if end > len(data):
-        raise ValueError("a record in it is longer than the chunk")
+        raise ValueError("one of its records is longer than the chunk")
     if opcode == Opcode.MESSAGE:
         channel, sequence, log_time, _ = _MESSAGE.unpack_from(data[start:end])
         return Message(channel, sequence, log_time, data[start + _MESSAGE.size : end]), end

@@ -15,18 +15,17 @@ per module and direction:
     int16 command_msw
     ...
 
-The payload is CDR, little-endian. Two uint32 followed by only int16 leave
-no gap in it, so the rack's memory block is copied unchanged, its padding as `int16[N] padding`:
+The payload is CDR, little-endian. Two uint32 followed by int16 need no padding, so the rack's memory block is
+copied unchanged. The padding at the end of the block is the field `int16[N] padding`:
 
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
 
-Tags, if a user selects any, follow the slots; see `tagplan`. A reader ignores fields after the tags,
-such as the decoded values of a copy; see `decoded`.
+If a user selects tags, they follow the slots; see `tagplan`. A reader ignores fields after the tags,
+such as decoded values in an exported copy; see `decoded`.
 
-Viewers merge schemas with the same name, so the name carries a hash of the text. It
-is joined without an underscore: ROS 2 allows letters and digits only in the
-name of a message, and its decoders enforce that.
+Viewers merge schemas with the same name, so the name ends with a hash of the text. No underscore precedes
+the hash, since ROS 2 allows only letters and digits in the name of a message, and its decoders enforce that.
 """
 
 from __future__ import annotations
@@ -90,43 +89,42 @@ class ScanSchema:
         return NAME_STEM + self.layout
 
 
-More = tuple[str, Sequence[tuple[str, Sequence[str]]]]
-"""A field after the tags: its name and its messages; the first message is its type."""
+ExtraField = tuple[str, Sequence[tuple[str, Sequence[str]]]]
+"""A field after the tags: its name, and its messages with their lines; the first message is its type."""
 
 
 def scan_schema(
     slots: Sequence[SlotInfo],
     tags: TagPlan | None = None,
-    more: More | None = None,
+    extra: ExtraField | None = None,
 ) -> ScanSchema:
-    """Return the schema of a scan of these slots and tags, with one more field if given.
+    """Return the schema of a scan of these slots and tags, and of an extra field if it is not None.
 
     >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
     (['uint32 scan', 'uint32 flags', 'Amci3601 slot1'], True)
     """
-    words = [slot.words for slot in slots]
-    scan = ["uint32 scan", "uint32 flags"]
-    scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
+    lines = ["uint32 scan", "uint32 flags"]
+    lines += [f"{slot.words.message} slot{slot.number}" for slot in slots]
+    messages: list[tuple[str, Sequence[str]]] = []
+    outputs, inputs = IMAGE_FIELDS
+    for words in dict.fromkeys(slot.words for slot in slots):
+        stem = words.message
+        messages.append((stem, [f"{stem}Out {outputs}", f"{stem}In {inputs}"]))
+        messages.append((f"{stem}Out", [f"int16 {name}" for name in words.outputs]))
+        messages.append((f"{stem}In", [f"int16 {name}" for name in words.inputs]))
     padding = block_layout(slots).padding
     if padding:
-        scan.append(f"int16[{padding}] {PADDING}")
+        lines.append(f"int16[{padding}] {PADDING}")
     if tags is not None:
-        scan.append(f"{tags.message} {FIELD}")
-    if more is not None:
-        field, more_messages = more
-        scan.append(f"{more_messages[0][0]} {field}")
-    lines = [*scan]
-    outputs, inputs = IMAGE_FIELDS
-    for names in dict.fromkeys(words):
-        stem = names.message
-        lines += _message(stem, [f"{stem}Out {outputs}", f"{stem}In {inputs}"])
-        lines += _message(f"{stem}Out", [f"int16 {name}" for name in names.outputs])
-        lines += _message(f"{stem}In", [f"int16 {name}" for name in names.inputs])
-    for name, fields in tags.messages() if tags is not None else ():
-        lines += _message(name, fields)
-    for name, added in more_messages if more is not None else ():
-        lines += _message(name, added)
+        lines.append(f"{tags.message} {FIELD}")
+        messages += tags.messages()
+    if extra is not None:
+        field, extra_messages = extra
+        lines.append(f"{extra_messages[0][0]} {field}")
+        messages += extra_messages
+    for name, fields in messages:
+        lines += [SEPARATOR, f"MSG: scanrack/{name}", *fields]
     text = "\n".join(lines) + "\n"
     return ScanSchema(layout_of(text), text)
 
@@ -137,10 +135,11 @@ def layout_of(text: str) -> str:
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:
-    """Return the size of a scan's unknown fields, bytes; None if the known fields are not at the beginning.
+    """Return the bytes of a scan's unknown fields; None if the known fields are not at the beginning.
 
     Args:
-        known: the schema of the same slots and tags, without more fields.
+        text: the schema with unknown fields.
+        known: the schema of the same slots and tags, without unknown fields.
 
     Raises:
         ValueError: an unknown field has no fixed size.
@@ -157,9 +156,5 @@ def rest_bytes(text: str, known: ScanSchema) -> int | None:
     for count, leaf in enumerate(leaves(fields, messages, 0)):
         end = leaf.end
         if count >= LEAVES_MAX or end - last_known.end > REST_BYTES_MAX:
-            raise ValueError(f"they are more than {LEAVES_MAX:,} values or {REST_BYTES_MAX:,} bytes")
+            raise ValueError(f"they have more than {LEAVES_MAX:,} values or {REST_BYTES_MAX:,} bytes")
     return end - last_known.end
-
-
-def _message(name: str, fields: Sequence[str]) -> list[str]:
-    return [SEPARATOR, f"MSG: scanrack/{name}", *fields]

@@ -3,7 +3,7 @@
     DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer |
     magic
 
-The summary is collected while the preceding records are written, or found.
+A writer or the repair collects the summary while it writes the preceding records.
 """
 
 from __future__ import annotations
@@ -70,17 +70,15 @@ class Summary:
             schema_count=0,
         )
 
-    def schema(self, record: Schema) -> None:
-        """Add a schema, unless it was added before."""
-        if self._is_new(Opcode.SCHEMA, record.id):
-            self._groups[Opcode.SCHEMA] += encoded(record)
-            self._counts.schema_count += 1
-
-    def channel(self, record: Channel) -> None:
-        """Add a channel, unless it was added before."""
-        if self._is_new(Opcode.CHANNEL, record.id):
-            self._groups[Opcode.CHANNEL] += encoded(record)
-            self._counts.channel_count += 1
+    def register(self, record: Schema | Channel) -> None:
+        """Add a schema or channel, unless one with its id was added before."""
+        kind = Opcode.SCHEMA if isinstance(record, Schema) else Opcode.CHANNEL
+        if (kind, record.id) in self._registered:
+            return
+        self._registered.add((kind, record.id))
+        self._groups[kind] += encoded(record)
+        self._counts.schema_count += kind == Opcode.SCHEMA
+        self._counts.channel_count += kind == Opcode.CHANNEL
 
     def metadata(self, offset: int, length: int, record: Metadata) -> None:
         """Add a metadata record that is `length` bytes long at `offset`."""
@@ -129,9 +127,10 @@ class Summary:
 
         Args:
             first_ns: time of the earliest message.
-            last_ns: greatest of their times.
+            last_ns: time of the latest message.
         """
         counts = self._counts
+        by_channel = counts.channel_message_counts
         for channel, time_offsets in entries.items():
             message_count = len(time_offsets) // 2
             counts.message_start_time = (
@@ -139,9 +138,7 @@ class Summary:
             )
             counts.message_end_time = max(last_ns, counts.message_end_time)
             counts.message_count += message_count
-            counts.channel_message_counts[channel] = (
-                counts.channel_message_counts.get(channel, 0) + message_count
-            )
+            by_channel[channel] = by_channel.get(channel, 0) + message_count
 
     def end(self, offset: int, crc: int) -> bytes:
         """Return the end of a file.
@@ -164,11 +161,6 @@ class Summary:
             _FOOTER.pack(Opcode.FOOTER, _FOOTER_BYTES, start, offset_start), zlib.crc32(summary)
         )
         return data_end + bytes(summary) + encoded(Footer(start, offset_start, summary_crc)) + MAGIC
-
-    def _is_new(self, kind: Opcode, number: int) -> bool:
-        is_new = (kind, number) not in self._registered
-        self._registered.add((kind, number))
-        return is_new
 
 
 def encoded(record: McapRecord) -> bytes:

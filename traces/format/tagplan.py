@@ -1,12 +1,12 @@
 r"""The tags that a trace records in addition to images: their fields, bytes and schema.
 
-A row of tags follows the memory block in the payload of a scan, with the widest fields first, so that no
-field needs padding, whatever alignment a decoder uses; the block is a multiple of eight bytes:
+A row of tags follows the memory block in the payload of a scan. The block is a multiple of eight bytes and
+the widest fields come first, so that no field needs padding, whatever alignment a decoder uses:
 
     byte  0            4     8      12                  12 + block
           00 01 00 00  scan  flags  outputs, inputs ... tags
 
-The schema has everything that a reader needs; the full name of a tag is a comment in it:
+The schema has everything that a reader needs; the full name of each tag is a comment:
 
     Tags0123456789ab tags
     ====...
@@ -45,7 +45,7 @@ VALUES_MAX = 10_000
 ROW_BYTES_MAX = 64 * 1024
 
 CHEAP_VALUES = 1_000
-"""Values in a row beyond which a run warns of their cost."""
+"""Maximum values in a row without a warning of their cost."""
 
 VALUE_NS = 20
 """Approximate cost of a value per scan, ns: 14 with a thousand values, 21 with ten thousand."""
@@ -95,10 +95,10 @@ _FIELD = re.compile(
 class Tag:
     """A tag that is recorded."""
 
-    name: str  # its full name: `Fill.ACC`, `\Main.Step`, `line.step`; of an array see `io_images.tag_names`
+    name: str  # its full name: `Fill.ACC`, `\Main.Step`, `line.step`; for an array, see `io_images.tag_names`
     type: str  # a key of `FORMATS`
     length: int = 0  # elements of an array; 0 for a single value
-    names: tuple[str, ...] = ()  # of an ENUM: names of the codes 0, 1,
+    names: tuple[str, ...] = ()  # for an ENUM: names of the codes 0, 1, 2 ...
 
     @property
     def count(self) -> int:
@@ -112,7 +112,7 @@ class Tag:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The program's own name for each of its values."""
+        """The program's name for each of its values."""
         if not self.length:
             return (self.name,)
         return tuple(element_of(self.name, index) for index in range(self.length))
@@ -124,7 +124,7 @@ class TagField:
 
     tag: Tag
     name: str
-    constants: tuple[str, ...] = ()  # of an ENUM: names of its codes in the schema
+    constants: tuple[str, ...] = ()  # for an ENUM: names of its codes in the schema
 
     @property
     def letters(self) -> str:
@@ -132,7 +132,7 @@ class TagField:
         return f"{self.tag.length or ''}{FORMATS[self.tag.type].letter}"
 
     def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
-        """Yield the program's own name for each value, and its column in some rows."""
+        """Yield the program's name for each value, and the value's column in some rows."""
         values = rows[self.name]
         for index, address in enumerate(self.tag.addresses):
             yield address, values[:, index] if self.tag.length else values
@@ -242,34 +242,34 @@ class TagSource(Protocol):
 
 
 def plan_of(tags: Sequence[Tag]) -> TagPlan:
-    r"""Lay out tags: widest first, then in the order given.
+    r"""Return the plan of tags: widest first, then in the given order.
 
     >>> plan = plan_of([Tag("Run", "BOOL"), Tag(r"\Main.Step", "ENUM", 0, ("idle", "fill"))])
     >>> [(field.name, field.constants) for field in plan.fields], plan.letters
     ([('main_step', ('IDLE', 'FILL')), ('run', ())], 'H?')
 
     Raises:
-        ValueError: there is no tag, a tag is given twice, or a row would have too many values or bytes.
+        ValueError: no tags, a tag is given twice, or a row would have too many values or bytes.
     """
     if not tags:
         raise ValueError("no tag to record")
     names = [tag.name for tag in tags]
     if len(set(names)) < len(names):
-        twice = next(name for name in names if names.count(name) > 1)
-        raise ValueError(f"tag {twice} is given twice")
+        duplicate = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"tag {duplicate} is given twice")
     values, size = sum(tag.count for tag in tags), sum(tag.size for tag in tags)
     if values > VALUES_MAX or size > ROW_BYTES_MAX:
         raise ValueError(
-            f"the tags have {values:,} values in {size:,} bytes; "
-            f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
+            f"the tags have {values:,} values in {size:,} bytes; must be at most {VALUES_MAX:,} values "
+            f"and {ROW_BYTES_MAX:,} bytes per scan: select fewer tags"
         )
-    taken_names = set(kwlist)  # readers in Python turn fields into attributes
-    fields = [TagField(tag, field_name(tag.name, taken_names), _constants(tag.names)) for tag in tags]
+    used_names = set(kwlist)  # readers in Python turn fields into attributes
+    fields = [TagField(tag, field_name(tag.name, used_names), _constants(tag.names)) for tag in tags]
     return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
 
 
 def read_plan(schema: str) -> TagPlan | None:
-    """Read the plan from the schema of /scan; None if it has no tags.
+    """Return the plan in the schema of /scan; None if the schema has no tags.
 
     Raises:
         ValueError: the schema has invalid tags.
@@ -293,18 +293,18 @@ def _read_field(line: str, bodies: Mapping[str, Sequence[str]]) -> TagField:
     if kind in _TYPES:
         return TagField(Tag(name, _TYPES[kind], length), match["field"])
     if kind not in bodies:
-        raise ValueError(f"{line!r} is of no type that a tag has")
+        raise ValueError(f"{line!r} has an unknown type")
     constants = tuple(constant.split(" ")[1].partition("=")[0] for constant in bodies[kind][:-1])
     return TagField(Tag(name, "ENUM", length, constants), match["field"], constants)
 
 
-def field_name(name: str, taken: set[str]) -> str:
-    r"""Return a name that ROS 2 allows, `[a-z][a-z0-9]*(_[a-z0-9]+)*`, and add it to `taken`.
+def field_name(name: str, used_names: set[str]) -> str:
+    r"""Return a new name that ROS 2 allows, `[a-z][a-z0-9]*(_[a-z0-9]+)*`, and add it to `used_names`.
 
-    >>> taken = set()
-    >>> [field_name(each, taken) for each in (r"\Main.Step", "Fill.ACC", "MaxSpeed", "max_speed")]
+    >>> used_names = set()
+    >>> [field_name(name, used_names) for name in (r"\Main.Step", "Fill.ACC", "MaxSpeed", "max_speed")]
     ['main_step', 'fill_acc', 'max_speed', 'max_speed_2']
-    >>> [field_name(each, taken) for each in ("Recipe[3].T", "_x", "7up", "Größe", "\u6b65")]
+    >>> [field_name(name, used_names) for name in ("Recipe[3].T", "_x", "7up", "Größe", "\u6b65")]
     ['recipe_3_t', 'x', 't_7up', 'grosse', 'tag']
     """
     text = unicodedata.normalize("NFKD", without_ranges(name).removeprefix("Program:").replace("ß", "ss"))
@@ -313,16 +313,16 @@ def field_name(name: str, taken: set[str]) -> str:
     stem = re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_") or "tag"
     stem = f"t_{stem}" if stem[0].isdigit() else stem
     candidate, number = stem, 1
-    while candidate in taken:
+    while candidate in used_names:
         number += 1
         candidate = f"{stem}_{number}"
-    taken.add(candidate)
+    used_names.add(candidate)
     return candidate
 
 
 def _constants(names: Sequence[str]) -> tuple[str, ...]:
-    taken_names: set[str] = set()
-    return tuple(field_name(name, taken_names).upper() for name in names)
+    used_names: set[str] = set()
+    return tuple(field_name(name, used_names).upper() for name in names)
 
 
 def _constant_lines(constants: Sequence[str]) -> list[str]:

@@ -2,13 +2,13 @@
 
 Every message has the number of the scan that reported it.
 
-    /events     an event of a module                a rule fired, or a move began or ended; or the program
+    /events     a module's event, or an edit        a rule fired, a move began or ended, or the program
                                                     was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
     /indicators the lights of a module changed      as on the front panel
-    /forces     the forced bits and tags            in full, written again when it changes
-    /cpu        mode and health of the CPU          in full, written again when it changes
-    /faults     the CPU faulted                     scan and cause
+    /forces     the forced bits and tags            all of them in each message
+    /cpu        mode and health of the controller   all of it in each message
+    /faults     the controller faulted              scan and cause
     /texts      a recorded text changed             only if texts are recorded
     /orders     the rack was operated               only in a session of scanrack watch
     /sequences  a new wait of a sequence            only if the program has sequences
@@ -38,16 +38,16 @@ class Topic:
 
     name: str
     schema: str
-    says: str  # its description in the schema
+    description: str  # for the schema
     properties: Properties  # JSON schema of its known fields; messages may have others
-    state: bool = False  # whether a message has the whole state, so that an unchanged one is not repeated
+    state: bool = False  # whether a message has the whole state; an unchanged state is not written again
 
     @property
     def schema_text(self) -> str:
         """The JSON schema of its messages."""
         schema = {
             "title": self.schema,
-            "description": self.says,
+            "description": self.description,
             "type": "object",
             "properties": {**_SCAN, **self.properties},
             "required": ["scan"],
@@ -135,7 +135,7 @@ ORDERS = Topic(
         "order": {"type": "string", "description": "the order itself, JSON"},
     },
 )
-"""The topic of a session's trace: with its orders, the session can be repeated."""
+"""The topic of operator actions in a session's trace, with which the session can be repeated."""
 
 SEQUENCES = Topic(
     "/sequences",

@@ -5,9 +5,9 @@
         named = by_name(columns.words, trace.head.slots)
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
-Our chunks have messages of the same size, and each is read as one array; chunks of other
-writers are read message by message where necessary. Slices read only the chunks they
-need. The memory that `column_chunks` uses does not depend on the length of the trace.
+A chunk of ours has messages of the same size, and is read as one array. Chunks of other writers are read
+message by message where necessary. A slice reads only the chunks it needs. The memory that `column_chunks`
+uses does not depend on the length of the trace.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ __all__ = [
 
 
 def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
-    """Read the selected scans of a trace into memory: 20 bytes per scan, and two per word of it.
+    """Read the selected scans of a trace into memory: 20 bytes per scan, and two per word.
 
-    Scans of a damaged chunk are missing; `trace.notes` lists them.
+    Scans of a damaged chunk are missing; `trace.notes` lists these chunks.
 
     Args:
         selection: the scans to read; if there are none, the columns are empty.
@@ -47,10 +47,10 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
     for columns in column_chunks(trace, selection, tags=tags):
         start, stop = selection.rows(columns)
         blocks.append(columns.rows(start, max(start, stop)))
+    if blocks:
+        return join(blocks)
     plan = trace.head.tags if tags else None
-    return (
-        join(blocks) if blocks else no_columns(trace.head.layout.words, None if plan is None else plan.dtype)
-    )
+    return no_columns(trace.head.layout.words, None if plan is None else plan.dtype)
 
 
 def column_chunks(
@@ -59,13 +59,13 @@ def column_chunks(
     """Iterate over the selected chunks of a trace, in the order of the file.
 
     Args:
-        selection: the scans to read; the first and the last chunk may have other scans as well.
+        selection: the scans to read; the first and the last chunk may also have other scans.
         margin: number of additional scans before and after them, if the trace has them.
     """
     for section in _needed(trace, selection, margin):
         row_arrays = trace.scan_rows(section)
         if row_arrays:
-            yield _columns(row_arrays[0] if len(row_arrays) == 1 else np.concatenate(row_arrays), tags=tags)
+            yield _columns(_joined(row_arrays), tags=tags)
 
 
 def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
@@ -73,10 +73,11 @@ def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[Trace
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         row_arrays, events = trace.scans_and_events(section)
-        joined_parts = (
-            row_arrays[0] if len(row_arrays) == 1 else np.concatenate(row_arrays) if row_arrays else None
-        )
-        yield nothing if joined_parts is None else _columns(joined_parts), events
+        yield _columns(_joined(row_arrays)) if row_arrays else nothing, events
+
+
+def _joined(row_arrays: Sequence[ScanRows]) -> ScanRows:
+    return row_arrays[0] if len(row_arrays) == 1 else np.concatenate(row_arrays)
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
@@ -88,7 +89,7 @@ def scan_at(trace: Trace, number: int) -> Scan:
     """Return one scan, reading only the parts of the trace that lead to it.
 
     Raises:
-        ValueError: the trace has no scan with this number; the message says which scans exist.
+        ValueError: the trace has no scan with this number; the message lists the scans that exist.
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):
@@ -96,12 +97,8 @@ def scan_at(trace: Trace, number: int) -> Scan:
             if row < len(rows) and rows["scan"][row] == number:
                 return next(trace.as_scans(rows[row : row + 1]))
     edge_scans = extent(trace)
-    content = (
-        f"it holds {edge_scans.scan[0]} to {edge_scans.scan[1]}"
-        if len(edge_scans.scan)
-        else "it has none at all"
-    )
-    raise ValueError(f"the trace has no scan {number}; {content}")
+    existing = f"{edge_scans.scan[0]} to {edge_scans.scan[1]}" if len(edge_scans.scan) else "no scans"
+    raise ValueError(f"the trace has no scan {number}; it has {existing}")
 
 
 def extent(trace: Trace) -> Columns:
@@ -123,23 +120,14 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
         first_section = max(first_section, trace.place_of(selection.first))
     if selection.last is not None:
         end_section = min(end_section, trace.place_of(selection.last) + 1)
-    return sections[_back(trace, first_section, margin) : _ahead(trace, end_section, margin)]
-
-
-def _back(trace: Trace, place: int, margin: int) -> int:
-    """Return the place of the section `margin` scans before the one at `place`."""
-    while place > 0 and margin > 0:
-        place -= 1
-        margin -= trace.shape.expected(trace.sections[place])
-    return place
-
-
-def _ahead(trace: Trace, place: int, margin: int) -> int:
-    """Return the place of the section `margin` scans after the one at `place`."""
-    while place < len(trace.sections) and margin > 0:
-        margin -= trace.shape.expected(trace.sections[place])
-        place += 1
-    return place
+    scans_before = scans_after = margin
+    while first_section > 0 and scans_before > 0:
+        first_section -= 1
+        scans_before -= trace.shape.expected(sections[first_section])
+    while end_section < len(sections) and scans_after > 0:
+        scans_after -= trace.shape.expected(sections[end_section])
+        end_section += 1
+    return sections[first_section:end_section]
 
 
 def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:

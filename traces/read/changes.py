@@ -1,10 +1,9 @@
-"""Names the changes from scan to scan, as the rows of a table.
+"""Lists the changes from scan to scan, as the rows of a table.
 
-A row shows one direction of one slot in one scan, in the order of the scan:
-the input image, which the logic reads, before the output image, which it writes.
-Scans without a change have no row. Scans in which only positions and
-counts of 3601s changed are only counted, and one row states their number. Tags
-that are numbers, such as the ACC of a timer, are shown with `every` only.
+A row shows one image of one slot in one scan. Rows are in the order of the scan: the input image, which the
+logic reads, before the output image, which it writes. Scans without a change have no row. Scans in which only
+positions and counts changed are folded: one row has their number. Changes of number tags, such as the ACC of
+a timer, are shown only with `every`.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from scanrack.io_images.times import seconds_column
 
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
-from .image_text import Words, module_text, risen_and_fallen
+from .image_text import ValueReader, Words, module_text, risen_and_fallen
 from .number_formats import NumberFormats
 from .reader import Scan
 from .sections import ScanRows
@@ -31,12 +30,23 @@ _REPORTS = {"position": "position", "encoder": "encoder count"}
 _MODE_CONFIG_HIGH = 0x80
 """Bit 15 of a status word, in its high byte."""
 
+Mask = NDArray[np.bool_]
+"""Whether each of some scans has a property."""
+
 
 class _Reporting(NamedTuple):
-    """The places in the memory block where a module reports position and count."""
+    """The bytes of the memory block in which a module reports its mode, position and count."""
 
-    status: int  # place of the high byte of the word with the mode
-    spans: Mapping[str, slice]  # by the quantity's name in texts
+    status: int  # offset of the high byte of the word with the mode
+    spans: Mapping[str, slice]  # position and count, by their names in texts
+
+
+class _Compared(NamedTuple):
+    """Scans compared with the previous ones."""
+
+    changed: Mask
+    folded: Mask  # only positions or counts changed
+    moved: Mapping[str, Mask]  # scans whose position or count changed, by its name in texts
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,17 +71,17 @@ class Row:
 
 
 ROW_TITLES = ("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
-"""Titles of the columns of a table of rows; one that ends in ">" is above numbers."""
+"""Titles of the columns of a table of rows; a title that ends in ">" is above numbers."""
 
 
 class ChangeRows:
     """Converts scans to rows.
 
     Args:
-        flag_names: returns the names of the CPU's flags that are set in a scan.
-        every: a row for every change, including positions and counts.
-        tags: describes tags; None for a trace without any.
-        formats: number formats of modules whose configuration selects them.
+        flag_names: returns the names of the controller's flags that are set in a scan.
+        every: whether each change has a row, including changes of positions and counts.
+        tags: describes changes of tags; None for a trace without tags.
+        formats: formats of the modules' numbers; None: in thousands unless the module fixes another format.
     """
 
     def __init__(
@@ -93,9 +103,9 @@ class ChangeRows:
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(layout.size)
-        self._flags: int | None = None
-        self._folded = 0
-        self._folded_what = dict.fromkeys(_REPORTS.values(), False)
+        self._flags: int | None = None  # of the previous scan, like `_memory` and `_tag_row`
+        self._folded = 0  # number of folded scans since the last row
+        self._folded_moved = dict.fromkeys(_REPORTS.values(), False)  # whether each changed in these scans
 
     def rows(self, scan: Scan) -> Iterator[Row]:
         """Return the changes since the previous scan; for the first scan, everything that is not 0."""
@@ -108,7 +118,7 @@ class ChangeRows:
             self._fold(scan.memory)
         else:
             yield from self.rest()
-            yield from self._found(scan)
+            yield from self._changes(scan)
             if tags:
                 yield Row(scan.scan, scan.now_ns, None, "tags", None, None, tags)
         self.skip(scan)
@@ -116,40 +126,34 @@ class ChangeRows:
     def rows_of(
         self,
         scans: ScanRows,
-        inside: NDArray[np.bool_],
+        inside: Mask,
         as_scans: Callable[[ScanRows], Iterator[Scan]],
     ) -> Iterator[Row]:
         """Return the changes in successive scans; like `rows`, but fast if there are few changes.
 
         Args:
-            scans: 1 or more.
-            inside: mask of the scans that are shown as rows.
-            as_scans: makes scans of an array, `Trace.as_scans`.
+            scans: one or more scans.
+            inside: the scans that are shown as rows.
+            as_scans: converts an array to scans, `Trace.as_scans`.
         """
-        is_changed, is_folded, moved_reports = self._compared(scans)
-        kept_places, is_folded = np.flatnonzero(inside & is_changed & ~is_folded), is_folded & inside
-        befores = as_scans(scans[np.maximum(kept_places - 1, 0)])
+        changed, folded, moved = self._compared(scans)
+        shown = np.flatnonzero(inside & changed & ~folded)
+        folded = folded & inside
+        previous_scans = as_scans(scans[np.maximum(shown - 1, 0)])
         start = 0
-        for row_index, scan_before, scan in zip(
-            kept_places.tolist(), befores, as_scans(scans[kept_places]), strict=True
+        for index, previous_scan, scan in zip(
+            shown.tolist(), previous_scans, as_scans(scans[shown]), strict=True
         ):
-            self._fold_all(is_folded, moved_reports, slice(start, row_index))
-            if row_index:
-                self.skip(scan_before)
+            self._fold_all(folded, moved, slice(start, index))
+            if index:
+                self.skip(previous_scan)
             yield from self.rows(scan)
-            start = row_index
-        self._fold_all(is_folded, moved_reports, slice(start, len(scans)))
+            start = index
+        self._fold_all(folded, moved, slice(start, len(scans)))
         self.skip(next(as_scans(scans[-1:])))
 
-    def _compared(
-        self, scans: ScanRows
-    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Mapping[str, NDArray[np.bool_]]]:
-        """Compare scans with the previous ones; the first one counts as changed.
-
-        Returns:
-            Masks of the changed scans, and of the scans that are only counted; and by name, masks of the
-            scans whose position or count differs.
-        """
+    def _compared(self, scans: ScanRows) -> _Compared:
+        """Compare each scan with the previous one; the first scan counts as changed."""
         words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
         is_different = np.zeros(words.shape, bool)
         is_different[1:] = words[1:] != words[:-1]
@@ -157,31 +161,27 @@ class ChangeRows:
         flags[1:] = scans["flags"][1:] != scans["flags"][:-1]
         tags = np.zeros(len(scans), bool) if self._tags is None else self._tags.changed(scans[FIELD])
         is_changed = is_different.any(axis=1) | flags | tags
-        report_columns = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
+        report_columns = {name: np.zeros(words.shape[1], bool) for name in self._folded_moved}
         configured = np.zeros(len(scans), bool)
         for report in self._reporting:
             configured |= words[:, report.status // 2] < 0  # MODE_CONFIG is bit 15
             for name, span in report.spans.items():
                 report_columns[name][span.start // 2 : span.stop // 2] = True
-        kept_rows = is_different[:, ~np.logical_or.reduce(list(report_columns.values()))].any(axis=1)
-        is_folded = is_changed & ~(kept_rows | flags | configured | tags)
+        other_columns = ~np.logical_or.reduce(list(report_columns.values()))
+        other_words = is_different[:, other_columns].any(axis=1)
+        is_folded = is_changed & ~(other_words | flags | configured | tags)
         if self._every:
             is_folded[:] = False
-        return (
-            is_changed,
-            is_folded,
-            {name: np.any(is_different[:, columns], axis=1) for name, columns in report_columns.items()},
-        )
+        moved = {name: np.any(is_different[:, columns], axis=1) for name, columns in report_columns.items()}
+        return _Compared(is_changed, is_folded, moved)
 
-    def _fold_all(
-        self, folded: NDArray[np.bool_], moved: Mapping[str, NDArray[np.bool_]], span: slice
-    ) -> None:
-        """Count the scans of a stretch that have no row."""
+    def _fold_all(self, folded: Mask, moved: Mapping[str, Mask], span: slice) -> None:
+        """Count the folded scans in a span of rows."""
         count = int(np.count_nonzero(folded[span]))
         if count:
             self._folded += count
-            for name, is_different in moved.items():
-                self._folded_what[name] |= bool((folded[span] & is_different[span]).any())
+            for name, has_moved in moved.items():
+                self._folded_moved[name] |= bool((folded[span] & has_moved[span]).any())
 
     def skip(self, scan: Scan) -> None:
         """Remember the values of a scan that is not shown."""
@@ -191,11 +191,11 @@ class ChangeRows:
         """Yield a row with the number of scans folded since the last row, if any, and reset it."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
-            names = " and ".join(name for name, is_moved in self._folded_what.items() if is_moved)
+            names = " and ".join(name for name, has_moved in self._folded_moved.items() if has_moved)
             text = f"... {self._folded:,} {scans} in which only the {names} changed"
             yield Row(None, None, None, "", None, None, text)
             self._folded = 0
-            self._folded_what = dict.fromkeys(_REPORTS.values(), False)
+            self._folded_moved = dict.fromkeys(_REPORTS.values(), False)
 
     def _only_reports_differ(self, memory: bytes) -> bool:
         """Return whether only words that report a position or count have changed."""
@@ -210,13 +210,15 @@ class ChangeRows:
         return memory[start:] == self._memory[start:]
 
     def _fold(self, memory: bytes) -> None:
+        """Count a folded scan."""
         self._folded += 1
         for report in self._reporting:
             for name, span in report.spans.items():
                 if memory[span] != self._memory[span]:
-                    self._folded_what[name] = True
+                    self._folded_moved[name] = True
 
-    def _found(self, scan: Scan) -> Iterator[Row]:
+    def _changes(self, scan: Scan) -> Iterator[Row]:
+        """Yield a row for changed flags of the controller, and a row for each changed image."""
         if scan.flags != self._flags:
             old_names: Sequence[str] = () if self._flags is None else self._flag_names(self._flags)
             text = risen_and_fallen(old_names, self._flag_names(scan.flags))
@@ -227,33 +229,33 @@ class ChangeRows:
                     yield self._row(scan, slot, direction, image)
 
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
-        memories = self._memory, scan.memory
-        words_before, words_after = (memoryview(memory)[image].cast("h").tolist() for memory in memories)
-        position, encoder = self._reported(scan.scan, slot, direction, words_after)
-        text = module_text(
-            slot, direction, words_before, words_after, self._formats.reader(slot.number, scan.scan)
+        old_words, new_words = (
+            memoryview(memory)[image].cast("h").tolist() for memory in (self._memory, scan.memory)
         )
+        value = self._formats.reader(slot.number, scan.scan)
+        position, encoder = _reported(slot, direction, new_words, value)
+        text = module_text(slot, direction, old_words, new_words, value)
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
-    def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:
-        """Return the position and count in an image; None where it has none."""
-        if direction != "in" or slot.words.configures("in", words):
-            return [None] * len(_REPORTS)
-        quantities = map(slot.words.quantity, _REPORTS)
-        value = self._formats.reader(slot.number, scan)
-        return [None if quantity is None else value(quantity, words) for quantity in quantities]
+
+def _reported(slot: SlotInfo, direction: str, words: Words, value: ValueReader) -> list[int | None]:
+    """Return the position and count in an image; None where it has none."""
+    if direction != "in" or slot.words.configures("in", words):
+        return [None] * len(_REPORTS)
+    quantities = map(slot.words.quantity, _REPORTS)
+    return [None if quantity is None else value(quantity, words) for quantity in quantities]
 
 
 def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
-    """Return the places of a module's position and count; None if the module reports neither.
+    """Return where a module reports its mode, position and count; None if it reports neither of the last two.
 
     Args:
-        start: first byte of its input image in the memory block.
+        start: offset of its input image in the memory block.
     """
-    quantities = {role: slot.words.quantity(name) for name, role in _REPORTS.items()}
+    quantities = {text_name: slot.words.quantity(name) for name, text_name in _REPORTS.items()}
     spans = {
-        role: slice(start + 2 * quantity.word, start + 2 * (quantity.word + quantity.words))
-        for role, quantity in quantities.items()
+        text_name: slice(start + 2 * quantity.word, start + 2 * (quantity.word + quantity.words))
+        for text_name, quantity in quantities.items()
         if quantity is not None
     }
     modes = slot.words.modes

@@ -13,20 +13,20 @@ from ..format.layout import SlotInfo, block_layout
 
 
 class Columns(NamedTuple):
-    """Columns of scans, a row per scan."""
+    """Columns of scans, one row per scan."""
 
     scan: NDArray[np.int64]  # number of the scan, int64
     time_ns: NDArray[np.int64]  # virtual time of its input latch, int64
-    flags: NDArray[np.uint32]  # the CPU's flags, uint32
+    flags: NDArray[np.uint32]  # the controller's flags, uint32
     words: NDArray[np.int16]  # the memory block as int16: per slot its output words, then its input words
-    tags: NDArray[np.void] | None = None  # recorded tags by field, None if not read or absent
+    tags: NDArray[np.void] | None = None  # recorded tags by field; None if not read, or not in the trace
 
     def rows(self, start: int, stop: int) -> Columns:
-        """Return some of the rows."""
+        """Return the rows from `start` to before `stop`."""
         return self.each(lambda column: column[start:stop])
 
     def at(self, rows: NDArray[np.intp]) -> Columns:
-        """Return some of the rows, by number."""
+        """Return the rows with these indexes."""
         return self.each(lambda column: column[rows])
 
     def images(self) -> tuple[NDArray[Any], ...]:
@@ -34,19 +34,24 @@ class Columns(NamedTuple):
         return self[:4]
 
     def each(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Columns:
-        """Return the columns, each changed by the same function."""
+        """Apply a function to each column; return the changed columns."""
         return Columns._make(None if column is None else change(column) for column in self)
 
 
-def join(parts: Sequence[Columns]) -> Columns:
-    """Join the rows of several columns; there must be at least one."""
+def join(blocks: Sequence[Columns]) -> Columns:
+    """Join the rows of one or more blocks of scans."""
     return Columns._make(
-        None if columns[0] is None else np.concatenate(columns) for columns in zip(*parts, strict=True)
+        None if arrays[0] is None else np.concatenate(arrays) for arrays in zip(*blocks, strict=True)
     )
 
 
 def no_columns(words: int, tags: np.dtype[np.void] | None = None) -> Columns:
-    """Return columns without scans, for a memory block with a number of words, and a type of tags."""
+    """Return columns without scans.
+
+    Args:
+        words: words of the memory block.
+        tags: type of the row of tags, or None.
+    """
     return Columns(
         np.zeros(0, np.int64),
         np.zeros(0, np.int64),
@@ -95,14 +100,14 @@ class Selection:
     end_ns: int | None = None  # latest virtual time; None = to the end
 
     def rows(self, columns: Columns) -> tuple[int, int]:
-        """Return the first row, and the end, of the selected rows."""
+        """Return the first selected row, and the row after the last one."""
         return (
             max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
             min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
         )
 
     def has(self, scan: Any, time_ns: Any) -> Any:
-        """Return whether the selection includes a scan; for columns, a column of answers."""
+        """Return whether the selection includes a scan; for columns, a mask."""
         after_start = (scan >= self.first) & (time_ns >= self.start_ns)
         until_end = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
         return after_start & until_end
@@ -134,7 +139,7 @@ def _beyond(column: NDArray[np.int64], value: int | None) -> int:
 def _range(kind: str, low: int, high: int | None, unit: float, suffix: str) -> str:
     if not low and high is None:
         return ""
-    low_text, until = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
+    low_text, high_text = (f"{value / unit:.12g}{suffix}" for value in (low, high or 0))
     if high is None:
         return f"{kind} from {low_text}"
-    return f"{kind} {low_text} to {until}" if low else f"{kind} up to {until}"
+    return f"{kind} {low_text} to {high_text}" if low else f"{kind} up to {high_text}"

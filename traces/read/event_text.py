@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 OF_ADAPTERS = ("refusal", "adapter")
-"""Kinds of events in which an adapter sets bits because of its controller."""
+"""Kinds of events in which an adapter sets bits because of its device."""
 
 
 def move_wording(kind: object, outcome: object) -> str:
@@ -14,11 +14,9 @@ def move_wording(kind: object, outcome: object) -> str:
     >>> move_wording("absolute", "complete"), move_wording("home", "home")
     ('absolute: complete', 'search for home: found')
     """
-    name = "search for home" if kind == "home" else kind
-    return f"{name}: {_FOUND if kind == outcome == 'home' else outcome}"
-
-
-_FOUND = "found"
+    if kind == "home":
+        return f"search for home: {'found' if outcome == 'home' else outcome}"
+    return f"{kind}: {outcome}"
 
 
 def describe(topic: str, scan: int, fields: Mapping[str, object]) -> str:
@@ -51,7 +49,7 @@ def _rule(scan: int, fields: Mapping[str, object]) -> str:
 
 
 def _clause(sentence: str) -> str:
-    """Return a sentence in the form of a clause; an initial name in capitals stays unchanged."""
+    """Return a sentence as a clause, in lower case unless it begins with a name in capitals."""
     sentence = sentence.removesuffix(".")
     if sentence[1:2].isupper() or sentence[1:2] in "-_":
         return sentence
@@ -64,8 +62,8 @@ def _cpu(_: int, fields: Mapping[str, object]) -> str:
 
 def _forces(_: int, fields: Mapping[str, object]) -> str:
     tags = fields.get("tags")
-    of_tags = tags if isinstance(tags, dict) else {}
-    return f"forces: {_pairs({**{name: fields[name] for name in fields if name != 'tags'}, **of_tags})}"
+    bits = {name: value for name, value in fields.items() if name != "tags"}
+    return f"forces: {_pairs(bits | tags if isinstance(tags, dict) else bits)}"
 
 
 def _fault(_: int, fields: Mapping[str, object]) -> str:

@@ -2,8 +2,8 @@
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not depend on the summary, which a killed process did not write. A chunk states its
-length twice, in its head and by the length of its data, so either may be damaged:
+Reading does not depend on the summary, which a killed process did not write. A chunk has its length twice:
+in its head, and as the length of its data. If one of them is damaged, the chunk is still found:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
          ^^^^^^                               ^^^^^^^^^^^^^^^^^^
@@ -38,72 +38,75 @@ _FIRST_PRIVATE_OPCODE = 0x80
 _OPCODES = frozenset(opcode.value for opcode in Opcode)
 
 
-UNDER_WAY = "it is being recorded; what follows its last whole chunk is left out"
+UNDER_WAY = "it is being recorded; data after its last whole chunk are left out"
 
 
 def find_records(
-    file: BinaryIO, size: int, known: Sequence[Span] = (), *, drafts: bool = True
+    file: BinaryIO, size: int, first_spans: Sequence[Span] = (), *, drafts: bool = True
 ) -> tuple[list[Span], list[str]]:
     """Find the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
-        known: the first records of the file; the search begins after them.
+        first_spans: the first records of the file, if known; the search begins after them.
         drafts: whether an unfinished chunk is read; if not, the file ends before it.
 
     Returns:
         The whole records in order, and notes on the file's defects; the last note describes a missing end.
 
     Raises:
-        TraceLimitError: there are more records than the limits allow.
+        TraceLimitError: the file has more records than the limits allow.
     """
-    spans = list(known)
+    spans = list(first_spans)
     notes: list[str] = []
-    offset = _last(spans)[1]
-    while (trouble := _hop(file, size, offset, spans, notes, drafts=drafts)) is not None:
-        if trouble == UNDER_WAY:
-            return spans, [*notes, trouble]
-        last_start, last_end = _last(spans)
-        target, next_place = "next chunk", _next_chunk(file, size, last_start + 1)
-        if next_place is None:
-            target, next_place = "end of its data", _end_of_data(file, size, last_start + 1)
-        if next_place is None:
-            return spans, [*notes, trouble]
-        if next_place > last_end:
-            notes.append(Damage(f"damaged at byte {last_end:,}; the {target} is at byte {next_place:,}"))
-        offset = next_place
-    return spans, notes
+    offset = spans[-1].end if spans else len(MAGIC)
+    while True:
+        defect = _add_records(file, size, offset, spans, notes, drafts=drafts)
+        if defect is None:
+            return spans, notes
+        if defect == UNDER_WAY:
+            return spans, [*notes, defect]
+        last_start, last_end = (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
+        target, next_offset = "next chunk", _next_chunk(file, size, last_start + 1)
+        if next_offset is None:
+            target, next_offset = "end of its data", _end_of_data(file, size, last_start + 1)
+        if next_offset is None:
+            return spans, [*notes, defect]
+        if next_offset > last_end:
+            notes.append(Damage(f"damaged at byte {last_end:,}; the {target} is at byte {next_offset:,}"))
+        offset = next_offset
 
 
-def _hop(
+def _add_records(
     file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str], *, drafts: bool
 ) -> str | None:
-    """Add the records from `offset` on; return the defect that ends them before the footer, or None."""
+    """Add successive records from `offset` to `spans`, up to the footer or a defect.
+
+    Returns:
+        None after the footer, else the defect.
+    """
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
         if span is None or (span.opcode == DRAFT and not drafts):
             return UNDER_WAY
         if not _is_known(span.opcode):
-            return Damage(f"damaged at byte {offset:,}: no record begins with {span.opcode:#04x}")
+            return Damage(f"damaged at byte {offset:,}: {span.opcode:#04x} is not the opcode of a record")
         if span.end > size:
             break
         spans.append(span)
         offset = span.end
         check_count(len(spans), offset)
         if ends_whole(file, spans):
-            _note_what_follows(size - offset - len(MAGIC), offset, notes)
+            end = offset + len(MAGIC)
+            if end < size:
+                notes.append(Damage(f"damaged at byte {end:,}: {size - end:,} bytes follow its end"))
             return None
     if _footer_at_the_end(file, size) or _contradicts_itself(file, size, offset):
         return Damage(f"damaged at byte {offset:,}: the record there is longer than the file")
     return f"it has no end: the last whole record ends at byte {offset:,} of {size:,}"
 
 
-def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
-    if rest:
-        notes.append(Damage(f"damaged at byte {offset + len(MAGIC):,}: {rest:,} bytes follow its end"))
-
-
 def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span | None:
-    """Return the record at `offset`; a chunk is found despite a damaged opcode or length.
+    """Return the record at `offset`; note and correct a damaged opcode or length of a chunk.
 
     None if the file has become shorter than `size`, because a recorder has removed its unfinished chunk.
     """
@@ -112,20 +115,21 @@ def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span
     if len(head) < RECORD_HEAD.size:
         return None
     opcode, length = RECORD_HEAD.unpack_from(head)
-    recorded_crc = Span(opcode, offset, length)
-    content = _chunk_content_bytes(head)
-    if content is None or (opcode, length) == (Opcode.CHUNK, content):
-        return recorded_crc
-    chunk = Span(Opcode.CHUNK, offset, content)
-    wrong_length = opcode == Opcode.CHUNK and not _begins_record(file, size, recorded_crc.end)
-    if (length == content or wrong_length) and _begins_record(file, size, chunk.end):
+    span = Span(opcode, offset, length)
+    chunk_length = _chunk_length(head)
+    if chunk_length is None or (opcode, length) == (Opcode.CHUNK, chunk_length):
+        return span
+    chunk = Span(Opcode.CHUNK, offset, chunk_length)
+    is_opcode_wrong = length == chunk_length
+    is_length_wrong = opcode == Opcode.CHUNK and not _begins_record(file, size, span.end)
+    if (is_opcode_wrong or is_length_wrong) and _begins_record(file, size, chunk.end):
         notes.append(f"the head of the chunk at byte {offset:,} is damaged; the chunk is whole")
         return chunk
-    return recorded_crc
+    return span
 
 
-def _chunk_content_bytes(head: bytes) -> int | None:
-    """Return the length of a chunk's content, computed from that of its data; None if it is no chunk."""
+def _chunk_length(head: bytes) -> int | None:
+    """Return the length of a chunk's content, from the length of its data; None if it is no chunk."""
     match = _COMPRESSION.match(head, _CHUNK_NAME)
     if match is None or len(head) < match.end() + _LENGTH.size:
         return None
@@ -139,7 +143,8 @@ def _contradicts_itself(file: BinaryIO, size: int, offset: int) -> bool:
         return False
     file.seek(offset)
     head = file.read(_CHUNK_HEAD_BYTES)
-    return _chunk_content_bytes(head) not in (None, RECORD_HEAD.unpack_from(head)[1])
+    _, length = RECORD_HEAD.unpack_from(head)
+    return _chunk_length(head) not in (None, length)
 
 
 def _is_known(opcode: int) -> bool:
@@ -188,7 +193,7 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the stated CRC of all data in a file; 0 = no CRC is stated, None = the data have no end."""
+    """Return the CRC of all data that a file states; 0 = it states none, None = the data have no end."""
     data_ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
         return read_record(file, data_ends[-1], DataEnd.read).data_section_crc if data_ends else None
@@ -202,11 +207,11 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     if not recorded_crc:
         return None
     file.seek(0)
-    end = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
+    unread = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
     crc = 0
-    while end and (data := file.read(min(end, _SEARCH_BYTES))):
+    while unread and (data := file.read(min(unread, _SEARCH_BYTES))):
         crc = zlib.crc32(data, crc)
-        end -= len(data)
+        unread -= len(data)
     return None if crc == recorded_crc else DATA_DAMAGE
 
 
@@ -215,13 +220,11 @@ DATA_DAMAGE = Damage(
 )
 
 
-def _last(spans: Sequence[Span]) -> tuple[int, int]:
-    """Return the place of the last record."""
-    return (spans[-1].offset, spans[-1].end) if spans else (0, len(MAGIC))
-
-
 def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
-    """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
+    """Return the offset of the first chunk at `start` or later; None without one.
+
+    A chunk is recognized by the name of its compression and by its two lengths.
+    """
     overlap = b""
     file.seek(start + _CHUNK_NAME)
     data_start = start + _CHUNK_NAME
@@ -246,7 +249,7 @@ def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
         span is not None
         and span.opcode == Opcode.CHUNK
         and span.end <= size
-        and _chunk_content_bytes(file.read(_CHUNK_HEAD_BYTES)) == span.length
+        and _chunk_length(file.read(_CHUNK_HEAD_BYTES)) == span.length
     )
 
 
@@ -261,13 +264,16 @@ def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
 
 
 def _end_of_data(file: BinaryIO, size: int, start: int) -> int | None:
-    """Return the end of the data, from the footer at the end of the file; None if it is not after `start`."""
+    """Return the offset of the record that ends the data, found with the footer at the end of the file.
+
+    None without a footer there, or if the data end before `start`.
+    """
     footer = _footer_at_the_end(file, size)
     if footer is None:
         return None
     file.seek(footer + RECORD_HEAD.size)
-    (summary,) = _LENGTH.unpack(file.read(_LENGTH.size))
-    offset = summary - len(_DATA_END_HEAD) - _CRC.size
+    (summary_start,) = _LENGTH.unpack(file.read(_LENGTH.size))
+    offset = summary_start - len(_DATA_END_HEAD) - _CRC.size
     if not start <= offset < size:
         return None
     file.seek(offset)

@@ -72,11 +72,14 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
-    """Return channels by topic and schemas by id, from a sound summary, else the first of each."""
+    """Return channels by topic and schemas by id.
+
+    A sound summary lists them; without one, the first record of each in the file is used.
+    """
     channels: dict[str, Channel] = {}
     schemas: dict[int, Schema] = {}
-    summary = sound_summary(file, spans) or 0
-    for record in _registered(file, [span for span in spans if span.offset >= summary]):
+    summary_start = sound_summary(file, spans) or 0
+    for record in _registered(file, [span for span in spans if span.offset >= summary_start]):
         if isinstance(record, Schema):
             schemas.setdefault(record.id, record)
         else:
@@ -85,7 +88,10 @@ def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel]
 
 
 def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
-    """Yield schemas and channels; other tools may write them only in the first chunk."""
+    """Yield schemas and channels; without a channel among the records, those of the first chunk.
+
+    Other tools may write them only inside chunks.
+    """
     for span in spans:
         if span.opcode == Opcode.SCHEMA:
             yield read_record(file, span, Schema.read)
@@ -105,7 +111,7 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
             record = read_record(file, span, Metadata.read)
             if record.name == METADATA:
                 return dict(record.metadata)
-    raise TraceError(f"it has no metadata record {METADATA!r}, so its layout is not known")
+    raise TraceError(f"it has no metadata record {METADATA!r}, so that its layout is unknown")
 
 
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
@@ -126,7 +132,7 @@ def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo
             for number in numbers
         )
     except (KeyError, ValueError) as error:
-        raise TraceError(f"its metadata record {METADATA!r} does not tell its slots: {error}") from error
+        raise TraceError(f"its metadata record {METADATA!r} does not list its slots: {error}") from error
 
 
 _FORMATS = (str(FORMAT), str(FORMAT_WITH_TAGS))
@@ -138,7 +144,7 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
     try:
         return read_plan(schema.data.decode("utf-8", "replace"))
     except (IndexError, ValueError) as error:
-        raise TraceError(f"its schema does not tell its tags: {error}") from error
+        raise TraceError(f"its schema does not list its tags: {error}") from error
 
 
 def _rest_bytes(
@@ -163,6 +169,6 @@ def _rest_bytes(
         if other_bytes is not None:
             return other_bytes
     raise TraceError(
-        f"its scans are laid out in a way this version does not know: "
+        f"this version can't read the layout of its scans: "
         f"{' '.join(encoding) or 'no schema'}, expected {' '.join(required)}"
     )

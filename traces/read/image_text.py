@@ -1,4 +1,4 @@
-"""Describes images as text: bits that rose and fell, the command by name, decoded values."""
+"""Describes changed images as text: bits that rose and fell, the command by name, decoded values."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ _OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
 
 
 def output_wording(before: Words, after: Words) -> str:
-    """Return a changed output image of a 3601 as text: command, and parameters that changed or belong to it.
+    """Return a changed output image of a 3601 as text: its command, and changed parameters.
+
+    A new command is followed by all its parameters that are not 0.
 
     >>> output_wording((0,) * 8, (2, 0, 12, 345, 5, 0, 20, 10))
     'RELATIVE_MOVE, target 12,345, speed 5,000, acceleration 20, deceleration 10'
@@ -40,10 +42,11 @@ def output_wording(before: Words, after: Words) -> str:
         return ", ".join(phrases)
     if before[0] & _MODE_CONFIG:
         before = (0,) * len(after)  # a configuration can't be compared with parameters
-    is_given = bool(after[0] & ~before[0])
+    is_new_command = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
-        if values != [before[word] for word in words] or (is_given and any(values)):
+        is_changed = values != [before[word] for word in words]
+        if is_changed or (is_new_command and any(values)):
             phrases.append(f"{name} {_value(values)}")
     return ", ".join(phrases)
 
@@ -64,28 +67,33 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
-    changed_names = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
-    text = " ".join(
-        filter(None, (changed_names, _further_inputs(before, after, has_bits=bool(changed_names))))
+    changed_names = risen_and_fallen(
+        profile.status_names(before[0], before[1]), profile.status_names(after[0], after[1])
     )
+    other_changes = _other_inputs(before, after, has_bits=bool(changed_names))
+    text = " ".join(filter(None, (changed_names, other_changes)))
     if text or list(before[:2]) == list(after[:2]):
         return text
     return f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h"
 
 
-def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
-    """Return other changes, depending on the mode: firmware, echoed configuration, captured value."""
+def _other_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
+    """Return changes of other words as text, depending on the mode.
+
+    Args:
+        has_bits: whether named bits changed; if so, a changed echo of the configuration is not mentioned.
+    """
     was_configuring, is_configuring = in_configuration_mode(before), in_configuration_mode(after)
     if is_configuring and not was_configuring:
         return f"firmware {after[6]}.{after[7]}"
     if is_configuring:
         return "" if has_bits or list(before[:6]) == list(after[:6]) else "another configuration echoed"
-    captured = not was_configuring and tuple(before[6:]) != tuple(after[6:])
-    return f"captured {join_reported(after[6], after[7]):,}" if captured else ""
+    is_captured = not was_configuring and tuple(before[6:]) != tuple(after[6:])
+    return f"captured {join_reported(after[6], after[7]):,}" if is_captured else ""
 
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
-    """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
+    """Return a quantity in the words of its image; if its format is not fixed, it is read as thousands."""
     first_word, *units = words[quantity.word : quantity.word + quantity.words]
     return (quantity.format or NumberFormat.THOUSANDS).reported(first_word, units[0]) if units else first_word
 
@@ -93,10 +101,10 @@ def in_thousands(quantity: Quantity, words: Words) -> int:
 def moded_wording(
     module: ModuleWords, direction: str, before: Words, after: Words, value: ValueReader = in_thousands
 ) -> str:
-    """Return a changed image of a module with two modes as text, by its own names.
+    """Return a changed image of a module with a configuration mode as text, with the module's names.
 
     For outputs: the bits that are on, and the quantities that changed or belong to a new command. For inputs:
-    bits that rose and fell, and quantities without columns of their own.
+    bits that rose and fell, and changed quantities without columns of their own.
 
     >>> from scanrack.io_images.drives.models import SMD23E2
     >>> moded_wording(SMD23E2.words, "out", (0,) * 10, (2, -0x8000, 12, 345, 5, 0, 20, 10, 0, 0))
@@ -110,50 +118,53 @@ def moded_wording(
     if module.configures(direction, before):
         before = (0,) * len(after)  # a configuration can't be compared with commands
     names_before, names_after = (_bits_on(module, direction, words) for words in (before, after))
-    is_output = direction == "out"
-    phrases = [
-        " ".join(names_after) or "no command" if is_output else risen_and_fallen(names_before, names_after)
-    ]
-    is_new = is_output and len(set(names_after) - set(names_before)) > 0
-    for quantity in module.quantities_in(direction):
-        places = slice(quantity.word, quantity.word + quantity.words)
-        is_changed = list(after[places]) != list(before[places])
-        if not quantity.counts and (is_changed or (is_new and any(after[places]))):
+    if direction == "out":
+        bits_text = " ".join(names_after) or "no command"
+        is_new_command = bool(set(names_after) - set(names_before))
+    else:
+        bits_text = risen_and_fallen(names_before, names_after)
+        is_new_command = False
+    phrases = [bits_text]
+    quantities = list(module.quantities_in(direction))
+    for quantity in quantities:
+        span = slice(quantity.word, quantity.word + quantity.words)
+        is_changed = list(after[span]) != list(before[span])
+        if not quantity.counts and (is_changed or (is_new_command and any(after[span]))):
             phrases.append(f"{quantity.name} {value(quantity, after):,}")
-    return ", ".join(filter(None, [*phrases, _unnamed(module, direction, before, after)]))
+    described = module.covered(direction) | {quantity.word for quantity in quantities}
+    phrases.append(_plain_words(module, direction, described, before, after))
+    return ", ".join(filter(None, phrases))
 
 
 def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
-    """Return the names of the bits that are on; in a word with names, a nameless bit is like `status_1.5`."""
-    names = module.named(direction)
-    by_word = _named_bits(module, direction)
-    return [on for word, bits in by_word.items() for on in _names_on(names[word], bits, words[word])]
+    """Return the names of the bits that are on, in words with named bits; see `_names_on`."""
+    word_names = module.named(direction)
+    names: list[str] = []
+    for word, bits in _named_bits(module, direction).items():
+        names += _names_on(word_names[word], bits, words[word])
+    return names
 
 
 def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]]:
-    """Return the named bits of each word that has any."""
-    image, words = "O" if direction == "out" else "I", range(len(module.named(direction)))
-    return {word: bits for word in words if (bits := dict(module.bits(image, word)))}
-
-
-def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
-    """Return the changes in words without named bits that are no part of a quantity."""
-    known_words = module.covered(direction) | {quantity.word for quantity in module.quantities_in(direction)}
-    return _plain_words(module, direction, known_words, before, after)
+    """Return the named bits of each word that has any, by the word's number."""
+    image = "O" if direction == "out" else "I"
+    bits_of_words = {word: dict(module.bits(image, word)) for word in range(len(module.named(direction)))}
+    return {word: bits for word, bits in bits_of_words.items() if bits}
 
 
 def _plain_words(
-    module: ModuleWords, direction: str, known: Collection[int], before: Words, after: Words
+    module: ModuleWords, direction: str, described: Collection[int], before: Words, after: Words
 ) -> str:
-    """Return the changes in words, except the known ones."""
+    """Return the changes of all words except the `described` ones as text."""
     names = module.named(direction)
-    unnamed = [word for word in range(len(names)) if word not in known]
-    words_before, words_after = ([words[word] for word in unnamed] for words in (before, after))
-    return plain_wording([names[word] for word in unnamed], words_before, words_after)
+    plain = [word for word in range(len(names)) if word not in described]
+    return plain_wording(
+        [names[word] for word in plain], [before[word] for word in plain], [after[word] for word in plain]
+    )
 
 
 def in_configuration_mode(inputs: Words) -> bool:
-    """Return whether a 3601's input image is in configuration mode, a mirror without positions."""
+    """Return whether a 3601's input image is in configuration mode: an echo without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
 
 
@@ -176,9 +187,9 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
     >>> risen_and_fallen(["A", "B"], ["B", "C"])
     '+C -A'
     """
-    risen_names = [f"+{name}" for name in after if name not in before]
+    risen = [f"+{name}" for name in after if name not in before]
     fallen = [f"-{name}" for name in before if name not in after]
-    return " ".join(risen_names + fallen)
+    return " ".join(risen + fallen)
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
@@ -216,7 +227,12 @@ def module_text(
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
-    """Return the names of the bits that are on; a bit without a name is like `data.5`."""
+    """Return the names of the bits that are on; a bit without a name is like `data.5`.
+
+    Args:
+        word: name of the word.
+        bits: numbers of its named bits.
+    """
     by_number = {number: name for name, number in bits.items()}
     return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]
 

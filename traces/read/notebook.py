@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .reader import Trace
 
 POINTS = 640
-"""Maximum points of the line: one for each pixel of its width."""
+"""Maximum points of the curve: one for each pixel of its width."""
 
 EVENTS = 8
 """Maximum events that are shown."""
@@ -39,11 +39,11 @@ def as_html(trace: Trace) -> str:
         return card(name, line("no scan"))
     scans = int(last_scan["scan"][0]) - int(first_scan["scan"][0]) + 1
     length = seconds(int(last_scan["log_time"][0]) - int(first_scan["log_time"][0]))
-    return card(name, line(f"{scans:,} scans, {length} s"), _way(trace), _events(trace))
+    return card(name, line(f"{scans:,} scans, {length} s"), _position_curve(trace), _events(trace))
 
 
-def _way(trace: Trace) -> str:
-    """Return the position of the first slot with a position, drawn as a line."""
+def _position_curve(trace: Trace) -> str:
+    """Return the positions of the first axis as a curve; empty with fewer than two positions."""
     slot = next((axis_slot for axis_slot in trace.head.slots if axis_slot.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
     if slot is None or len(values) < 2:
@@ -53,7 +53,7 @@ def _way(trace: Trace) -> str:
 
 
 def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
-    """Return positions at even distances; in a long trace at most one scan of each part is read."""
+    """Return at most `POINTS` positions of an axis, at even distances; skip sections of a long trace."""
     sections = trace.sections[:: max(1, len(trace.sections) // POINTS)]
     points_per_block = max(1, POINTS // max(len(sections), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
@@ -69,6 +69,7 @@ def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
 
 
 def _events(trace: Trace) -> str:
+    """Return the first rules and faults, and the number of the others."""
     shown_events: list[tuple[str, str]] = []
     count = 0
     for event in trace.events():
@@ -76,9 +77,7 @@ def _events(trace: Trace) -> str:
             count += 1
             if len(shown_events) < EVENTS:
                 shown_events.append((seconds(event.now_ns), describe(event.topic, event.scan, event.fields)))
+    if not shown_events:
+        return line("no rule, no fault")
     ending = line(f"and {count - EVENTS:,} more") if count > EVENTS else ""
-    return (
-        rows((text, f"{time} s") for time, text in shown_events) + ending
-        if shown_events
-        else line("no rule, no fault")
-    )
+    return rows((text, f"{time} s") for time, text in shown_events) + ending

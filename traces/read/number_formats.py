@@ -11,7 +11,7 @@ thousands.
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -34,11 +34,12 @@ class NumberFormats:
     """The formats of the numbers of each slot."""
 
     def __init__(self) -> None:
+        # by slot, and whether the image is an input image: first scans in order, and the format from each on
         self._changes: dict[tuple[int, bool], tuple[list[int], list[NumberFormat]]] = {}
 
     @classmethod
     def of(cls, trace: Trace) -> NumberFormats:
-        """Return the formats in a trace; the events are read only if it has such a module."""
+        """Return the formats in a trace; read events only if a module's configuration selects a format."""
         formats = cls()
         if any(formats_vary(slot.words) for slot in trace.head.slots):
             for event in trace.events(topics={"/events"}):
@@ -55,9 +56,9 @@ class NumberFormats:
             if format is not None:
                 scans, formats = self._changes.setdefault((slot, is_input), ([], []))
                 index = bisect_left(scans, first_scan)
-                is_same = int(scans[index : index + 1] == [first_scan])
-                scans[index : index + is_same] = [first_scan]
-                formats[index : index + is_same] = [format]
+                end = index + (scans[index : index + 1] == [first_scan])  # replaces a change at the same scan
+                scans[index:end] = [first_scan]
+                formats[index:end] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
         """Return all changes: slot, "I" or "O", first scan, and format."""
@@ -81,34 +82,29 @@ class NumberFormats:
         return self.at(slot, quantity, scan).reported(first_word, units[0]) if units else first_word
 
     def reader(self, slot: int, scan: int) -> Callable[[Quantity, Sequence[int]], int]:
-        """Return `value` for the words of a slot in a scan."""
+        """Return a function like `value` for a slot in a scan."""
         return partial(self.value, slot, scan)
 
     def values(
         self, slot: int, quantity: Quantity, scans: NDArray[np.int64], words: NDArray[np.int16]
     ) -> NDArray[np.float64]:
-        """Return a quantity of two words in some successive scans.
+        """Return a quantity of two words in successive scans.
 
         Args:
-            words: the words of its image, a row per scan.
+            scans: numbers of the scans, ascending.
+            words: the words of its image, one row per scan.
         """
         values = np.empty(len(words))
         first_words, second_words = words[:, quantity.word], words[:, quantity.word + 1]
-        for row_slice, format in self._parts(slot, quantity, scans):
-            values[row_slice] = format.reported_all(first_words[row_slice], second_words[row_slice])
-        return values
-
-    def _parts(
-        self, slot: int, quantity: Quantity, scans: NDArray[np.int64]
-    ) -> Iterator[tuple[slice, NumberFormat]]:
-        """Yield successive parts of some scans with their formats."""
-        change_scans = (
-            [] if quantity.format else self._changes.get((slot, quantity.image in INPUT), ([], []))[0]
-        )
+        change_scans: list[int] = []
+        if not quantity.format:
+            change_scans, _ = self._changes.get((slot, quantity.image in INPUT), ([], []))
         edges = [0, *np.searchsorted(scans, change_scans).tolist(), len(scans)]
         for start, stop in pairwise(edges):
             if start < stop:
-                yield slice(start, stop), self.at(slot, quantity, int(scans[start]))
+                format = self.at(slot, quantity, int(scans[start]))
+                values[start:stop] = format.reported_all(first_words[start:stop], second_words[start:stop])
+        return values
 
 
 def formats_vary(words: ModuleWords) -> bool:

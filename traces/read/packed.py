@@ -1,13 +1,13 @@
-"""Packs scans in memory: each takes a few bytes instead of 52, and reading in order is as fast as a list.
+"""Packs scans in memory: a scan needs a few bytes instead of 52, and reading in order is as fast as a list.
 
-chunk      4,096 scans, compressed         any number of them
-view       a column as a sequence          keeps the chunk that it reads unpacked
+chunk      4,096 scans, compressed
+view       a column as a sequence; it keeps the chunk that was read last unpacked
 """
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Generic, TypeVar, overload
 
 import numpy as np
@@ -23,7 +23,7 @@ _HEAD = 3
 T = TypeVar("T")
 
 RECENT = 16
-"""Number of unpacked chunks that are kept, because searches read chunks more than once."""
+"""Maximum number of unpacked chunks that are kept, since searches read chunks more than once."""
 
 
 class PackedScans:
@@ -32,51 +32,55 @@ class PackedScans:
     def __init__(self, words: int) -> None:
         self._words = words
         self._packed: list[bytes] = []
-        self._waiting = no_columns(words)
+        self._unpacked = no_columns(words)  # scans at the end, fewer than a chunk
         self._compressor = zstandard.ZstdCompressor(level=1)
-        self._recent: dict[int, Columns] = {}  # unpacked chunks, the most recent one last
+        self._recent: dict[int, Columns] = {}  # unpacked chunks by number, the most recently read one last
 
     @classmethod
-    def of(cls, words: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
-        """Return packed scans, for a memory block with a number of words."""
+    def of(cls, words: int, blocks: Iterable[Columns]) -> PackedScans:
+        """Pack blocks of scans.
+
+        Args:
+            words: words of the memory block.
+        """
         scans = cls(words)
-        for columns in parts:
+        for columns in blocks:
             scans.add(columns)
         return scans
 
     def __len__(self) -> int:
-        return CHUNK_SCANS * len(self._packed) + len(self._waiting.scan)
+        return CHUNK_SCANS * len(self._packed) + len(self._unpacked.scan)
 
     def add(self, columns: Columns) -> None:
         """Add scans at the end."""
-        rows = join((self._waiting, columns))
+        rows = join((self._unpacked, columns))
         start = 0
         while len(rows.scan) - start >= CHUNK_SCANS:
             self._packed.append(self._pack(rows.rows(start, start + CHUNK_SCANS)))
             start += CHUNK_SCANS
-        self._waiting = rows.each(lambda column: column[start:].copy())
+        self._unpacked = rows.each(lambda column: column[start:].copy())
 
     def chunk(self, number: int) -> Columns:
-        """Return the scans of a chunk; none after the last one."""
+        """Return the scans of a chunk; no scans after the last chunk."""
         if number < len(self._packed):
             unpacked = self._recent.pop(number, None) or self._unpack(self._packed[number])
             self._recent[number] = unpacked
             if len(self._recent) > RECENT:
                 del self._recent[next(iter(self._recent))]
             return unpacked
-        return self._waiting if number == len(self._packed) else no_columns(self._words)
+        return self._unpacked if number == len(self._packed) else no_columns(self._words)
 
     def chunks(self, first: int = 0) -> Iterator[Columns]:
-        """Iterate over the chunks, beginning with number `first`; none is kept unpacked."""
+        """Iterate over the chunks, beginning with number `first`, without keeping them unpacked."""
         for number in range(first, len(self._packed) + 1):
-            yield self._unpack(self._packed[number]) if number < len(self._packed) else self._waiting
+            yield self._unpack(self._packed[number]) if number < len(self._packed) else self._unpacked
 
     def columns(self, first: int = 0) -> Columns:
-        """Return all scans, beginning with a chunk, as columns: 20 bytes per scan and two per word."""
+        """Return the scans from chunk `first` on, unpacked: 20 bytes per scan and two per word."""
         return join([no_columns(self._words), *self.chunks(first)])
 
     def view(self, values: Callable[[Columns], Sequence[T]]) -> View[T]:
-        """Return the values that a function computes from the scans, chunk by chunk, as one sequence."""
+        """Return a sequence of the values that a function computes from the scans of each chunk."""
         return View(self, values)
 
     def _pack(self, columns: Columns) -> bytes:
@@ -85,19 +89,17 @@ class PackedScans:
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)
-        like = no_columns(self._words)
         offset, columns = 0, []
-        for column in like.images():
-            width = column.shape[1] if column.ndim > 1 else 1
-            count = CHUNK_SCANS * width
-            values = np.frombuffer(data, column.dtype, count, offset)
-            columns.append(values.reshape((CHUNK_SCANS, *column.shape[1:])))
+        for empty in no_columns(self._words).images():  # for type and width of each column
+            width = empty.shape[1] if empty.ndim > 1 else 1
+            values = np.frombuffer(data, empty.dtype, CHUNK_SCANS * width, offset)
+            columns.append(values.reshape((CHUNK_SCANS, *empty.shape[1:])))
             offset += values.nbytes
         return Columns(*columns)
 
 
 class NotedScans:
-    """Scans that a listener of the scan loop receives, packed one by one."""
+    """Scans that a listener of the scan loop receives one by one; each full chunk is packed."""
 
     def __init__(self, words: int) -> None:
         self._packed = PackedScans(words)
@@ -135,7 +137,7 @@ class View(Sequence[T], Generic[T]):
     def __init__(self, scans: PackedScans, values: Callable[[Columns], Sequence[T]]) -> None:
         self._scans, self._values = scans, values
         self._start = self._stop = 0
-        self._held: Sequence[T] = ()
+        self._chunk_values: Sequence[T] = ()  # of the rows from `_start` to before `_stop`
 
     def __len__(self) -> int:
         return len(self._scans)
@@ -146,22 +148,17 @@ class View(Sequence[T], Generic[T]):
     def __getitem__(self, row: slice) -> Sequence[T]: ...
     def __getitem__(self, row: int | slice) -> T | Sequence[T]:
         if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
-            return self._held[row - self._start]
+            return self._chunk_values[row - self._start]
         if isinstance(row, slice):
             return [self[index] for index in range(*row.indices(len(self)))]
-        row = self._hold(row)
-        return self._held[row - self._start]
-
-    def _hold(self, row: int) -> int:
-        """Unpack the chunk that contains a row; return the row, counted from the beginning."""
         row = row + len(self) if row < 0 else row
         if not 0 <= row < len(self):
             raise IndexError("no such scan")
         number = row // CHUNK_SCANS
-        self._held = self._values(self._scans.chunk(number))
+        self._chunk_values = self._values(self._scans.chunk(number))
         self._start = CHUNK_SCANS * number
-        self._stop = self._start + len(self._held)
-        return row
+        self._stop = self._start + len(self._chunk_values)
+        return self._chunk_values[row - self._start]
 
 
 def memory_blocks(columns: Columns) -> list[bytes]:

@@ -45,7 +45,7 @@ from ..format.tagplan import FIELD
 from ..format.topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
 from .finding import DATA_DAMAGE, UNDER_WAY, data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
-from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
+from .sections import Part, ScanRows, ScanShape, Section, find_sections, lost_scans, take_apart, torn_chunk
 
 if TYPE_CHECKING:
     import numpy as np
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 CHECKED_BYTES = 256 * 1024 * 1024
 """Maximum size of a trace that is checked when it is opened, bytes.
 
-A larger trace is checked where its metadata decide what runs.
+A larger trace is checked only by commands that run the programs its metadata name.
 """
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
@@ -69,7 +69,7 @@ class Scan(NamedTuple):
     now_ns: int
     flags: int
     memory: bytes  # the rack's memory block: per slot the output image, then the input image
-    places: Mapping[int, ImagePlaces]  # slot number -> its images in the memory block
+    places: Mapping[int, ImagePlaces]  # images in the memory block by slot number
     tags: bytes = b""  # the row of tags; empty without any
 
     def outputs(self, slot: int) -> Image:
@@ -80,8 +80,8 @@ class Scan(NamedTuple):
         """Return a copy of a slot's input image (module to logic); KeyError if there is none."""
         return self._image(self.places[slot].inputs)
 
-    def _image(self, place: slice) -> Image:
-        return Image(buffer=bytearray(self.memory[place]))
+    def _image(self, span: slice) -> Image:
+        return Image(buffer=bytearray(self.memory[span]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +98,15 @@ class Records:
     """A file of records, with any topics, open for reading.
 
     Args:
-        grows: whether it is being recorded; if so, the draft at its end is left out, as it may disappear any
-            time.
+        grows: whether it is being recorded; if so, the draft at its end is left out, since it may disappear
+            at any time.
 
     Attributes:
+        size: bytes of the file, without such a draft.
         notes: the defects of the file; a damaged chunk is noted when it is read.
         spans: places of its whole records, in order.
         sections: places of the messages, in the order of the file.
-        shape: layout of scans in the sections; here there are none.
+        shape: layout of the scans in the sections; without scans here.
 
     Raises:
         TraceError: it is not an MCAP file.
@@ -116,15 +117,16 @@ class Records:
         self.file = file
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
-        self._grows, self._checked = grows, False
-        self.size, self.spans, self.notes = self._found(size)
+        self._grows = grows
+        self._is_data_checked = False
+        self.size, self.spans, self.notes = self._find_records(size)
         if any(span.opcode == DRAFT for span in self.spans):
             self.notes.insert(0, ENDED)
-        self._of_the_end = [] if ends_whole(file, self.spans) else self.notes[-1:]
+        self._end_notes = [] if ends_whole(file, self.spans) else self.notes[-1:]  # on a missing end
         self.sections = find_sections(file, self.spans)
         self.shape = ScanShape(None, 0)
         if damage := summary_damage(file, self.spans):
-            self.notes.append(f"{damage}; what it tells is not used")
+            self.notes.append(f"{damage}; its contents are not used")
 
     def __enter__(self) -> Self:
         return self
@@ -139,7 +141,7 @@ class Records:
     @property
     def may_grow(self) -> bool:
         """Whether the file has no end yet."""
-        return bool(self._of_the_end)
+        return bool(self._end_notes)
 
     def follow(self) -> bool:
         """Read the new records of a file without an end; return whether there were any.
@@ -148,29 +150,33 @@ class Records:
             TraceLimitError: it has more records than the limits allow.
         """
         size = os.fstat(self.file.fileno()).st_size
-        if size <= self.size or not self._of_the_end:
+        if size <= self.size or not self._end_notes:
             return False
         end_before = self.spans[-1].end if self.spans else 0
         first_span = self._last_chunk()  # new records may belong to it
-        size, self.spans, notes = self._found(size, self.spans[:first_span])
-        self.notes = [note for note in self.notes if note not in self._of_the_end]
+        self.size, self.spans, notes = self._find_records(size, self.spans[:first_span])
+        self.notes = [note for note in self.notes if note not in self._end_notes]
         self.notes += [note for note in notes if note not in self.notes]
-        self.size, self._of_the_end = size, [] if ends_whole(self.file, self.spans) else notes[-1:]
-        first_offset = self.spans[first_span].offset if first_span < len(self.spans) else size
+        self._end_notes = [] if ends_whole(self.file, self.spans) else notes[-1:]
+        first_offset = self.spans[first_span].offset if first_span < len(self.spans) else self.size
         self.sections = [section for section in self.sections if section.span.offset < first_offset]
         self.sections += find_sections(self.file, self.spans[first_span:])
         return bool(self.spans) and self.spans[-1].end > end_before
 
     def _last_chunk(self) -> int:
-        """Return the place of the last chunk among the records, 0 without one."""
-        places = range(len(self.spans) - 1, -1, -1)
-        return next((index for index in places if self.spans[index].opcode == Opcode.CHUNK), 0)
+        """Return the index of the last chunk among the records, 0 without one."""
+        indexes = range(len(self.spans) - 1, -1, -1)
+        return next((index for index in indexes if self.spans[index].opcode == Opcode.CHUNK), 0)
 
-    def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
-        """Return the size of the file without a draft, its records, and its defects."""
+    def _find_records(self, size: int, first_spans: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
+        """Return the size of the file without a draft, its records, and its defects.
+
+        Args:
+            first_spans: records at the beginning of the file that are already known.
+        """
         if self._grows:
             self.file.seek(0, os.SEEK_END)  # drops buffered data, which a chunk may have replaced
-        spans, notes = find_records(self.file, size, known, drafts=not self._grows)
+        spans, notes = find_records(self.file, size, first_spans, drafts=not self._grows)
         is_under_way = bool(notes) and notes[-1] == UNDER_WAY
         return (spans[-1].end if is_under_way and spans else size), spans, notes
 
@@ -185,18 +191,17 @@ class Records:
         except TraceLimitError:
             raise
         except TraceError as error:
-            self.note(note_of(error, f"{held(self.shape, section)} are left out"))
+            self.note(note_of(error, f"{lost_scans(self.shape, section)} are left out"))
             return None
 
     def check_data(self) -> None:
         """Note a wrong CRC of all data, once, unless damage is already known.
 
-        This CRC protects parts without their own, which are the metadata. The whole file is read, a GB in
-        about a second.
+        Only this CRC protects the metadata. The whole file is read: 1 GB takes about 1 s.
         """
-        if self._checked or any(isinstance(note, Damage) for note in self.notes):
+        if self._is_data_checked or any(isinstance(note, Damage) for note in self.notes):
             return
-        self._checked = True
+        self._is_data_checked = True
         if damage := data_damage(self.file, self.spans):
             self.note(damage)
 
@@ -238,8 +243,7 @@ class Trace(Records):
         except TraceError as error:
             raise TraceError("; ".join([str(error), *self.notes])) from error
         self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
-        self._places = self.head.layout.places
-        self._firsts: dict[int, int] = {}
+        self._first_scans: dict[int, int] = {}  # number of the first scan by section, see `first_scan`
         tags = None if self.head.tags is None else self.head.tags.dtype
         memory_bytes = self.head.layout.size
         rest_bytes = self.head.rest_bytes
@@ -256,10 +260,10 @@ class Trace(Records):
         self._leave_out_repeated()
         if self.size > size:
             section_count = len(self.sections)
-            self._firsts = {
-                section_index: first_number
-                for section_index, first_number in self._firsts.items()
-                if first_number < _NO_SCAN and section_index < section_count
+            self._first_scans = {
+                index: scan
+                for index, scan in self._first_scans.items()
+                if scan < _NO_SCAN and index < section_count
             }
             self._note_where_it_ends()
         return grown
@@ -268,11 +272,13 @@ class Trace(Records):
         """Leave out and note chunks with the times and size of an earlier one, which no recorder writes."""
         kept_sections: dict[tuple[int, ...], Section] = {}
         for section in self.sections:
-            has_span = section.is_chunk and section.start_ns < section.end_ns
-            key = (section.start_ns, section.end_ns, section.size) if has_span else (section.span.offset,)
+            has_duration = section.is_chunk and section.start_ns < section.end_ns
+            key = (section.start_ns, section.end_ns, section.size) if has_duration else (section.span.offset,)
             if kept_sections.setdefault(key, section) is not section:
-                location, left_out = f"byte {section.span.offset:,}", held(self.shape, section)
-                self.note(f"the chunk at {location} is one that stands before: {left_out} are left out")
+                scans = lost_scans(self.shape, section)
+                self.note(
+                    f"the chunk at byte {section.span.offset:,} repeats an earlier one: {scans} are left out"
+                )
         self.sections = list(kept_sections.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
@@ -325,9 +331,9 @@ class Trace(Records):
         """Iterate over the events. Only chunks that may have selected events are read.
 
         Args:
-            start_ns: chunks that end before that time are left out.
-            end_ns: chunks that begin after that time are left out; None = no limit.
-            topics: only events of these; None = of all.
+            start_ns: chunks that end before this time are left out.
+            end_ns: chunks that begin after this time are left out; None = no limit.
+            topics: topics of the selected events; None = all.
         """
         for section in self.sections:
             is_late = end_ns is not None and section.start_ns > end_ns
@@ -338,30 +344,32 @@ class Trace(Records):
         """Read a section and iterate over its events.
 
         Args:
-            topics: only events of these; None = of all.
+            topics: topics of the selected events; None = all.
         """
-        counts = self._events_in(self._messages(section), section)
-        yield from (event for event in counts if topics is None or event.topic in topics)
+        for event in self._events_among(self._messages(section), section):
+            if topics is None or event.topic in topics:
+                yield event
 
     def scans_and_events(self, section: Section) -> tuple[list[ScanRows], list[TraceEvent]]:
         """Return the scans and the events of a section; the section is read only once."""
-        parts = self._messages(section)
-        return _rows_of(parts), list(self._events_in(parts, section))
+        messages = self._messages(section)
+        return _rows_of(messages), list(self._events_among(messages, section))
 
     def may_contain(self, section: Section, topics: Collection[str] | None = None) -> bool:
-        """Return whether a section may have events of some topics, or any if None, without reading it.
+        """Return, without reading a section, whether it may have events.
 
-        The answer is based on its indexes, unless the file is damaged, or ends with them.
+        The indexes of a section decide, unless the file is damaged, or more indexes may follow at its end.
+
+        Args:
+            topics: topics of the selected events; None = all.
         """
         if self.shape.only_scans(section):
             return False
-        is_whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
-        if topics is None or not is_whole or any(isinstance(note, Damage) for note in self.notes):
+        is_index_whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
+        is_damaged = any(isinstance(note, Damage) for note in self.notes)
+        if topics is None or is_damaged or not (is_index_whole and section.counts):
             return True
-        counts = section.counts
-        return not counts or any(
-            counts.get(number) for number, name in self._topics.items() if name in topics
-        )
+        return any(section.counts.get(number) for number, name in self._topics.items() if name in topics)
 
     def texts(self) -> dict[int, str]:
         """Return the meanings of the codes of recorded texts."""
@@ -384,9 +392,10 @@ class Trace(Records):
         memory = rows["images"].tobytes()
         tags = [row.tobytes() for row in rows[FIELD]] if FIELD in (rows.dtype.names or ()) else None
         columns = (rows[name].tolist() for name in ("scan", "log_time", "flags"))
+        places = self.head.layout.places
         for index, (scan, now_ns, flags) in enumerate(zip(*columns, strict=True)):
-            image = memory[index * size : index * size + size]
-            yield Scan(scan, now_ns, flags, image, self._places, tags[index] if tags else b"")
+            block = memory[index * size : index * size + size]
+            yield Scan(scan, now_ns, flags, block, places, tags[index] if tags else b"")
 
     def edge(self, *, last: bool) -> ScanRows | None:
         """Return the first or the last scan as an array with one row; None for a trace without scans."""
@@ -395,43 +404,42 @@ class Trace(Records):
                 return row_arrays[-1][-1:] if last else row_arrays[0][:1]
         return None
 
-    def first_scan(self, place: int) -> int:
-        """Return the number of the first scan in a section or after it; 2**32 if there is none."""
-        if place not in self._firsts:
-            scans = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
-            rows = next(scans, None)
-            self._firsts[place] = _NO_SCAN if rows is None else int(rows["scan"][0])
-        return self._firsts[place]
+    def first_scan(self, index: int) -> int:
+        """Return the number of the first scan in section `index` or after it; 2**32 if none follows."""
+        if index not in self._first_scans:
+            first_rows = (rows for section in self.sections[index:] for rows in self.scan_rows(section)[:1])
+            rows = next(first_rows, None)
+            self._first_scans[index] = _NO_SCAN if rows is None else int(rows["scan"][0])
+        return self._first_scans[index]
 
     def place_of(self, scan: int) -> int:
-        """Return the last section whose first scan is at most this one; -1 if there is none.
+        """Return the index of the last section that begins with this scan or an earlier one; -1 if none does.
 
-        Only the sections around an estimated place are read.
+        The search starts at an estimated index and doubles its steps, so that it reads few sections.
         """
-        # the first scan of low is at most `scan`, that of high is greater
+        # section `low` begins with `scan` or an earlier scan, section `high` with a later one
         low, high = -1, len(self.sections)
-        place, step = self._guess(scan), 1
+        index, step = self._estimated_index(scan), 1
         while high - low > 1:
-            if self.first_scan(place) <= scan:
-                low, place = place, place + step
+            if self.first_scan(index) <= scan:
+                low, index = index, index + step
             else:
-                high, place = place, place - step
-            if not low < place < high:
-                place = (low + high) // 2
+                high, index = index, index - step
+            if not low < index < high:
+                index = (low + high) // 2
             step *= 2
         return low
 
-    def _guess(self, scan: int) -> int:
-        """Return the estimated place of a scan, assuming that all scans take the same time."""
+    def _estimated_index(self, scan: int) -> int:
+        """Return the estimated section of a scan, assuming that all scans take the same time."""
         last_section = len(self.sections) - 1
         if last_section < 1:
             return 0
         first_scan, first_ns = self.first_scan(0), self.sections[0].start_ns
-        per_scan = (self.sections[last_section].start_ns - first_ns) / max(
-            1, self.first_scan(last_section) - first_scan
-        )
-        at_ns = first_ns + (scan - first_scan) * per_scan
-        index = bisect_right(self.sections, at_ns, key=lambda section: section.start_ns)
+        duration_ns = self.sections[last_section].start_ns - first_ns
+        ns_per_scan = duration_ns / max(1, self.first_scan(last_section) - first_scan)
+        scan_ns = first_ns + (scan - first_scan) * ns_per_scan
+        index = bisect_right(self.sections, scan_ns, key=lambda section: section.start_ns)
         return min(max(index - 1, 0), last_section)
 
     def attachments(self) -> list[Attachment]:
@@ -452,28 +460,28 @@ class Trace(Records):
 
     def _messages(self, section: Section) -> list[ScanRows | Message]:
         """Return scans and messages of a section; a damaged section is noted and has none."""
-        parts = self.parts(section) or ()
-        messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
-        return [message for message in messages if self._is_sound(message, section)]
+        contents = [part.content for part in self.parts(section) or ()]
+        messages = [content for content in contents if not isinstance(content, Channel | Schema)]
+        return [message for message in messages if not self._note_malformed(message, section)]
 
-    def _events_in(self, parts: Iterable[ScanRows | Message], section: Section) -> Iterator[TraceEvent]:
+    def _events_among(self, messages: Iterable[ScanRows | Message], section: Section) -> Iterator[TraceEvent]:
         """Yield the events among scans and messages."""
-        for part in parts:
-            if isinstance(part, Message):
-                yield from self._events(part, section)
+        for message in messages:
+            if isinstance(message, Message):
+                yield from self._events(message, section)
 
-    def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
-        """Return whether a part is anything but a malformed scan; note a malformed scan."""
-        if not isinstance(part, Message) or part.channel != self.shape.channel:
-            return True
+    def _note_malformed(self, message: ScanRows | Message, section: Section) -> bool:
+        """Note a malformed scan; return whether it is one."""
+        if not isinstance(message, Message) or message.channel != self.shape.channel:
+            return False
         self.note(
-            f"the chunk at byte {section.span.offset:,} has a scan of {len(part.data)} bytes "
+            f"the chunk at byte {section.span.offset:,} has a scan of {len(message.data)} bytes "
             f"that is not laid out as its {self._scan_bytes} bytes should be; it is left out"
         )
-        return False
+        return True
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
-        """Yield the event in a message; note any other message."""
+        """Yield the event in a message; note a message that is no event."""
         topic = self._topics.get(message.channel)
         if topic not in _EVENT_TOPICS:
             self._note_stranger(message.channel, topic)
@@ -487,18 +495,18 @@ class Trace(Records):
     def _note_stranger(self, channel: int, topic: str | None) -> None:
         """Note messages that our traces never have, because the record of their channel is damaged."""
         if topic is None:
-            self.note(f"no record tells what channel {channel} is; its messages are left out")
+            self.note(f"channel {channel} has no readable record; its messages are left out")
         elif self.head.library.startswith(LIBRARY):
             self.note(f"the topic {topic!r} is not known; its messages are left out")
 
     def _note_where_it_ends(self) -> None:
-        if self._of_the_end:
-            end_notes = list(self._where_it_ends())
-            self.notes += end_notes
-            self._of_the_end = [*self._of_the_end[:1], *end_notes]
+        if self._end_notes:
+            location_notes = list(self._where_it_ends())
+            self.notes += location_notes
+            self._end_notes = [*self._end_notes[:1], *location_notes]
 
     def _where_it_ends(self) -> Iterator[str]:
-        """Yield notes on the last scan of a trace without an end, and on unfinished records after it."""
+        """Yield notes on the last scan of a trace without an end, and on an unfinished chunk after it."""
         row = self.edge(last=True)
         if row is None:
             yield "no whole chunk with scans"
@@ -506,8 +514,8 @@ class Trace(Records):
             yield f"the last scan is {row['scan'][0]:,}, at {seconds_column(int(row['log_time'][0]))} s"
         torn = torn_chunk(self.file, self.spans, self.size)
         if torn is not None:
-            lost_text = held(self.shape, torn)
-            yield f"the chunk at byte {torn.span.offset:,} is not whole; {lost_text} are left out"
+            scans = lost_scans(self.shape, torn)
+            yield f"the chunk at byte {torn.span.offset:,} is not whole; {scans} are left out"
 
 
 def open_records(path: Path | str) -> Records:
@@ -529,7 +537,7 @@ def open_trace(path: Path | str, *, check: bool = True) -> Trace:
     Raises:
         TraceError: it can't be read, is not an MCAP file, has no scans of ours, or scans with a layout
             that this version does not know. The message names the path.
-        TraceLimitError: it has more records than the limits allow; reading may raise it, too.
+        TraceLimitError: it has more records than the limits allow. Reading may also raise it.
     """
     return _opened(Path(path), partial(Trace, check=check))
 
@@ -560,13 +568,13 @@ _NO_SCAN = 1 << 32
 _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 
 
-def _rows_of(parts: Iterable[ScanRows | Message]) -> list[ScanRows]:
-    return [part for part in parts if not isinstance(part, Message)]
+def _rows_of(messages: Iterable[ScanRows | Message]) -> list[ScanRows]:
+    return [message for message in messages if not isinstance(message, Message)]
 
 
 def _event(message: Message, topic: str) -> TraceEvent:
     """Read an event; raise a ValueError if the message is not one."""
     fields = json_value(message.data)
     if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
-        raise ValueError("it does not tell its scan")
+        raise ValueError("it has no scan number")
     return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)

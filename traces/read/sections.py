@@ -1,8 +1,7 @@
-"""The sections of a trace: their contents, and how to split a section into parts.
+"""Finds the sections of a trace, and splits a section into parts.
 
-A section is a chunk or, in files without chunks from other writers, a stretch of
-uncompressed messages. The contents of a section are known
-before it is read, from the head of the chunk and the message indexes after it:
+A section is a chunk, or successive uncompressed messages in a file of another writer that has no chunks.
+The head of a chunk and the message indexes after it list its contents, so that the chunk need not be read:
 
     | chunk: times, sizes, ... | index: channel 1, n entries | index: channel 3, n entries |
 """
@@ -57,20 +56,20 @@ class Part(NamedTuple):
 
     Attributes:
         offset: its first byte in the section.
-        what: successive scans, another message, or a channel or schema.
+        content: successive scans, another message, or a channel or schema.
     """
 
     offset: int
-    what: ScanRows | Message | Channel | Schema
+    content: ScanRows | Message | Channel | Schema
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """A stretch of messages."""
+    """A chunk, or successive messages outside of chunks."""
 
-    span: Span  # the chunk; outside of chunks, all messages from the first one's opcode on
-    start_ns: int  # earliest time of a message in it; 0 if unknown
-    end_ns: int  # latest time of a message in it; 2**64 if unknown
+    span: Span  # the chunk; outside of chunks, all its messages, from the first opcode on
+    start_ns: int  # time of its earliest message; 0 if unknown
+    end_ns: int  # time of its latest message; 2**64 if unknown
     size: int  # bytes of its messages, before compression
     counts: Mapping[int, int] = field(default_factory=dict)  # number of messages by channel, from its indexes
 
@@ -89,7 +88,7 @@ def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
         if span.opcode == Opcode.MESSAGE:
             loose.append(span)
         elif span.opcode == Opcode.CHUNK:
-            counts = {}
+            counts = {}  # of this chunk; the indexes that follow fill it
             sections.extend(_stretches(loose))
             loose.clear()
             sections.append(_chunk(file, span, counts))
@@ -101,7 +100,7 @@ def find_sections(file: BinaryIO, spans: Sequence[Span]) -> list[Section]:
 
 
 def _chunk(file: BinaryIO, span: Span, counts: Mapping[int, int]) -> Section:
-    """Read the head of a chunk; `counts` may be filled later."""
+    """Read the head of a chunk; the caller may fill `counts` later."""
     file.seek(span.offset + RECORD_HEAD.size)
     head = file.read(min(span.length, _CHUNK_HEAD.size))
     start_ns, end_ns, size = _CHUNK_HEAD.unpack(head) if len(head) == _CHUNK_HEAD.size else (0, _EVER, 0)
@@ -141,7 +140,13 @@ class ScanShape:
 
     Args:
         channel: id of the scans' channel; None for a trace without scans.
-        tags: type of the row of tags after it, or None.
+        memory_bytes: size of the rack's memory block.
+        tags: type of the row of tags after the memory block, or None.
+        rest_bytes: bytes of a scan after the tags, which are ignored.
+
+    Attributes:
+        layout: the message record of a scan as a numpy type.
+        stride: bytes of that record.
     """
 
     def __init__(
@@ -159,7 +164,7 @@ class ScanShape:
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:
-        """Return whether it is certain, without reading it, that a section has only scans.
+        """Return whether the index of a chunk proves that it has only scans.
 
         Size and index must agree, so that a damaged or incomplete index is not used.
         """
@@ -196,6 +201,7 @@ class ScanShape:
                 offset = end
 
     def _scans_from(self, data: bytes, offset: int) -> int:
+        """Return the number of successive scans that begin at `offset`."""
         if self.channel is None or not self._is_scan(data, offset):
             return 0
         if not self._is_scan(data, offset + self.stride):
@@ -203,14 +209,14 @@ class ScanShape:
         rows = np.frombuffer(data, self.layout, (len(data) - offset) // self.stride, offset)
         checked_rows, rows_at_once = 2, 16
         while checked_rows < len(rows):
-            row_fits = self._fits(rows[checked_rows : checked_rows + rows_at_once])
-            if not row_fits.all():
-                return checked_rows + int(np.argmin(row_fits))
-            checked_rows, rows_at_once = checked_rows + len(row_fits), 4 * rows_at_once
+            are_scans = self._are_scans(rows[checked_rows : checked_rows + rows_at_once])
+            if not are_scans.all():
+                return checked_rows + int(np.argmin(are_scans))
+            checked_rows, rows_at_once = checked_rows + len(are_scans), 4 * rows_at_once
         return len(rows)
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
-        """Return whether a whole scan begins at `offset`: like `_fits`, but for a single scan."""
+        """Return whether a whole scan begins at `offset`: like `_are_scans`, but for a single scan."""
         is_whole = offset + self.stride <= len(data)
         return (
             is_whole
@@ -218,16 +224,17 @@ class ScanShape:
             and data.startswith(_PREFIX, offset + _PREFIX_AT)
         )
 
-    def _fits(self, rows: ScanRows) -> NDArray[np.bool_]:
-        row_fits: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
-        row_fits &= rows["length"] == self._length
-        row_fits &= rows["channel"] == self.channel
-        row_fits &= rows["prefix"] == CDR_PREFIX
-        return row_fits
+    def _are_scans(self, rows: ScanRows) -> NDArray[np.bool_]:
+        """Return which rows have the head of a scan."""
+        are_scans: NDArray[np.bool_] = rows["opcode"] == Opcode.MESSAGE
+        are_scans &= rows["length"] == self._length
+        are_scans &= rows["channel"] == self.channel
+        are_scans &= rows["prefix"] == CDR_PREFIX
+        return are_scans
 
 
-def held(shape: ScanShape, section: Section) -> str:
-    """Return, as text, the expected number of scans in a section and their times, as far as known."""
+def lost_scans(shape: ScanShape, section: Section) -> str:
+    """Return a section's scans as text for a note: their expected number and times, as far as known."""
     count = shape.expected(section)
     if not count or section.end_ns >= _EVER:
         return "its scans"
@@ -236,26 +243,18 @@ def held(shape: ScanShape, section: Section) -> str:
     return f"{about} {count:,} scans from {start} s to {end} s"
 
 
-def read_section(file: BinaryIO, section: Section) -> bytes:
-    """Return the bytes of a section's messages, one after the other.
-
-    Raises:
-        TraceError: the section, or its CRC, is damaged; the message names its offset.
-    """
-    if section.is_chunk:
-        return chunk_data(file, section.span)
-    file.seek(section.span.offset)
-    return file.read(section.size)
-
-
 def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]:
     """Read a section and split it into parts.
 
     Raises:
-        TraceError: as in `read_section`, or its messages are not whole records.
+        TraceError: the section or its CRC is damaged, or its messages are not whole records.
         TraceLimitError: the section unpacks to more bytes, or has more records, than the limits allow.
     """
-    data = read_section(file, section)
+    if section.is_chunk:
+        data = chunk_data(file, section.span)
+    else:
+        file.seek(section.span.offset)
+        data = file.read(section.size)
     try:
         return list(shape.take_apart(data))
     except TraceLimitError as error:

@@ -1,7 +1,6 @@
 """Reads the waits of a program's sequences from the messages of /sequences.
 
-A message has the wait of a sequence that begins in its scan and lasts until the sequence's next message. Most
-scans have none.
+A sequence has a message in each scan where a wait begins. The wait lasts until the sequence's next message.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class Step:
 
     @property
     def label(self) -> str:
-        """Line and condition of the wait, in short.
+        """Line and condition of the wait as text.
 
         >>> Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)").label
         'line 14: axis.move_to(4000)'
@@ -42,7 +41,7 @@ class Step:
         return f"line {self.line}: {self.wait}" if self.line else OVER
 
     def __str__(self) -> str:
-        """Return line, condition and beginning of the wait.
+        """Return the line, the condition and the beginning of the wait.
 
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
@@ -56,8 +55,8 @@ class Step:
 def step_of(event: TraceEvent) -> Step:
     """Return the step in a message of /sequences; missing fields are empty."""
     line = event.fields.get("line")
-    texts = [str(event.fields.get(name) or "") for name in ("sequence", "file", "wait")]
-    return Step(event.scan, event.now_ns, texts[0], texts[1], line if isinstance(line, int) else 0, texts[2])
+    sequence, file, wait = (str(event.fields.get(name) or "") for name in ("sequence", "file", "wait"))
+    return Step(event.scan, event.now_ns, sequence, file, line if isinstance(line, int) else 0, wait)
 
 
 def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:

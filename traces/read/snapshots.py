@@ -19,7 +19,7 @@ _MOST_BYTES = SNAPSHOTS_BYTES + (1 << 20)  # the writer does not count the scan 
 def snapshots_of(trace: Trace) -> Mapping[int, str]:
     """Return the snapshots of a trace as JSON text, by the number of the scan that follows.
 
-    If they are damaged, there are none, and a question runs all scans from the first.
+    Damaged snapshots are ignored: an explanation then repeats all scans from the first.
     """
     spans = [span for span, name in trace.attachment_names() if name == SNAPSHOTS]
     try:
@@ -33,6 +33,6 @@ def _lines(data: bytes) -> dict[int, str]:
     for line in unpacked(data, _MOST_BYTES).decode("ascii").splitlines():
         number, _, values = line.partition(" ")
         if not number.isdigit() or len(number) > _DIGITS:
-            raise ValueError("a snapshot without the number of its scan")
+            raise ValueError("a snapshot without a scan number")
         lines[int(number)] = values
     return lines

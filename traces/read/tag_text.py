@@ -16,10 +16,11 @@ DISCRETE = ("BOOL", "ENUM", "TEXT")
 
 
 class TagText:
-    """Describes the changes from row to row.
+    """Describes the changes from one row of tags to the next.
 
     Args:
-        texts: meanings of the codes of texts.
+        texts: the recorded texts by code.
+        every: whether changes of numbers are shown.
     """
 
     def __init__(self, plan: TagPlan, texts: Mapping[int, str], *, every: bool = False) -> None:
@@ -28,7 +29,10 @@ class TagText:
         self._fields = [field for field in plan.fields if every or field.tag.type in DISCRETE]
 
     def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
-        """Return which rows differ from the previous one in a shown value; the first counts as changed."""
+        """Return a mask of the rows that differ from the previous row in a shown value.
+
+        The first row counts as changed.
+        """
         is_changed = np.zeros(len(rows), bool)
         is_changed[:1] = True
         for field in self._fields:
@@ -46,12 +50,11 @@ class TagText:
 
     def _field(self, field: TagField, old: NDArray[np.void] | None, new: NDArray[np.void]) -> Iterator[str]:
         values = np.atleast_1d(new[field.name][0])
-        zeros = np.zeros_like(values)
-        old_values = zeros if old is None else np.atleast_1d(old[field.name][0])
-        codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is also a name
-        for index in np.flatnonzero(
-            np.ones(len(values), bool) if codes else _differs(values, old_values)
-        ).tolist():
+        old_values = np.zeros_like(values) if old is None else np.atleast_1d(old[field.name][0])
+        is_shown = _differs(values, old_values)
+        if old is None and field.tag.type in ("ENUM", "TEXT"):
+            is_shown[:] = True  # code 0 is a name or a text
+        for index in np.flatnonzero(is_shown).tolist():
             name = element_of(field.tag.name, index) if field.tag.length else field.tag.name
             if field.tag.type == "BOOL":
                 yield f"{'+' if values[index] else '-'}{name}"
@@ -68,9 +71,9 @@ class TagText:
         return str(value)
 
 
-def _differs(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return where two arrays differ; NaN equals NaN."""
-    is_different: NDArray[np.bool_] = one != other
-    if one.dtype.kind == "f":
-        is_different &= ~(np.isnan(one) & np.isnan(other))
+def _differs(new: NDArray[Any], old: NDArray[Any]) -> NDArray[np.bool_]:
+    """Return a mask of the elements that differ; NaN equals NaN."""
+    is_different: NDArray[np.bool_] = new != old
+    if new.dtype.kind == "f":
+        is_different &= ~(np.isnan(new) & np.isnan(old))
     return is_different

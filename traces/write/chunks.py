@@ -42,7 +42,7 @@ _GAPS, _GAP_MORE = 2, 1 << 16
 
 
 class Sink(Protocol):
-    """The target of the records: a `TraceFile`, or a file that counts its bytes."""
+    """The target of the records: a `TraceFile`, or another file that counts its bytes."""
 
     def write(self, data: bytes, /) -> int:
         """Write records."""
@@ -71,7 +71,7 @@ class ChunkWriter:
         self._offsets = array("Q")  # offsets in a chunk of successive messages with the same size
         self._summary = Summary()
         self._crc = 0
-        self._drafted = 0
+        self._drafted = 0  # bytes of the open chunk that are already in the file as a draft
         self._write(MAGIC + encoded(Header(profile, library)))
 
     @property
@@ -87,8 +87,8 @@ class ChunkWriter:
         registered = Channel(number, topic, encoding, {}, number)
         self._write(encoded(described))
         self._write(encoded(registered))
-        self._summary.schema(described)
-        self._summary.channel(registered)
+        self._summary.register(described)
+        self._summary.register(registered)
         return number
 
     def register(self, schema: ScanSchema, topics: Iterable[Topic]) -> dict[str, int]:
@@ -154,15 +154,18 @@ class ChunkWriter:
             self._write_chunk()
 
     def _offsets_of(self, count: int, stride: int) -> array[int]:
-        """Return the offsets of the next messages, of `stride` bytes each; they are equal in most chunks."""
+        """Return the offsets of the next messages, of `stride` bytes each.
+
+        They are the same in most chunks, so that the array of the last chunk is reused.
+        """
         start = len(self._records)
         first_index, gap = divmod(start, stride)
-        known_offsets = self._offsets[first_index : first_index + count]
-        if gap or len(known_offsets) < count or known_offsets[-1] != start + (count - 1) * stride:
-            known_offsets = array("Q", range(start, start + count * stride, stride))
+        offsets = self._offsets[first_index : first_index + count]
+        if gap or len(offsets) < count or offsets[-1] != start + (count - 1) * stride:
+            offsets = array("Q", range(start, start + count * stride, stride))
             if not start:
-                self._offsets = known_offsets
-        return known_offsets
+                self._offsets = offsets
+        return offsets
 
     def _note_times(self, first_ns: int, last_ns: int) -> None:
         if first_ns < self._first_ns:
@@ -215,8 +218,8 @@ def chunk_of(
     """Return a chunk with some messages.
 
     Args:
-        first_ns: least of their times.
-        last_ns: greatest of their times.
+        first_ns: time of the earliest message.
+        last_ns: time of the latest message.
         compressor: a compressor of level 1; None = a new one.
     """
     compressor = compressor or zstandard.ZstdCompressor(level=_ZSTD_LEVEL)

@@ -1,11 +1,11 @@
-"""Records a serial line and the values of its units as an MCAP file.
+"""Records a serial line and the values of its devices as an MCAP file.
 
     /line       received and sent bytes, as hex and as text
-    /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
+    /unit1      registers, inputs and outputs of the device at address 1, by name; on change only
     /unit2      ...
 
-`log_time` is virtual ns since power-up. Every value of a unit is a field of its own, so that Foxglove
-and Lichtblick can plot `/unit1.position` directly.
+`log_time` is virtual ns since power-up. Every value is a field of its own, so that Foxglove and Lichtblick
+can plot `/unit1.position` directly.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ LINE_SCHEMA = {
 
 @dataclass(frozen=True, slots=True)
 class UnitColumns:
-    """One unit on the line."""
+    """One device on the line: its address, and the names of its values."""
 
     address: int
     names: Sequence[str]
 
 
 class LineRecorder:
-    """Records a line and its units.
+    """Records a serial line and its devices.
 
     Args:
         target: path of the file, replaced if it exists.
@@ -72,25 +72,27 @@ class LineRecorder:
             library=LIBRARY + distribution_version("scanrack"),
             chunk_bytes=CHUNK_BYTES,
         )
-        self._line = self._channel("/line", LINE_SCHEMA)
-        self._units = {unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units}
-        self._latest: dict[int, Mapping[str, int]] = {}
+        self._line_channel = self._channel("/line", LINE_SCHEMA)
+        self._unit_channels = {
+            unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units
+        }
+        self._latest: dict[int, Mapping[str, int]] = {}  # recorded values by address
         self._sequence = 0
         self._writer.add_metadata(METADATA, dict(metadata))
 
     def received(self, now_ns: int, data: bytes) -> None:
-        """Record bytes that the units have received."""
+        """Record bytes that the devices have received."""
         self._bytes(now_ns, "received", data)
 
     def sent(self, now_ns: int, data: bytes) -> None:
-        """Record bytes that a unit has sent."""
+        """Record bytes that a device has sent."""
         self._bytes(now_ns, "sent", data)
 
     def unit(self, now_ns: int, address: int, values: Mapping[str, int]) -> None:
-        """Record the values of a unit, unless they are unchanged."""
+        """Record the values of a device, unless they are unchanged."""
         if self._latest.get(address) != values:
             self._latest[address] = dict(values)
-            self._message(self._units[address], now_ns, values)
+            self._message(self._unit_channels[address], now_ns, values)
 
     def draft(self) -> None:
         """Write the open chunk uncompressed, so that it survives a kill of the process."""
@@ -105,7 +107,9 @@ class LineRecorder:
 
     def _bytes(self, now_ns: int, direction: str, data: bytes) -> None:
         text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in data)
-        self._message(self._line, now_ns, {"direction": direction, "hex": data.hex(" "), "text": text})
+        self._message(
+            self._line_channel, now_ns, {"direction": direction, "hex": data.hex(" "), "text": text}
+        )
 
     def _message(self, channel: int, now_ns: int, fields: Mapping[str, str | int]) -> None:
         content = json.dumps(fields, separators=(",", ":")).encode()

@@ -1,18 +1,16 @@
-"""The file of a recorder: whole records, and room reserved for the end.
+"""The file of a recorder: whole records, and disk space reserved for the end.
 
-A trace without its summary opens in few tools, and a full disk has no room for
-one. Therefore space is reserved from the start, by an anonymous file in
-the same directory. It is as large as everything that must still be written when the disk is
-full: the open chunk, its index and the summary.
+Few tools open a trace without its summary, and a full disk has no space for one. Therefore an anonymous file
+in the same directory reserves space from the start: enough for the open chunk, its index and the summary.
 
     disk  | trace ............ | reserve |          recording
-    disk  | trace .......................|X         no room: the reserve is released,
-    disk  | trace ...........chunk|                 the chunk is finished,
-    disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
+    disk  | trace .......................|X         the disk is full: the reserve is released
+    disk  | trace ...........chunk|                 the chunk is finished, and the recorder stops
+    disk  | trace ...........chunk|summary|         the summary is written
 
-The messages of an unfinished chunk can be written as a draft, far enough after the trace that the
-chunk fits before it. The chunk is written into that gap, its first bytes last; then the draft is cut off.
-A killed process therefore leaves the draft or the chunk, complete.
+The messages of an unfinished chunk can be written as a draft. A gap before the draft is large enough for the
+chunk, which is written there later, its first bytes last. Then the draft is cut off. A killed process
+therefore leaves the complete draft or the complete chunk.
 
     trace | DRAFT, gap ......... | message | message |
     trace | DRAFT, ..chunk|index | message | message |
@@ -28,7 +26,7 @@ from contextlib import nullcontext, suppress
 from functools import cache
 from io import FileIO
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Never, Protocol
 
 from ..files.guard import TRACE, OwnedError, check_output
 from ..files.keeping import RecordingKeeper, check_recordings
@@ -40,18 +38,18 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """Errors of a full disk and of an exhausted quota."""
 
 SUMMARY_BYTES_PER_WRITE = 256
-"""Upper bound of what a write adds to the summary: at most one chunk index, of 77 + 10 bytes per channel."""
+"""Maximum bytes that a write adds to the summary: one chunk index, of 77 bytes and 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
-"""The reserve's room for the summary; it grows by this size whenever it may be used up."""
+"""The reserve's bytes for the summary; it grows by this size before they are used up."""
 
 
-class TraceFull(OSError):  # noqa: N818 - it says what is the matter
-    """There is no room to extend the trace.
+class TraceFull(OSError):  # noqa: N818 - names the condition
+    """The disk has no space to extend the trace.
 
     Attributes:
         complete: whether everything recorded so far is in the file; otherwise the file was cut
-            back to its last whole record, and data after its last whole chunk is lost.
+            back to its last whole record, and the data after its last whole chunk are lost.
     """
 
     def __init__(self, message: str, *, complete: bool) -> None:
@@ -65,8 +63,8 @@ class RawFile(Protocol):
     def write(self, data: memoryview, /) -> int | None:
         """Write as much of `data` as fits; return the number of bytes written."""
 
-    def seek(self, place: int, /) -> int:
-        """Move to a position in the file; used only for drafts."""
+    def seek(self, offset: int, /) -> int:
+        """Move to an offset in the file; used only for drafts."""
 
     def truncate(self, size: int, /) -> int:
         """Cut the file to `size` bytes."""
@@ -97,7 +95,7 @@ def _noise() -> memoryview:
 
 
 class DiskReserve:
-    """Space reserved by an anonymous file in a directory, until the process ends at the latest.
+    """Disk space reserved by an anonymous file in a directory; the end of the process releases it.
 
     Raises:
         OSError: no file can be created there.
@@ -114,7 +112,7 @@ class DiskReserve:
             OSError: the disk has no room for them.
         """
         while size:
-            start = int.from_bytes(os.urandom(2))  # as equal blocks may be stored only once
+            start = int.from_bytes(os.urandom(2))  # a file system may store equal blocks only once
             bytes_written = self._file.write(_noise()[start:][:size])
             self.size += bytes_written
             size -= bytes_written
@@ -128,16 +126,17 @@ class DiskReserve:
 class TraceFile:
     """Appends whole records, and cuts the file back to whole records on an error.
 
-    `full` becomes true once the reserve has been used up: the data written so far
-    is safe and the summary still fits, but nothing else should be written.
-
     Args:
         raw: the file, which is empty.
-        room: the reserve, or None. Without one, a full disk costs the open chunk
-            and the summary.
+        room: the reserve; None: a full disk costs the open chunk and the summary.
         keeping: keeps earlier recordings, or None.
-        drafts: whether drafts are possible, which they are in a file, but not on a device.
-        presence: watches over the file, or None for a device.
+        drafts: whether drafts are possible: in a file, but not on a device.
+        presence: detects that another program changes the file; None for a device.
+
+    Attributes:
+        full: whether the reserve is used up. The data written so far are safe and the summary still fits,
+            but nothing else should be written.
+        failure: the error after which the file accepts no more data, or None.
     """
 
     def __init__(
@@ -157,10 +156,11 @@ class TraceFile:
         self._room = room
         self._keeping = keeping
         self._presence = presence
-        self._whole = 0
+        self._whole = 0  # bytes of whole records, without a draft
         self._drafts = drafts
-        self._gap = self._draft_end = 0
-        self._summary_room = SUMMARY_ROOM
+        self._gap = 0  # bytes of the gap before the draft
+        self._draft_end = 0  # offset after the draft; 0 = no draft
+        self._summary_room = SUMMARY_ROOM  # bytes of the reserve for the summary
 
     def tell(self) -> int:
         """Return the number of bytes written."""
@@ -173,21 +173,21 @@ class TraceFile:
         """Append whole records.
 
         Raises:
-            TraceFull: they could not be written even with the reserve; the file has been cut back to
-                its last whole record, and accepts no more.
+            TraceFull: not even the reserve was enough; the file was cut back to its last whole record, and
+                accepts no more data.
         """
         if self.failure is not None:
             raise self.failure
         if data:
             if self._presence is not None:
-                self._presence.look(self._draft_end or self._whole)
+                self._presence.check_size(self._draft_end or self._whole)
                 self._presence.add(data)
             try:
                 self._append(memoryview(data))
             except OSError as error:
                 self._abandon(error)
             self._whole += len(data)
-            self._keep_up()
+            self._grow_summary_room()
         return len(data)
 
     def draft(self, data: bytes, gap: int) -> None:
@@ -196,18 +196,18 @@ class TraceFile:
         After a failure, such as a full disk, there are no further drafts.
 
         Args:
-            data: whole records, which follow those of earlier calls.
-            gap: room for the next `write`, bytes; longer data are written less safely.
+            data: whole records, which follow the records of earlier calls.
+            gap: bytes for the next `write`; a kill may lose the draft of longer data.
         """
         if not self._drafts or self.full:
             return
         if self._presence is not None:
-            self._presence.look(self._draft_end or self._whole)
+            self._presence.check_size(self._draft_end or self._whole)
         try:
             if not self._draft_end:
                 self._gap, self._draft_end = gap, self._whole + gap
-                self._put(self._whole, RECORD_HEAD.pack(DRAFT, gap - RECORD_HEAD.size))
-            self._put(self._draft_end, data)
+                self._write_at(self._whole, RECORD_HEAD.pack(DRAFT, gap - RECORD_HEAD.size))
+            self._write_at(self._draft_end, data)
             self._draft_end += len(data)
         except OSError:
             self._drafts = False
@@ -218,7 +218,7 @@ class TraceFile:
         """Enlarge the reserve by `size` bytes, for larger records than planned.
 
         Returns:
-            Whether the file is not full: it becomes full if the disk lacks the room.
+            False if the file is full, which includes that the disk lacks the space.
         """
         if self._room is not None and not self.full:
             try:
@@ -247,45 +247,47 @@ class TraceFile:
             raise _refusal(self.name, loss)
 
     def _append(self, data: memoryview) -> None:
+        """Write data after the whole records, in place of a draft."""
         if not self._draft_end:
-            self._push(data)
+            self._write_all(data)
         elif len(data) > self._gap:
             self._cut_draft()
-            self._push(data)
-        else:
+            self._write_all(data)
+        else:  # the first bytes last, so that a kill leaves the draft or the data
             head, body = data[: RECORD_HEAD.size], data[RECORD_HEAD.size :]
             self._raw.seek(self._whole + len(head))
-            self._push(body)
+            self._write_all(body)
             self._raw.seek(self._whole)
-            self._push(head)
+            self._write_all(head)
             self._cut_draft(len(data))
 
-    def _cut_draft(self, more: int = 0) -> None:
-        """Cut the file `more` bytes after its whole records, and continue there."""
+    def _cut_draft(self, new_bytes: int = 0) -> None:
+        """Cut the file `new_bytes` after its whole records, and continue there."""
         self._draft_end = 0
-        self._raw.truncate(self._whole + more)
-        self._raw.seek(self._whole + more)
+        self._raw.truncate(self._whole + new_bytes)
+        self._raw.seek(self._whole + new_bytes)
 
-    def _put(self, place: int, data: bytes) -> None:
-        """Write at a place, without using the reserve."""
-        self._raw.seek(place)
+    def _write_at(self, offset: int, data: bytes) -> None:
+        """Write at an offset, without using the reserve."""
+        self._raw.seek(offset)
         unwritten = memoryview(data)
         while unwritten:
             unwritten = unwritten[self._raw.write(unwritten) or 0 :]
 
-    def _push(self, rest: memoryview) -> None:
-        while rest:
+    def _write_all(self, unwritten: memoryview) -> None:
+        """Write data at the current offset; release the reserve if the disk is full."""
+        while unwritten:
             try:
-                bytes_written = self._raw.write(rest)
+                bytes_written = self._raw.write(unwritten)
             except OSError as error:
-                if error.errno not in NO_ROOM or not self._release():
+                if error.errno not in NO_ROOM or not self._release_room():
                     raise
             else:
                 if not bytes_written:
-                    raise OSError(errno.EIO, "the file takes no more bytes")
-                rest = rest[bytes_written:]
+                    raise OSError(errno.EIO, "the file accepts no more bytes")
+                unwritten = unwritten[bytes_written:]
 
-    def _release(self) -> bool:
+    def _release_room(self) -> bool:
         """Release the reserve; return whether there was one."""
         if self._room is None:
             return False
@@ -294,8 +296,8 @@ class TraceFile:
         self.full = True
         return True
 
-    def _keep_up(self) -> None:
-        """Enlarge the reserve as the summary grows; if that fails, mark the file as full, in time."""
+    def _grow_summary_room(self) -> None:
+        """Enlarge the reserve as the summary grows; if that fails, mark the file as full."""
         self._summary_room -= SUMMARY_BYTES_PER_WRITE
         if self._room is not None and self._summary_room < 0:
             try:
@@ -304,7 +306,8 @@ class TraceFile:
             except OSError:
                 self.full = True
 
-    def _abandon(self, error: OSError) -> None:
+    def _abandon(self, error: OSError) -> Never:
+        """Cut the file back to its whole records; raise and keep a `TraceFull`."""
         self.full = True
         try:
             self._raw.truncate(self._whole)
@@ -319,14 +322,13 @@ class TraceFile:
 def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
     """Open `path` for a new trace; replace the existing file, or keep it under another name.
 
-    A device or pipe has no reserve, and neither does a file in a directory that allows no new files. The
-    file is locked until it is closed or the process ends (not on Windows).
+    A device, a pipe, and a file in a directory that allows no new files have no reserve. The file is locked
+    until it is closed or the process ends (not on Windows).
 
     Raises:
-        OwnedError: the existing file is not a recording, or would have to be moved while it is being
-            recorded.
-        OSError: the path can't be written, another process records there, or the reserve found no
-            room. The message has the cause, and nothing has changed.
+        OwnedError: the existing file is not a recording, or has to be moved but is being recorded.
+        OSError: the path can't be written, another process records there, or the disk lacks the space for
+            the reserve. The message has the cause, and nothing has changed.
     """
     if path.is_dir():
         raise _refusal(path, "it is a directory")
@@ -338,7 +340,7 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
     reserve = _reserve(path, reserve_bytes)
     try:
         with nullcontext() if keeping is None else held(target):
-            raw = _emptied(path) if keeping is None else _beginning(path, keeping)
+            raw = _opened_empty(path) if keeping is None else _opened_keeping(path, keeping)
     except (OSError, OwnedError) as error:
         if reserve is not None:
             reserve.release()
@@ -349,23 +351,24 @@ def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | N
     return TraceFile(raw, str(path), reserve, keeping, drafts=presence is not None, presence=presence)
 
 
-def _beginning(path: Path, keeping: RecordingKeeper) -> FileIO:
+def _opened_keeping(path: Path, keeping: RecordingKeeper) -> FileIO:
+    """Move the earlier recordings, and open an empty file; move them back after an OSError."""
     check_recordings([path], keeping)
     keeping.begin()
     try:
-        return _emptied(path)
+        return _opened_empty(path)
     except OSError:
         keeping.undo()
         raise
 
 
-def _emptied(path: Path) -> FileIO:
+def _opened_empty(path: Path) -> FileIO:
     """Open a file for writing, lock it, and then empty it; raise an OSError if it is locked already."""
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
         if path.is_file():
             if not could_lock(raw.fileno()):
-                raise OSError(errno.EBUSY, "another recording goes there; give this one its own file")
+                raise OSError(errno.EBUSY, "another process is recording to it; choose another file")
             raw.truncate(0)
     except OSError:
         raw.close()
@@ -377,11 +380,12 @@ def _not_truncating(path: str, flags: int) -> int:
     return os.open(path, flags & ~os.O_TRUNC, 0o666)
 
 
-def _refusal(path: Path | str, why: str) -> OSError:
-    return OSError(f"{path}: {why}")
+def _refusal(path: Path | str, reason: str) -> OSError:
+    return OSError(f"{path}: {reason}")
 
 
 def _reserve(path: Path, size: int) -> DiskReserve | None:
+    """Reserve space beside a file; None for a device, or without permission for new files."""
     if path.exists() and not path.is_file():
         return None
     try:
@@ -392,5 +396,5 @@ def _reserve(path: Path, size: int) -> DiskReserve | None:
         reserve.grow(size)
     except OSError as error:
         reserve.release()
-        raise _refusal(path, f"{error.strerror}; {size:,} bytes are needed for its end") from error
+        raise _refusal(path, f"{error.strerror}; its end needs {size:,} bytes") from error
     return reserve

@@ -4,11 +4,11 @@
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
 
 `sequence` is the scan number (modulo 2**32), `log_time` and `publish_time` are
-virtual ns. The file does not depend on when, where or in which process it
-was written, so that equal runs give equal bytes.
+virtual ns. The file has nothing that depends on the date, the place or the process, so that equal runs
+write equal bytes.
 
-Calls must not be interrupted: a caller handles Ctrl-C between
-scans, with a signal handler that sets a flag.
+An exception in the middle of a call, such as KeyboardInterrupt, would damage the file: a caller handles
+Ctrl-C between scans, with a signal handler that sets a flag.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from .snapshots import SnapshotLog
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
-"""Maximum scans in a chunk; a killed process loses the scans since the last draft, or all."""
+"""Maximum scans in a chunk; a killed process loses the scans of the open chunk since its last draft."""
 
 Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 
@@ -56,16 +56,16 @@ class ScanRecorder:
     Args:
         target: path of the trace, replaced if it exists, or an open file of traces.output.
         memory: the rack's memory block, read at every scan: per slot the output image, then the
-            input image, 32 bytes in all.
+            input image.
         slots: in the order of the memory block.
-        program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
-        rack_file: the rack file; it is attached, and hashed, like the program.
+        program: source of the logic. It is attached, and its SHA-256 is in the metadata.
+        rack_file: the rack file. It is attached, and its SHA-256 is in the metadata.
         chunk_scans: maximum scans in a chunk; a smaller number limits the loss if the process is killed.
         tags: source of the recorded tags' values; None = no tags.
         orders: whether the rack can be operated while it runs; if so, the trace has /orders.
-        sequences: whether there will be events of /sequences.
+        sequences: whether events of /sequences will follow.
         keeping: keeps earlier recordings; if None, `target` is replaced.
-        snapshots: snapshots of the program's values, which are written at the end; None = none.
+        snapshots: snapshots of the program's values, written at the end; None = no snapshots.
 
     Raises:
         ValueError: slots and memory block do not match, or a slot is given twice.
@@ -102,7 +102,7 @@ class ScanRecorder:
         self._orders = orders
         plan = None if tags is None else tags.plan
         self._schema = scan_schema(self._slots, plan)
-        self._states: dict[str, Mapping[str, Value]] = {}
+        self._states: dict[str, Mapping[str, Value]] = {}  # the last message of each topic in `_STATES`
         self._closed = False
         head = {
             **self._facts(scan_period_ns, seed),
@@ -113,20 +113,21 @@ class ScanRecorder:
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
         if plan is not None:
             files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
-        message = HEAD_BYTES + len(memory) + (0 if plan is None else plan.size)
-        self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
-        self._chunk_bytes = chunk_bytes = self._batch_scans * message
+        message_bytes = HEAD_BYTES + len(memory) + (0 if plan is None else plan.size)
+        self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message_bytes))
+        self._chunk_bytes = self._batch_scans * message_bytes
         if not isinstance(target, TraceFile):
-            reserve = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
+            reserve = 2 * self._chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
             target = open_trace_file(Path(target), reserve, keeping)
         self._file = target
-        self._begin(chunk_bytes, head, files)
+        self._begin(head, files)
 
-    def _begin(self, chunk_bytes: int, head: dict[str, str], files: Sequence[Attachment]) -> None:
+    def _begin(self, head: dict[str, str], files: Sequence[Attachment]) -> None:
         """Write everything before the first chunk."""
+        library = LIBRARY + head["scanrack"]
         try:
             self._writer = ChunkWriter(
-                self._file, profile=PROFILE, library=LIBRARY + head["scanrack"], chunk_bytes=chunk_bytes
+                self._file, profile=PROFILE, library=library, chunk_bytes=self._chunk_bytes
             )
             self._channels = self._writer.register(self._schema, self._topics())
             self._channel = self._channels.pop(SCAN_TOPIC)
@@ -138,8 +139,9 @@ class ScanRecorder:
             raise
         batch = self._channel, self._memory, self._batch_scans
         self._batch = ScanBatch(*batch) if self._tags is None else TagBatch(*batch, self._tags)
-        self._refusal: str | None = None
-        self._draft_due = self._drafts = False
+        self._refusal: str | None = None  # the message of `TraceFull` once the disk is full
+        self._draft_due = False  # the next scan writes a draft
+        self._drafts = False  # a draft was requested before
         if self._file.full:
             self.close()
             self._refuse("before the first scan")
@@ -156,17 +158,17 @@ class ScanRecorder:
                 still writes the summary.
         """
         if self._batch.add(scan, now_ns, flags):
-            self._batch_ends(scan, now_ns)
+            self._write_batch(scan, now_ns)
         if self._snapshots is not None and not (scan + 1) % self._snapshots.every:
             self._snapshots.scan(scan)
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Function that copies tags after each scan's logic when scans are recorded by rows, or None."""
+        """Function to call after the logic of each scan that is recorded by rows, see `ScanBatch.look`."""
         return self._batch.look
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans can be recorded at once: up to the end of a batch, or the next snapshot."""
+        """Return the maximum scans for `rows`: up to the end of the batch, or to the next snapshot."""
         rows_free, snapshots = self._batch.begin_rows(), self._snapshots
         return rows_free if snapshots is None else min(rows_free, snapshots.every - scan % snapshots.every)
 
@@ -180,11 +182,12 @@ class ScanRecorder:
             TraceFull: as in `scan`.
         """
         if self._batch.add_rows(scans, times, flags, images):
-            self._batch_ends(scans[-1], times[-1])
+            self._write_batch(scans[-1], times[-1])
         if self._snapshots is not None and not (scans[-1] + 1) % self._snapshots.every:
             self._snapshots.scan(scans[-1])
 
-    def _batch_ends(self, scan: int, now_ns: int) -> None:
+    def _write_batch(self, scan: int, now_ns: int) -> None:
+        """Pass the collected scans to the writer, then a draft that is due, and the events of their tags."""
         self._hand_over(scan)
         if self._draft_due:
             self._draft(scan)
@@ -210,11 +213,11 @@ class ScanRecorder:
 
         Args:
             scan: number of the scan that reported it.
-            topic: one of traces.topics.TOPICS; "/sequences", if the recorder was made with them.
+            topic: one of `TOPICS`, or "/sequences" if the recorder was made with `sequences`.
             fields: its values by name.
 
         Raises:
-            ValueError: no such topic.
+            ValueError: the topic is not recorded.
             TraceFull: as in `scan`.
         """
         if topic not in self._channels:
@@ -242,6 +245,7 @@ class ScanRecorder:
         self._after_writing(scan)
 
     def _hand_over(self, scan: int) -> None:
+        """Pass the collected scans to the writer; raise `TraceFull` if the disk is full."""
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)
         if len(self._batch):
@@ -267,12 +271,10 @@ class ScanRecorder:
         Raises:
             TraceFull: the disk has no room for them; none of them is in the trace.
         """
-        if self._refusal is None and not self._file.reserve(
-            sum(len(attachment.data) for attachment in files)
-        ):
-            self._refuse(f"before scan {scan}")
         if self._refusal is not None:
             raise TraceFull(self._refusal, complete=True)
+        if not self._file.reserve(sum(len(file.data) for file in files)):
+            self._refuse(f"before scan {scan}")
         for file in files:
             self._writer.add_attachment(file.name, file.media_type, file.data)
         if self._drafts:
@@ -282,7 +284,7 @@ class ScanRecorder:
         """Write the open chunk and the summary, and close the file.
 
         Raises:
-            TraceFull: not even the reserved room was enough.
+            TraceFull: not even the reserved space was enough.
         """
         if self._closed:
             return
@@ -297,14 +299,14 @@ class ScanRecorder:
             self._file.close()
 
     def _attach_snapshots(self) -> None:
-        """Write the snapshots, if the disk has room: they only save time, and contain nothing new."""
+        """Write the snapshots if the disk has space: they save time, but contain no new data."""
         data = None if self._snapshots is None or self._refusal is not None else self._snapshots.packed()
         if data is not None and self._file.reserve(len(data)):
             self._writer.add_attachment(SNAPSHOTS, "application/zstd", data)
 
-    def _refuse(self, when: str) -> Never:
+    def _refuse(self, end_text: str) -> Never:
         """Refuse further scans, and raise `TraceFull`."""
-        self._refusal = f"{self._file.name}: the disk is full; it is complete and ends {when}"
+        self._refusal = f"{self._file.name}: the disk is full; the trace is complete and ends {end_text}"
         self._batch.room = 1  # so that every further scan is refused at once
         raise TraceFull(self._refusal, complete=True)
 
@@ -327,6 +329,7 @@ _STATES = frozenset(topic.name for topic in TOPICS if topic.state)
 
 
 def _hashes(**files: Attachment | None) -> dict[str, str]:
+    """Return metadata with the SHA-256 of each file that is not None: `NAME_sha256`."""
     return {
         f"{name}_sha256": hashlib.sha256(file.data).hexdigest()
         for name, file in files.items()

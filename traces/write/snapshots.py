@@ -1,10 +1,10 @@
-"""Snapshots of a program's values in a recording, so that a question need not run all scans from the first.
+"""Snapshots of a program's values in a recording, from which an explanation repeats the scans that follow.
 
     before scan   128        256        384   ...          text, a line each, compressed
     values        [0,1,...]  [0,1,...]  [0,1,...]
 
 They are kept in memory, and written as one attachment when the recording ends. A recording without an end
-has none; neither has a short one, whose scans are quickly repeated.
+has no snapshots. Neither has a short one, whose scans are repeated quickly.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import zstandard
 from ..format.snapshots import SNAPSHOTS_BYTES
 
 EVERY = 128
-"""Scans per snapshot, at first."""
+"""Initial number of scans per snapshot."""
 
 WORTH_SCANS = 4096
 """Minimum scans of a recording with snapshots."""
@@ -30,20 +30,23 @@ class SnapshotLog:
 
     Args:
         take: returns the current values as a line of text; None if no more snapshots can be taken.
+
+    Attributes:
+        every: number of scans per snapshot; it doubles when the text becomes too long.
     """
 
     def __init__(self, take: Callable[[], str | None]) -> None:
         self.every = EVERY
         self._take: Callable[[], str | None] = take
-        self._lines: dict[int, str] = {}
-        self._bytes = 0
-        self._over = False
+        self._lines: dict[int, str] = {}  # snapshots by the number of the scan that follows
+        self._bytes = 0  # of these lines
+        self._ended = False
 
     def scan(self, scan: int) -> None:
         """Take a snapshot after a scan; the number of the next scan must be a multiple of `every`."""
-        text = None if self._over else self._take()
+        text = None if self._ended else self._take()
         if text is None:
-            self._lines, self._over = {}, True
+            self._lines, self._ended = {}, True
             return
         self._lines[scan + 1] = text
         self._bytes += len(text)

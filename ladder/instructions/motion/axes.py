@@ -1,11 +1,11 @@
-"""Axes of a program: the `[axes]` of a rack file. An axis without a slot is an ideal one, see `ideal_axis`.
+"""Axes of a program: `[axes]` in a rack file. An axis without a slot is an ideal axis, see `ideal_axis`.
 
 [axes.Feed]
 slot = 1
 counts_per_unit = 1000           # steps of the motor per unit of the axis
 configuration = [0x843C, 0x003C, 0, 500, 0, 0, 0, 0]   # if the program does not
 
-[axes.Table]                     # ideal: an axis that is not named here is one, too
+[axes.Table]                     # ideal, like an axis without a table
 unwind = 360
 """
 
@@ -20,7 +20,7 @@ from scanrack.io_images.dataclass import dataclass
 from ...model.errors import LadderError
 
 WORDS = 8
-"""Number of words in a configuration."""
+"""Number of output words of a 3601, and of words in its configuration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class MotionData:
 
 @dataclass(frozen=True, slots=True)
 class AxisSettings:
-    """Settings of a program's axis in the rack; a LadderError for a value that is not allowed."""
+    """Settings of a program's axis in the rack; a value out of range raises a LadderError."""
 
     slot: int = 0  # slot of its 3601, 0 for an ideal axis
     counts_per_unit: float = 1.0  # steps per unit of the axis, above 0
@@ -49,14 +49,14 @@ class AxisSettings:
 
     def __post_init__(self) -> None:
         if not 0 < self.counts_per_unit < float("inf"):
-            raise LadderError(f"counts_per_unit {self.counts_per_unit} is not allowed: above 0")
+            raise LadderError(f"counts_per_unit {self.counts_per_unit} is out of range; must be above 0")
         for name in ("max_speed", "max_acceleration", "home_speed", "home_acceleration", "unwind"):
             if not 0 <= getattr(self, name) < float("inf"):
-                raise LadderError(f"{name} {getattr(self, name)} is not allowed: 0 or more")
+                raise LadderError(f"{name} {getattr(self, name)} is out of range; must be 0 or more")
         if self.home_direction not in (1, -1):
-            raise LadderError(f"home_direction {self.home_direction} is not allowed: 1 or -1")
+            raise LadderError(f"home_direction is {self.home_direction}; must be 1 or -1")
         if len(self.configuration) not in (0, WORDS):
-            raise LadderError(f"configuration has {len(self.configuration)} words; {WORDS} are needed")
+            raise LadderError(f"configuration has {len(self.configuration)} words; must be {WORDS}")
         for word in self.configuration:
             if not -32_768 <= word <= 0xFFFF:
-                raise LadderError(f"configuration has {word}, which is not a word: -32,768 to 65,535")
+                raise LadderError(f"configuration word {word} is out of range; must be -32,768 to 65,535")

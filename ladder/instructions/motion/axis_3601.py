@@ -11,15 +11,15 @@ from scanrack.io_images.thousands import PARAMETER_MAX
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap
-from ...model.operands import Group, constant
-from .axes import AxisSettings
+from ...model.operands import Group, Place, constant
+from .axes import WORDS, AxisSettings
 from .motion_control import AXIS_FAULT, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, MotionControl, MotionError
 
 ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
 """Kinds of requests, see `axis3601.rung`."""
 
 COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
-"""Command word of each request; searches in CCW direction have 64, manual moves have 128 or 256."""
+"""Command word of each request; a search in CCW direction has 64, a manual move 128 or 256."""
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
@@ -42,16 +42,23 @@ class Axis:
         self._state = bound.state
         self.tag, self.state = Members(machine, bound.tag), Members(machine, bound.state)
 
-    def word(self, number: int) -> int:
-        """Return an input word of the module."""
-        place = self._state.member("In")
-        return int(self.machine.get(replace(place, indices=(constant(number),))))
+    def _element(self, array: str, number: int) -> Place:
+        return replace(self._state.member(array), indices=(constant(number),))
+
+    def input_word(self, number: int) -> int:
+        """Return an input word of the module, by its number from 0."""
+        return int(self.machine.get(self._element("In", number)))
 
     @property
-    def words(self) -> list[int]:
+    def output_words(self) -> list[int]:
         """The output words of the last request."""
-        place = self._state.member("Words")
-        return [int(self.machine.get(replace(place, indices=(constant(number),)))) for number in range(8)]
+        return [int(self.machine.get(self._element("Words", number))) for number in range(WORDS)]
+
+    @property
+    def requested_speed(self) -> int:
+        """The speed in the last request, steps/s."""
+        _, _, _, _, thousands, ones, *_ = self.output_words
+        return thousands * 1000 + ones
 
     @property
     def status(self) -> int:
@@ -62,18 +69,21 @@ class Axis:
         """Send a request of a kind with output words; it replaces the previous one of `motion`."""
         ticket = wrap(int(self.state["Ticket"]) + 1, 32)
         self.state.set(Ticket=ticket, Kind=kind)
-        place = self._state.member("Words")
-        for number in range(8):
+        for number in range(WORDS):
             value = words[number] if number < len(words) else 0
-            self.machine.put(replace(place, indices=(constant(number),)), wrap(value, 16))
+            self.machine.put(self._element("Words", number), wrap(value, 16))
         motion.ticket = ticket
 
     @property
-    def under_way(self) -> int:
-        """Kind of the request that is running or waiting; 0 if there is none."""
-        if self.state["Ticket"] != self.state["Taken"]:
-            return int(self.state["Kind"])
+    def running_kind(self) -> int:
+        """Kind of the request that the block executes; 0 if none."""
         return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
+
+    @property
+    def kind_under_way(self) -> int:
+        """Kind of the request that is running or waiting; 0 if none."""
+        is_waiting = self.state["Ticket"] != self.state["Taken"]
+        return int(self.state["Kind"]) if is_waiting else self.running_kind
 
     def check_ready(self) -> None:
         """Raise a MotionError if the axis accepts no motion at present."""
@@ -84,7 +94,7 @@ class Axis:
         if self.status in (0, ERROR_STOP):
             raise MotionError(AXIS_FAULT)
 
-    # --- numbers, which raise a MotionError if they do not fit in the module's words
+    # --- conversions; a number that does not fit in the module's words raises a MotionError
 
     def steps(self, units: float) -> int:
         """Return a position or distance in steps."""
@@ -97,27 +107,28 @@ class Axis:
         """Return a speed in steps/s."""
         if unit == "%OFMAXIMUM":
             value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
-        return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
+        return _round_within(value * self.settings.counts_per_unit, self.settings.limits.speed)
 
     def rate(self, value: float, unit: str) -> int:
         """Return an acceleration in steps/ms/s."""
         if unit == "%OFMAXIMUM":
-            value *= self.maximum() / 100
-        return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
+            value *= self.max_acceleration() / 100
+        return _round_within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
 
-    def maximum(self) -> float:
-        """Return 100 % of maximum, units/s²."""
+    def max_acceleration(self) -> float:
+        """Return the acceleration that is 100 % of maximum, units/s²."""
         return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
 
 
-def _within(value: float, most: int) -> int:
-    if not (math.isfinite(value) and 1 <= round(value) <= most):
+def _round_within(value: float, limit: int) -> int:
+    """Return a number rounded to an integer of 1 to `limit`, or raise a MotionError."""
+    if not (math.isfinite(value) and 1 <= round(value) <= limit):
         raise MotionError(OUT_OF_RANGE)
     return round(value)
 
 
-def show(axis: Axis) -> None:
-    """Update the tag from the module's inputs, after each scan."""
+def update_tag(axis: Axis) -> None:
+    """Update the axis's tag from the module's inputs, after each scan."""
     state, tag, machine = axis.state, axis.tag, axis.machine
     position = int(state["Position"]) / axis.settings.counts_per_unit
     seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9
@@ -130,19 +141,19 @@ def show(axis: Axis) -> None:
         AverageVelocity=velocity,
         **{"~position": position, "~shown_ns": machine.now_ns},
     )
-    moving = int(state["RunKind"]) if int(state["Step"]) in (1, 2) else None
-    present, word = axis.status != 0, axis.word(0)
-    lost = not present and axis.tag["ServoActionStatus"]
-    if lost:
-        axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
-    axis.tag.set(
-        MoveStatus=moving in (ABSOLUTE, RELATIVE),
-        JogStatus=moving == VELOCITY,
-        HomingStatus=moving == HOME,
+    running_kind = axis.running_kind
+    is_present, status_word = axis.status != 0, axis.input_word(0)
+    is_lost = not is_present and tag["ServoActionStatus"]
+    if is_lost:
+        tag.set(ServoActionStatus=False, DriveEnableStatus=False)
+    tag.set(
+        MoveStatus=running_kind in (ABSOLUTE, RELATIVE),
+        JogStatus=running_kind == VELOCITY,
+        HomingStatus=running_kind == HOME,
         StoppingStatus=int(state["Step"]) == 3,
-        AxisHomedStatus=present and not word >> 10 & 1,
-        AccelStatus=present and bool(word >> 5 & 1),
-        DecelStatus=present and bool(word >> 6 & 1),
+        AxisHomedStatus=is_present and not status_word >> 10 & 1,
+        AccelStatus=is_present and bool(status_word >> 5 & 1),
+        DecelStatus=is_present and bool(status_word >> 6 & 1),
         PhysicalAxisFault=axis.status == ERROR_STOP,
-        ModuleFault=lost or (not present and axis.tag["ModuleFault"]),
+        ModuleFault=is_lost or (not is_present and tag["ModuleFault"]),
     )

@@ -14,7 +14,7 @@ from ...model.predefined.motion_words import (
     RATE_UNITS,
     SPEED_UNITS,
 )
-from .motion_control import OUT_OF_RANGE, Given, MotionControl, MotionError, number_of, word_of
+from .motion_control import OUT_OF_RANGE, MotionControl, MotionError, MotionOperand, number_of, word_of
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
@@ -27,30 +27,30 @@ class MotionCall(NamedTuple):
     machine: Interpreter
     motion: MotionControl
     name: str
-    operands: Sequence[Given]
+    operands: Sequence[MotionOperand]
 
     @property
     def now_ns(self) -> int:
         """The time of the scan, in ns."""
         return self.machine.now_ns
 
-    def number(self, place: int) -> float:
+    def number(self, index: int) -> float:
         """Return a numeric operand; 0 if it is omitted."""
-        return number_of(self.machine, self.operands[place]) if place < len(self.operands) else 0.0
+        return number_of(self.machine, self.operands[index]) if index < len(self.operands) else 0.0
 
-    def word(self, place: int, words: tuple[str, ...]) -> str:
+    def keyword(self, index: int, keywords: tuple[str, ...]) -> str:
         """Return a keyword operand."""
-        return word_of(self.machine, self.operands[place], words) if place < len(self.operands) else ""
+        return word_of(self.machine, self.operands[index], keywords) if index < len(self.operands) else ""
 
-    def yes(self, place: int) -> bool:
-        """Whether a keyword operand says Yes."""
-        return self.word(place, NO_YES) == "YES"
+    def says_yes(self, index: int) -> bool:
+        """Return whether a keyword operand is Yes."""
+        return self.keyword(index, NO_YES) == "YES"
 
-    def sign(self, place: int) -> int:
+    def direction_sign(self, index: int) -> int:
         """Return the sign of a direction operand: -1 for Reverse, else 1."""
-        return -1 if self.word(place, ("Forward", "Reverse")) == "REVERSE" else 1
+        return -1 if self.keyword(index, ("Forward", "Reverse")) == "REVERSE" else 1
 
-    def under_way(self) -> None:
+    def show_begun(self) -> None:
         """Set the bits that show that the motion has begun."""
         self.motion.set(DN=True, IP=True, AC=True)
 
@@ -59,34 +59,36 @@ Maxima = Callable[[str], float]
 """Returns 100 % of a maximum by name: Speed, Acceleration or Deceleration."""
 
 
-def dynamics_at(call: MotionCall, place: int, maximum: Maxima, current: float | None = None) -> Dynamics:
-    """Return speed, rates and jerks from the ten operands at `place`, or raise a MotionError.
+def dynamics_at(call: MotionCall, index: int, maximum: Maxima, current: float | None = None) -> Dynamics:
+    """Return speed, rates and jerks from the ten operands from `index` on, or raise a MotionError.
 
     Args:
-        current: present speed of the axis; unless it is 0, a merge at Current uses it instead of the operand.
+        current: speed for a merge at Current, which replaces the operand; 0 or None: use the operand.
     """
-    speed = current or scaled(call.number(place), call.word(place + 1, SPEED_UNITS), maximum("Speed"))
+    speed = current or scaled(call.number(index), call.keyword(index + 1, SPEED_UNITS), maximum("Speed"))
     up, down = (
-        scaled(call.number(place + by), call.word(place + by + 1, RATE_UNITS), maximum(name))
-        for by, name in ((2, "Acceleration"), (4, "Deceleration"))
+        scaled(call.number(index + offset), call.keyword(index + offset + 1, RATE_UNITS), maximum(name))
+        for offset, name in ((2, "Acceleration"), (4, "Deceleration"))
     )
-    if call.word(place + 6, PROFILES) != "SCURVE":
+    if call.keyword(index + 6, PROFILES) != "SCURVE":
         return Dynamics(speed, up, down)
-    unit = call.word(place + 9, JERK_UNITS)
-    up, up_share = _curved(up, call.number(place + 7), unit, speed)
-    down, down_share = _curved(down, call.number(place + 8), unit, speed)
+    unit = call.keyword(index + 9, JERK_UNITS)
+    up, up_share = _curved(up, call.number(index + 7), unit, speed)
+    down, down_share = _curved(down, call.number(index + 8), unit, speed)
     return Dynamics(speed, up, down, up_share, down_share)
 
 
-def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float) -> tuple[str, float | None]:
-    """Return the merge operand at `place`, and the speed to continue at; None for the programmed speed.
+def merge_at(
+    call: MotionCall, index: int, keywords: tuple[str, ...], speed: float
+) -> tuple[str, float | None]:
+    """Return the merge operand at `index`, and the speed to continue at; None for the programmed speed.
 
     Args:
-        words: the words that the operand can have; the first is Disabled.
+        keywords: the keywords of the operand; the first is Disabled.
         speed: present speed of the axis or coordinate system, units/s.
     """
-    merge = call.word(place, words)
-    at_current = merge not in ("", "DISABLED") and call.word(place + 1, MERGE_SPEEDS) == "CURRENT"
+    merge = call.keyword(index, keywords)
+    at_current = merge not in ("", "DISABLED") and call.keyword(index + 1, MERGE_SPEEDS) == "CURRENT"
     return merge, abs(speed) if at_current else None
 
 
@@ -94,7 +96,7 @@ def scaled(value: float, unit: str, maximum: float) -> float:
     """Return a speed or rate in units of the axis.
 
     Raises:
-        MotionError: it is out of range, or in units of a master or of time.
+        MotionError: the value is out of range, or its unit is one of a master or of time.
     """
     if unit == "%OFMAXIMUM":
         value *= maximum / 100
@@ -111,14 +113,14 @@ def in_range(value: float, least: float = -LARGEST) -> float:
 
 
 def allowed(dynamics: Dynamics) -> Dynamics:
-    """Return speed and rates that are finite and above 0, or raise a MotionError."""
+    """Return speed and rates if they are finite and above 0, or raise a MotionError."""
     if not dynamics.allowed:
         raise MotionError(OUT_OF_RANGE)
     return dynamics
 
 
 def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:
-    """Return the rate and ramp share of an S-curve; without a positive jerk there is no S-curve."""
+    """Return the rate and ramp share of an S-curve; the share is 0 without a jerk above 0."""
     if not 0 < jerk <= LARGEST:
         return rate, 0.0
     if unit == "UNITSPERSEC3":

@@ -1,4 +1,4 @@
-"""Courses: motions that a planner of an ideal axis or coordinate system executes, as functions of time.
+"""Courses: motions of a planner of an ideal axis or coordinate system, as functions of time.
 
     move        to a distance          home        at once
     jog, stop   to a speed             gear, path  follow another position
@@ -13,8 +13,8 @@ from dataclasses import fields
 from enum import IntEnum
 
 from ...state.memory import Value
-from .ramps import REST, Dynamics, Instant, Phases, at, move, ramp
-from .spots import ENDED, Ideal, MotionSpot, settle
+from .ramps import REST, Dynamics, Instant, Phases, instant_at, move, ramp
+from .spots import ENDED, Ideal, MotionSpot, report
 
 
 class Kind(IntEnum):
@@ -48,35 +48,35 @@ class Course:
         self._spot, self._ideal, self.planner = spot, ideal, planner
         self._prefix = f"{planner}_" if planner else ""
 
-    def _of(self, name: str) -> Value:
+    def _member(self, name: str) -> Value:
         return self._spot[f"~{self._prefix}{name}"]
 
-    def hide(self, **members: Value) -> None:
+    def set_hidden(self, **members: Value) -> None:
         """Set members."""
-        self._spot.hide(**{f"{self._prefix}{name}": value for name, value in members.items()})
+        self._spot.set_hidden(**{f"{self._prefix}{name}": value for name, value in members.items()})
 
     @property
     def kind(self) -> Kind:
         """The kind of the course."""
-        return Kind(int(self._of("kind")))
+        return Kind(int(self._member("kind")))
 
     @property
     def claim(self) -> int:
         """The claim of its instruction, see `MotionControl.claim`."""
-        return int(self._of("claim"))
+        return int(self._member("claim"))
 
     @property
     def goal(self) -> float:
         """The goal of the course: a distance, a speed or a position."""
-        return float(self._of("goal"))
+        return float(self._member("goal"))
 
     @property
     def dynamics(self) -> Dynamics:
         """Speed and rates of the course."""
-        return Dynamics(*(float(self._of(name)) for name in DYNAMICS))
+        return Dynamics(*(float(self._member(name)) for name in DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
-        entry = float(self._of("entry"))
+        entry = float(self._member("entry"))
         if kind is Kind.MOVE:
             return move(self.goal, entry, self.dynamics)
         if kind in (Kind.JOG, Kind.STOP):
@@ -84,18 +84,18 @@ class Course:
         return ()
 
     def instant(self, now_ns: int) -> Instant:
-        """Return the motion of the course at a time; a course that follows has no travel of its own."""
+        """Return the motion of the course at a time; the travel of a course that follows is 0."""
         kind = self.kind
         if kind in FOLLOWING:
-            return Instant(0.0, float(self._of("entry")), 0.0, False)
+            return Instant(0.0, float(self._member("entry")), 0.0, False)
         if kind is Kind.NOTHING:
             return REST
         last = self.goal if kind is Kind.JOG else 0.0
-        return at(self._phases(kind), (now_ns - int(self._of("begun_ns"))) / 1e9, last)
+        return instant_at(self._phases(kind), (now_ns - int(self._member("begun_ns"))) / 1e9, last)
 
     def is_over(self, now_ns: int, present: Instant) -> bool:
-        """Whether the course has ended; it does not end in the scan that began it."""
-        return present.over and self.kind in ENDING and now_ns > int(self._of("begun_ns"))
+        """Return whether the course has ended; it does not end in the scan that began it."""
+        return present.over and self.kind in ENDING and now_ns > int(self._member("begun_ns"))
 
     def begin(
         self,
@@ -108,21 +108,21 @@ class Course:
         entry: float = 0.0,
     ) -> None:
         """Replace this course by a new one."""
-        self.hide(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
-        self.hide(**{name: getattr(dynamics, name) for name in DYNAMICS})
+        self.set_hidden(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
+        self.set_hidden(**{name: getattr(dynamics, name) for name in DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return how far the axis moved since the last call: the distance of its master, times a ratio."""
+        """Return how far the axis moves: the travel of its master since the last call, times a ratio."""
         travel = (position - self.goal) * ratio
-        self.hide(goal=position, entry=speed * ratio)
+        self.set_hidden(goal=position, entry=speed * ratio)
         return travel
 
-    def settle(self, error: int = 0, **bits: bool) -> None:
+    def report(self, error: int = 0, **bits: bool) -> None:
         """Set bits of the course's instruction."""
-        settle(self._spot.memory, self._ideal, self.claim, error, **bits)
+        report(self._spot.memory, self._ideal, self.claim, error, **bits)
 
     def end(self, error: int = 0, **bits: bool) -> None:
-        """End the course, and end its instruction with further bits."""
+        """End the course; clear IP and AC of its instruction, and set further bits."""
         if self.kind is not Kind.NOTHING:
-            self.settle(error, **ENDED, **bits)
-            self.hide(kind=Kind.NOTHING, claim=0)
+            self.report(error, **ENDED, **bits)
+            self.set_hidden(kind=Kind.NOTHING, claim=0)

@@ -13,8 +13,8 @@ Its motion is the sum of the simultaneous motions of its planners [MOTION-RM002H
 `target` is the value of `start` after a move, so that the move ends exactly there.
 
 A planner executes one course; a new course continues from its speed. A merge ends all courses and continues
-from their sum. After each scan, `update` writes the tag's members and the bits of the instructions whose
-motion has ended, whether their rungs are scanned or not.
+from their sum. After each scan, `update` writes the tag's members, and the bits of instructions that have
+ended. It does so whether their rungs are scanned or not.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from ...model.predefined.motion_types import AXIS_MEMBERS, PLANNERS
 from ...state.memory import Memory
 from .courses import FOLLOWING, Course, Kind
 from .ramps import REST, Dynamics, Instant, total
-from .spots import Ideal, MotionSpot, settle
+from .spots import Ideal, MotionSpot, report
 
 BITS = {member.name: member.at for member in AXIS_MEMBERS if member.at}
-"""Member and bit number of each named bit of an axis."""
+"""Word and bit number of each named bit of an axis, such as `MotionStatus.1`."""
 
 DEFAULT_SPEED, DEFAULT_RATE = 100.0, 1000.0
 """100 % of maximum, in units/s and units/s², if neither the tag nor the rack file has one."""
@@ -54,23 +54,24 @@ PLANNER_OF = {
     "GearingLockStatus": "gear",
     "CoordinatedMotionStatus": "whole",
 }
-"""The planner that a status bit shows; other status bits show several planners."""
+"""The planner that a status bit shows; other status bits show all planners."""
 
 Masters = Mapping[int, tuple[float, float]]
-"""Positions and speeds of the axes on 3601s, by number, for the gears that follow them."""
-
+"""Position and speed of each axis on a 3601, by number, for the gears that follow it."""
 
 ROUNDING = 1e-9
 """Distance that counts as 0 on a rotary axis, as a fraction of a turn."""
 
 
-def ahead(way: float, unwind: float) -> float:
-    """Return a distance as a forward distance on a rotary axis, 0 to below `unwind`; a rounding error is 0.
+def forward_distance(distance: float, unwind: float) -> float:
+    """Return a distance as a forward distance on a rotary axis, from 0 to below `unwind`.
+
+    A difference that is only a rounding error counts as 0.
 
     >>> ahead(-10.0, 360.0), ahead(-1e-12, 360.0)
     (350.0, 0.0)
     """
-    forward = way % unwind
+    forward = distance % unwind
     return 0.0 if min(forward, unwind - forward) <= ROUNDING * unwind else forward
 
 
@@ -128,11 +129,11 @@ class IdealAxis(MotionSpot):
             self._fold(running, now_ns)
             if running.claim != claim:
                 running.end()
-            running.hide(kind=Kind.NOTHING)
+            running.set_hidden(kind=Kind.NOTHING)
         if kind in FOLLOWING:
             entry = 0.0
         course.begin(now_ns, kind, dynamics, claim, goal=goal, entry=entry)
-        self.hide(active=True)
+        self.set_hidden(active=True)
         if kind is not Kind.STOP:
             start = self.position(now_ns)
             self.put(StartActualPosition=start, StartCommandPosition=start)
@@ -141,43 +142,43 @@ class IdealAxis(MotionSpot):
         """Add the travel of an ending course to the start; a move's travel does not shift its target."""
         self.shift(course.instant(now_ns).travel, target=course.planner != "move")
 
-    def rest(self, now_ns: int, error: int = 0) -> None:
+    def stop_at_once(self, now_ns: int, error: int = 0) -> None:
         """End all courses at once, at the present position."""
-        self.hide(start=self.position(now_ns), active=True)
+        self.set_hidden(start=self.position(now_ns), active=True)
         for course in self.courses.values():
             course.end(error, **({"ER": True} if error else {}))
 
-    def shift(self, way: float, *, target: bool = True) -> None:
-        """Shift the position, and the end of a move: for a new reference, or as the axis follows a master."""
-        self.hide(start=float(self["~start"]) + way)
+    def shift(self, distance: float, *, target: bool = True) -> None:
+        """Shift the position by a distance, and with `target` the end of a move."""
+        self.set_hidden(start=float(self["~start"]) + distance)
         if target:
-            self.hide(target=float(self["~target"]) + way)
+            self.set_hidden(target=float(self["~target"]) + distance)
 
-    def redefine(self, way: float) -> None:
+    def redefine(self, distance: float) -> None:
         """Shift the reference of the axis; gears that follow it do not move."""
-        self.shift(way)
-        self.hide(position=float(self["~position"]) + way)
-        for place in range(1, len(self.ideal.axes) + 1):
-            slave = IdealAxis(self.memory, self.ideal, -place)
+        self.shift(distance)
+        self.set_hidden(position=float(self["~position"]) + distance)
+        for slave in all_axes(self.memory, self.ideal):
             gear = slave.courses["gear"]
             if gear.kind is Kind.GEAR and slave["~master"] == self.number:
-                gear.hide(goal=gear.goal + way)
+                gear.set_hidden(goal=gear.goal + distance)
 
     # --- after a scan
 
-    def catch_up(self, now_ns: int, masters: Masters, passed: tuple[int, ...] = ()) -> None:
+    def catch_up(self, now_ns: int, masters: Masters, waiting: tuple[int, ...] = ()) -> None:
         """Follow the master of a gear until now; the master first follows its own master.
 
         Args:
+            now_ns: the time of the scan, ns.
             masters: axes on 3601s.
-            passed: axes that wait for this one; they end a circular chain.
+            waiting: axes that wait for this axis; a circular chain ends at one of them.
         """
         gear, number = self.courses["gear"], int(self["~master"])
-        if gear.kind is not Kind.GEAR or number in passed:
+        if gear.kind is not Kind.GEAR or number in waiting:
             return
         if number < 0:
             master = IdealAxis(self.memory, self.ideal, number)
-            master.catch_up(now_ns, masters, (*passed, self.number))
+            master.catch_up(now_ns, masters, (*waiting, self.number))
             masters = {number: (master.position(now_ns), master.instant(now_ns).speed)}
         if number in masters:
             self.shift(gear.follow(*masters[number], float(self["~ratio"])))
@@ -197,32 +198,29 @@ class IdealAxis(MotionSpot):
     def _end(self, course: Course, present: Instant) -> None:
         if course.kind is Kind.HOME:
             self.redefine(float(self["HomePosition"]) - float(self["~start"]))
-            self.bits(BITS, AxisHomedStatus=True)
+            self.set_bits(BITS, AxisHomedStatus=True)
         elif course.kind is Kind.MOVE:
-            self.hide(start=float(self["~target"]))
+            self.set_hidden(start=float(self["~target"]))
         else:
             self.shift(present.travel, target=course.planner != "move")
         course.end(PC=True)
 
-    def _watch(self, position: float) -> None:
-        """End MAW when the axis reaches its position."""
-        direction, watched, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
-        left, travel, unwind = (
-            (watched - before) * direction,
-            (position - before) * direction,
-            self.settings.unwind,
-        )
+    def _check_watch(self, position: float) -> None:
+        """End MAW if the axis has reached the watched position since the last scan."""
+        direction, last_position = int(self["~watch"]), float(self["~position"])
+        to_watched = (float(self["~watched"]) - last_position) * direction
+        travel, unwind = (position - last_position) * direction, self.settings.unwind
         if unwind:  # `travel` may be short by a rounding error if a move ends there
-            left, travel = ahead(left, unwind), travel + ROUNDING * unwind
-        if direction and 0 < left <= travel:
-            settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
-            self.hide(watch=0, watch_claim=0)
-            self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
+            to_watched, travel = forward_distance(to_watched, unwind), travel + ROUNDING * unwind
+        if direction and 0 < to_watched <= travel:
+            report(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
+            self.set_hidden(watch=0, watch_claim=0)
+            self.set_bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
 
     def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
         present = total((REST, *(instant for _, instant in moving)))
         position, unwind = float(self["~start"]) + present.travel, self.settings.unwind
-        self._watch(position)
+        self._check_watch(position)
         shown = position % unwind if unwind else position
         self.put(
             **dict.fromkeys(("ActualPosition", "CommandPosition"), shown),
@@ -230,9 +228,9 @@ class IdealAxis(MotionSpot):
         )
         on, shut = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
         for course, motion in moving:
-            course.settle(ACCEL=motion.change > 0, DECEL=motion.change < 0)
+            course.report(ACCEL=motion.change > 0, DECEL=motion.change < 0)
         kinds = {course.kind for course, _ in moving}
-        self.bits(
+        self.set_bits(
             BITS,
             **{bit: kind in kinds for kind, bit in STATUS.items()},
             GearingLockStatus=Kind.GEAR in kinds,
@@ -243,13 +241,17 @@ class IdealAxis(MotionSpot):
             PowerStructureEnabledStatus=on,
         )
         self.put(CIPAxisState=SHUT if shut else RUNNING if on else STOPPED)
-        self.hide(position=position, active=bool(kinds or self["~watch"]))
+        self.set_hidden(position=position, active=bool(kinds or self["~watch"]))
+
+
+def all_axes(memory: Memory, ideal: Ideal) -> list[IdealAxis]:
+    """Return all ideal axes of a program."""
+    return [IdealAxis(memory, ideal, -number) for number in range(1, len(ideal.axes) + 1)]
 
 
 def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:
-    """Update all ideal axes after a scan; gears first, so that a chain of them has no lag."""
-    axes = [IdealAxis(memory, ideal, -place) for place in range(1, len(ideal.axes) + 1)]
-    active = [candidate for candidate in axes if candidate["~active"]]
+    """Update all ideal axes after a scan; gears first, so that a chain of gears has no lag."""
+    active = [axis for axis in all_axes(memory, ideal) if axis["~active"]]
     for axis in active:
         axis.catch_up(now_ns, masters)
     for axis in active:

@@ -32,19 +32,20 @@ from ...model.predefined.motion_words import (
 )
 from .calls import MotionCall, dynamics_at, in_range, merge_at, scaled
 from .courses import Kind
-from .ideal_axis import BITS, IdealAxis, ahead
+from .ideal_axis import BITS, IdealAxis, all_axes, forward_distance
 from .motion_control import (
     ILLEGAL_CHANGE,
     OUT_OF_RANGE,
     SERVO_OFF,
     SHUT_DOWN,
-    Answers,
-    Given,
     MotionError,
-    begin_by,
+    MotionOperand,
+    Starter,
+    Starters,
+    start,
 )
 from .ramps import Dynamics
-from .spots import Ideal, settle
+from .spots import Ideal, report
 
 ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 """Move types of a rotary axis; 0 is absolute, 1 incremental."""
@@ -66,25 +67,25 @@ def _servo_on(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _switch(axis: IdealAxis, *, on: bool) -> None:
-    axis.bits(BITS, ServoActionStatus=on, DriveEnableStatus=on)
-    axis.hide(active=True)
+    axis.set_bits(BITS, ServoActionStatus=on, DriveEnableStatus=on)
+    axis.set_hidden(active=True)
 
 
 def servo_off(axis: IdealAxis, now_ns: int, *, shut_down: bool = False) -> None:
     """Switch an axis off; its courses end."""
-    axis.rest(now_ns)
+    axis.stop_at_once(now_ns)
     _switch(axis, on=False)
     if shut_down:
-        axis.bits(BITS, ShutdownStatus=True)
+        axis.set_bits(BITS, ShutdownStatus=True)
 
 
 def restart(axis: IdealAxis) -> None:
     """End a shutdown."""
-    axis.bits(BITS, ShutdownStatus=False)
-    axis.hide(active=True)
+    axis.set_bits(BITS, ShutdownStatus=False)
+    axis.set_hidden(active=True)
 
 
-def _off(axis: IdealAxis, call: MotionCall) -> None:
+def _switch_off(axis: IdealAxis, call: MotionCall) -> None:
     servo_off(axis, call.now_ns, shut_down=call.name == "MASD")
     call.motion.set(DN=True)
 
@@ -95,48 +96,51 @@ def _reset(axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True)
 
 
-def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics, bool]:
-    """Return the dynamics from the operands at `place`, and whether to merge."""
+def _profile(axis: IdealAxis, call: MotionCall, index: int) -> tuple[Dynamics, bool]:
+    """Return the dynamics from the operands from `index` on, and whether to merge."""
     speed = axis.instant(call.now_ns).speed
-    merge, current = merge_at(call, place + 10, DISABLED_ENABLED, speed)
-    return dynamics_at(call, place, axis.maximum, current), merge == "ENABLED"
+    merge, current = merge_at(call, index + 10, DISABLED_ENABLED, speed)
+    return dynamics_at(call, index, axis.maximum, current), merge == "ENABLED"
 
 
 def _move(axis: IdealAxis, call: MotionCall) -> None:
-    kind, where = int(call.number(0)), in_range(call.number(1))
+    move_type, operand = int(call.number(0)), in_range(call.number(1))
     dynamics, merge = _profile(axis, call, 2)
-    if not 0 <= kind <= ROTARY_NEGATIVE:
+    if not 0 <= move_type <= ROTARY_NEGATIVE:
         raise MotionError(OUT_OF_RANGE)
     present = axis.position(call.now_ns)
-    goal = _goal(kind, where, present, axis.settings.unwind)
-    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=goal - present, merge=merge)
-    axis.hide(target=goal - axis.instant(call.now_ns).travel)
-    call.under_way()
+    target = _target_position(move_type, operand, present, axis.settings.unwind)
+    distance = target - present
+    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=distance, merge=merge)
+    axis.set_hidden(target=target - axis.instant(call.now_ns).travel)
+    call.show_begun()
 
 
-def _goal(kind: int, where: float, position: float, unwind: float) -> float:
+def _target_position(move_type: int, operand: float, position: float, unwind: float) -> float:
     """Return the target position of a move with a move type.
 
-    >>> [_goal(kind, 10.0, 350.0, 360.0) for kind in range(5)]
+    >>> [_target_position(move_type, 10.0, 350.0, 360.0) for move_type in range(5)]
     [10.0, 360.0, 370.0, 370.0, 10.0]
     """
-    if kind == 1:
-        return position + where
+    if move_type == 1:
+        return position + operand
     if not unwind:
-        return where
-    if kind == 0:
-        return position // unwind * unwind + where
-    distance = ahead(where - position, unwind)
-    if distance and (kind == ROTARY_NEGATIVE or (kind == ROTARY_SHORTEST and distance > unwind / 2)):
+        return operand
+    if move_type == 0:
+        return position // unwind * unwind + operand
+    distance = forward_distance(operand - position, unwind)
+    if distance and (
+        move_type == ROTARY_NEGATIVE or (move_type == ROTARY_SHORTEST and distance > unwind / 2)
+    ):
         distance -= unwind
-    return where + round((position + distance - where) / unwind) * unwind
+    return operand + round((position + distance - operand) / unwind) * unwind
 
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
     dynamics, merge = _profile(axis, call, 1)
-    goal = dynamics.speed * call.sign(0)
+    goal = dynamics.speed * call.direction_sign(0)
     axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=goal, merge=merge)
-    call.under_way()
+    call.show_begun()
 
 
 STOPS = {
@@ -149,25 +153,25 @@ STOPS = {
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
-    stop_type, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
+    stop_type, deceleration = call.keyword(0, STOP_TYPES), axis.maximum("Deceleration")
     planner, kind = STOPS.get(stop_type, ("whole", Kind.STOP))
-    if call.yes(1):
-        down = scaled(call.number(2), call.word(3, RATE_UNITS), down)
+    if call.says_yes(1):
+        deceleration = scaled(call.number(2), call.keyword(3, RATE_UNITS), deceleration)
     if not stop_type:
         raise MotionError(OUT_OF_RANGE)
-    stands = stop_type != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP)
-    moving = not stands and stop(axis, call.now_ns, planner, down, call.motion.claim)
+    has_course = stop_type == "ALL" or axis.courses[planner].kind in (kind, Kind.STOP)
+    moving = has_course and stop(axis, call.now_ns, planner, deceleration, call.motion.claim)
     call.motion.set(DN=True, IP=moving, PC=not moving)
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
-    """Bring a planner to rest, or with `whole`, the axis; return whether that takes time."""
-    whole = planner == "whole"
-    courses = list(axis.courses.values()) if whole else [axis.courses[planner]]
+    """Bring a planner to rest, or the axis if the planner is `whole`; return whether that takes time."""
+    all_planners = planner == "whole"
+    courses = list(axis.courses.values()) if all_planners else [axis.courses[planner]]
     share = max(
         (course.dynamics.down_share for course in courses if course.kind is not Kind.NOTHING), default=0.0
     )
-    axis.begin(now_ns, planner, Kind.STOP, Dynamics(1.0, down, down, share, share), claim, merge=whole)
+    axis.begin(now_ns, planner, Kind.STOP, Dynamics(1.0, down, down, share, share), claim, merge=all_planners)
     moving = axis.courses[planner].instant(now_ns).speed != 0
     if not moving:
         axis.courses[planner].end()
@@ -175,62 +179,68 @@ def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) ->
 
 
 def _home(axis: IdealAxis, call: MotionCall) -> None:
-    axis.rest(call.now_ns)
+    axis.stop_at_once(call.now_ns)
     axis.begin(call.now_ns, "move", Kind.HOME, Dynamics(1.0, 1.0, 1.0), call.motion.claim)
-    call.under_way()
+    call.show_begun()
 
 
 def _redefine(axis: IdealAxis, call: MotionCall) -> None:
     units = in_range(call.number(2))
-    relative = call.word(0, REDEFINITIONS) == "RELATIVE"
+    relative = call.keyword(0, REDEFINITIONS) == "RELATIVE"
     axis.redefine(units if relative else units - axis.position(call.now_ns))
-    axis.hide(active=True)
+    axis.set_hidden(active=True)
     call.motion.set(DN=True)
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move; its instruction continues, and so does the other course."""
-    kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
+    """Change speed and rates of a jog or a move, whose instruction continues."""
+    kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.keyword(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
         raise MotionError(ILLEGAL_CHANGE)
-    now = course.dynamics
-    units = ((1, 11, "Speed", now.speed), (3, 12, "Acceleration", now.up), (5, 13, "Deceleration", now.down))
-    speed, up, down = (
-        scaled(call.number(place + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
-        if call.yes(place)
-        else present
-        for place, unit, name, present in units
+    dynamics = course.dynamics
+    units = (
+        (1, 11, "Speed", dynamics.speed),
+        (3, 12, "Acceleration", dynamics.up),
+        (5, 13, "Deceleration", dynamics.down),
     )
-    dynamics = Dynamics(speed, up, down, now.up_share, now.down_share)
+    speed, up, down = (
+        scaled(call.number(index + 1), call.keyword(unit, SPEED_UNITS), axis.maximum(name))
+        if call.says_yes(index)
+        else unchanged
+        for index, unit, name, unchanged in units
+    )
+    changed = Dynamics(speed, up, down, dynamics.up_share, dynamics.down_share)
     goal = course.goal - course.instant(call.now_ns).travel
     if kind is Kind.JOG:
         goal = speed if course.goal > 0 else -speed
-    axis.begin(call.now_ns, course.planner, kind, dynamics, course.claim, goal=goal)
+    axis.begin(call.now_ns, course.planner, kind, changed, course.claim, goal=goal)
     call.motion.set(DN=True)
 
 
 def _gear(axis: IdealAxis, call: MotionCall) -> None:
-    number, seen = position_of(call.machine, call.operands[0])
+    number, master_position = position_of(call.machine, call.operands[0])
     ratio = call.number(2)
-    if call.word(6, ("Real", "Fraction")).startswith("FRACTION"):
+    if call.keyword(6, ("Real", "Fraction")).startswith("FRACTION"):
         ratio = call.number(3) / call.number(4) if call.number(4) else 0.0
-    direction = call.word(1, ("Same", "Opposite", "Reverse", "Unchanged"))
-    before = float(axis["~ratio"])
+    direction = call.keyword(1, ("Same", "Opposite", "Reverse", "Unchanged"))
     if direction in ("REVERSE", "UNCHANGED"):
-        ratio = abs(ratio) * (-1 if (before < 0) != (direction == "REVERSE") else 1)
+        was_opposite = float(axis["~ratio"]) < 0
+        ratio = -abs(ratio) if was_opposite != (direction == "REVERSE") else abs(ratio)
     elif direction == "OPPOSITE":
         ratio = -ratio
     if number in (0, axis.number):
         raise MotionError(OUT_OF_RANGE)
     in_range(ratio)
-    axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)
-    axis.hide(master=number, ratio=ratio)
+    axis.begin(
+        call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=master_position
+    )
+    axis.set_hidden(master=number, ratio=ratio)
     axis.catch_up(call.now_ns, {})
     call.motion.set(DN=True, IP=True)
 
 
-def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
+def position_of(machine: Interpreter, operand: MotionOperand) -> tuple[int, float]:
     """Return the number and position of a master axis; 0 for other operands."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0, 0.0
@@ -241,51 +251,53 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
 
 
 def _watch(axis: IdealAxis, call: MotionCall) -> None:
-    settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
-    axis.hide(watch=call.sign(0), watched=call.number(1), watch_claim=call.motion.claim, active=True)
-    axis.bits(BITS, WatchEventArmedStatus=True, WatchEventStatus=False)
+    report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
+    axis.set_hidden(
+        watch=call.direction_sign(0), watched=call.number(1), watch_claim=call.motion.claim, active=True
+    )
+    axis.set_bits(BITS, WatchEventArmedStatus=True, WatchEventStatus=False)
     call.motion.set(DN=True, IP=True)
 
 
 def _unwatch(axis: IdealAxis, call: MotionCall) -> None:
-    settle(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
-    axis.hide(watch=0, watch_claim=0)
-    axis.bits(BITS, WatchEventArmedStatus=False)
+    report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
+    axis.set_hidden(watch=0, watch_claim=0)
+    axis.set_bits(BITS, WatchEventArmedStatus=False)
     call.motion.set(DN=True)
 
 
 def _arm(axis: IdealAxis, call: MotionCall) -> None:
     second = call.number(4 if call.name == "MAR" else 0) == 2
     armed = "RegEvent2ArmedStatus" if second else "RegEvent1ArmedStatus"
-    axis.bits(BITS, **{armed: call.name == "MAR"})
+    axis.set_bits(BITS, **{armed: call.name == "MAR"})
     call.motion.set(DN=True, IP=call.name == "MAR")
 
 
-def _done(_axis: IdealAxis, call: MotionCall) -> None:
+def _finish_at_once(_axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True, PC=True)
 
 
-ANSWERS: Answers = {
-    "MSO": (_servo_on, False),
-    "MSF": (_off, False),
-    "MASD": (_off, False),
-    "MASR": (_reset, False),
-    "MAFR": (_reset, False),
-    "MAM": (_move, True),
-    "MAJ": (_jog, True),
-    "MAS": (_stop, False),
-    "MAH": (_home, True),
-    "MRP": (_redefine, False),
-    "MCD": (_change, True),
-    "MAG": (_gear, True),
-    "MAW": (_watch, False),
-    "MDW": (_unwatch, False),
-    "MAR": (_arm, False),
-    "MDR": (_arm, False),
-    "MRAT": (_done, False),
-    "MAAT": (_done, False),
-    "MRHD": (_done, False),
-    "MAHD": (_done, False),
+STARTERS: Starters = {
+    "MSO": Starter(_servo_on),
+    "MSF": Starter(_switch_off),
+    "MASD": Starter(_switch_off),
+    "MASR": Starter(_reset),
+    "MAFR": Starter(_reset),
+    "MAM": Starter(_move, moves=True),
+    "MAJ": Starter(_jog, moves=True),
+    "MAS": Starter(_stop),
+    "MAH": Starter(_home, moves=True),
+    "MRP": Starter(_redefine),
+    "MCD": Starter(_change, moves=True),
+    "MAG": Starter(_gear, moves=True),
+    "MAW": Starter(_watch),
+    "MDW": Starter(_unwatch),
+    "MAR": Starter(_arm),
+    "MDR": Starter(_arm),
+    "MRAT": Starter(_finish_at_once),
+    "MAAT": Starter(_finish_at_once),
+    "MRHD": Starter(_finish_at_once),
+    "MAHD": Starter(_finish_at_once),
 }
 
 
@@ -299,7 +311,7 @@ def _strobe(axis: IdealAxis, call: MotionCall) -> None:
     axis.put(StrobeActualPosition=position, StrobeCommandPosition=position)
 
 
-GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
+GROUP_ACTIONS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
     "MGS": _group_stop,
     "MGSD": lambda axis, call: servo_off(axis, call.now_ns, shut_down=True),
     "MGSR": lambda axis, _call: restart(axis),
@@ -311,11 +323,11 @@ GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal axis, or raise a MotionError."""
     axis = IdealAxis(call.machine.memory, ideal, number)
-    begin_by(ANSWERS, call.name, lambda: check_ready(axis), axis, call)
+    start(STARTERS, call.name, lambda: check_ready(axis), axis, call)
 
 
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
     """Begin an instruction on the motion group; it is done at once."""
-    for place in range(len(ideal.axes)):
-        GROUP_ANSWERS[call.name](IdealAxis(call.machine.memory, ideal, -place - 1), call)
+    for axis in all_axes(call.machine.memory, ideal):
+        GROUP_ACTIONS[call.name](axis, call)
     call.motion.set(DN=True, PC=True)

@@ -26,11 +26,11 @@ from ...model.types import Elementary, Structure
 from ...state.memory import Memory
 from .calls import MotionCall, allowed, dynamics_at, in_range, merge_at
 from .courses import DYNAMICS, Course, Kind
-from .ideal_axis import IdealAxis
+from .ideal_axis import IdealAxis, all_axes
 from .ideal_moves import check_ready, restart, servo_off
-from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, Answers, MotionError, begin_by
+from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, MotionError, Starter, Starters, start
 from .ramps import Dynamics
-from .spots import ENDED, Ideal, MotionSpot, settle
+from .spots import ENDED, Ideal, MotionSpot, report
 
 SIZE = 6
 """Number of coordinates of a system."""
@@ -71,27 +71,29 @@ class IdealSystem(MotionSpot):
 
     def end(self, name: str) -> list[float]:
         """Return an end of the path: `from`, `to`, or `next` for the end of the pending path."""
-        return [float(self[f"~{name}{place}"]) for place in range(SIZE)]
+        return [float(self[f"~{name}{coordinate}"]) for coordinate in range(SIZE)]
 
     def set_end(self, name: str, values: list[float]) -> None:
         """Set an end of the path."""
-        self.hide(**{f"{name}{place}": value for place, value in enumerate(values)})
+        self.set_hidden(**{f"{name}{coordinate}": value for coordinate, value in enumerate(values)})
 
     def path(self, now_ns: int) -> list[float]:
         """Return the present position on the path; `from` if there is no path."""
-        origin, to = self.end("from"), self.end("to")
-        length, present = math.dist(origin, to), self.course.instant(now_ns)
-        part = 1.0 if present.over and self.kind is Kind.MOVE else present.travel / length if length else 0.0
-        return [a + (b - a) * part for a, b in zip(origin, to, strict=True)]
+        origin, destination = self.end("from"), self.end("to")
+        length, instant = math.dist(origin, destination), self.course.instant(now_ns)
+        if instant.over and self.kind is Kind.MOVE:
+            fraction = 1.0
+        else:
+            fraction = instant.travel / length if length else 0.0
+        return [a + (b - a) * fraction for a, b in zip(origin, destination, strict=True)]
 
     def positions(self, now_ns: int) -> list[float]:
         """Return the present position: of its axes, and of the path for coordinates without an axis."""
-        on_path = self.path(now_ns)
-        by_axis = [None if axis is None else axis.position(now_ns) for axis in self.axes]
-        return [
-            *(a if b is None else b for a, b in zip(on_path, by_axis, strict=False)),
-            *on_path[len(by_axis) :],
-        ]
+        positions = self.path(now_ns)
+        for coordinate, axis in enumerate(self.axes):
+            if axis is not None:
+                positions[coordinate] = axis.position(now_ns)
+        return positions
 
     def begin(
         self,
@@ -108,78 +110,82 @@ class IdealSystem(MotionSpot):
         self.set_end("from", present)
         self.set_end("to", goal)
         self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(present, goal), entry=entry)
-        for axis, place in zip(self.axes, present, strict=False):
+        for axis, position in zip(self.axes, present, strict=False):
             if axis is not None:
-                axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
+                axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=position, merge=merge)
 
-    def again(self, now_ns: int, kind: Kind, dynamics: Dynamics, claim: int) -> None:
-        """Begin another course at the present position and speed."""
+    def begin_from_here(self, now_ns: int, kind: Kind, dynamics: Dynamics, claim: int) -> None:
+        """Begin another course on the same path, from the present position and speed."""
         present = self.course.instant(now_ns)
-        left = self.course.goal - present.travel if kind is Kind.MOVE else 0.0
+        goal = self.course.goal - present.travel if kind is Kind.MOVE else 0.0
         self.set_end("from", self.path(now_ns))
-        self.course.begin(now_ns, kind, dynamics, claim, goal=left, entry=present.speed)
+        self.course.begin(now_ns, kind, dynamics, claim, goal=goal, entry=present.speed)
 
-    def rest(self, now_ns: int, *, pending: bool = True) -> None:
-        """End the path at the present position, also on the axes that follow it, and the pending path."""
+    def stop_at_once(self, now_ns: int, *, pending: bool = True) -> None:
+        """End the path at the present position, also for the axes that follow it; end the pending path."""
         self.set_end("from", self.positions(now_ns))
         self.course.end()
-        for _, axis in self._led():
+        for _, axis in self._following_axes():
             axis.courses["whole"].end()
         if pending:
             self.drop_pending()
 
     def drop_pending(self) -> None:
         """End the pending path."""
-        settle(self.memory, self.ideal, int(self["~next_claim"]), **ENDED)
-        self.hide(waiting=0, next_claim=0)
+        report(self.memory, self.ideal, int(self["~next_claim"]), **ENDED)
+        self.set_hidden(waiting=0, next_claim=0)
 
-    def wait(self, goal: list[float], dynamics: Dynamics, claim: int) -> None:
+    def store_pending(self, goal: list[float], dynamics: Dynamics, claim: int) -> None:
         """Store the pending path."""
         self.set_end("next", goal)
-        self.hide(waiting=1, next_claim=claim)
-        self.hide(**{f"next_{name}": getattr(dynamics, name) for name in DYNAMICS})
+        self.set_hidden(waiting=1, next_claim=claim)
+        self.set_hidden(**{f"next_{name}": getattr(dynamics, name) for name in DYNAMICS})
 
     def update(self, now_ns: int) -> None:
         """Move the axes, end the paths that are over, and write the tag."""
         if self.kind is not Kind.NOTHING:
             if any(axis is not None and axis.courses["whole"].kind is not Kind.PATH for axis in self.axes):
-                self.rest(now_ns)
+                self.stop_at_once(now_ns)
             self.carry(now_ns)
             if self.course.is_over(now_ns, self.course.instant(now_ns)):
                 self._end(now_ns)
         self._show(now_ns)
 
-    def _led(self) -> Iterator[tuple[int, IdealAxis]]:
-        """Yield the axes that follow the path."""
-        for place, axis in enumerate(self.axes):
+    def _following_axes(self) -> Iterator[tuple[int, IdealAxis]]:
+        """Yield the axes that follow the path, with their coordinate numbers."""
+        for coordinate, axis in enumerate(self.axes):
             if axis is not None and axis.courses["whole"].kind is Kind.PATH:
-                yield place, axis
+                yield coordinate, axis
 
     def carry(self, now_ns: int) -> None:
         """Move the axes along the path."""
         if self.kind is Kind.NOTHING:
             return
-        path, origin, to = self.path(now_ns), self.end("from"), self.end("to")
-        speed = self.course.instant(now_ns).speed / (math.dist(origin, to) or 1.0)
-        for place, axis in self._led():
-            axis.shift(axis.courses["whole"].follow(path[place], speed * (to[place] - origin[place])))
+        path, origin, destination = self.path(now_ns), self.end("from"), self.end("to")
+        speed = self.course.instant(now_ns).speed / (math.dist(origin, destination) or 1.0)
+        for coordinate, axis in self._following_axes():
+            axis.shift(
+                axis.courses["whole"].follow(
+                    path[coordinate], speed * (destination[coordinate] - origin[coordinate])
+                )
+            )
 
     def _end(self, now_ns: int) -> None:
-        self.course.settle(PC=True)
-        self.rest(now_ns, pending=False)
+        self.course.report(PC=True)
+        self.stop_at_once(now_ns, pending=False)
         if self["~waiting"]:
             dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in DYNAMICS))
             claim = int(self["~next_claim"])
-            self.hide(waiting=0, next_claim=0)
+            self.set_hidden(waiting=0, next_claim=0)
             self.begin(now_ns, self.end("next"), dynamics, claim)
-            self.course.settle(AC=True)
+            self.course.report(AC=True)
 
     def _show(self, now_ns: int) -> None:
         positions, kind, present = self.positions(now_ns), self.kind, self.course.instant(now_ns)
-        self.row("ActualPosition", positions)
-        self.row("CommandPosition", positions)
+        self.set_array("ActualPosition", positions)
+        self.set_array("CommandPosition", positions)
         waiting, transform = bool(self["~waiting"]), bool(self["~transform"])
-        self.bits(
+        self.set_bits(
             BITS,
             MotionStatus=kind is not Kind.NOTHING,
             MoveStatus=kind is Kind.MOVE,
@@ -204,80 +210,80 @@ def catch_up(memory: Memory, ideal: Ideal, now_ns: int) -> None:
     """Move axes that follow a path or a gear's master, before an instruction uses their positions."""
     for number in range(1, len(ideal.systems) + 1):
         IdealSystem(memory, ideal, number).carry(now_ns)
-    for place in range(1, len(ideal.axes) + 1):
-        IdealAxis(memory, ideal, -place).catch_up(now_ns, {})
+    for axis in all_axes(memory, ideal):
+        axis.catch_up(now_ns, {})
 
 
 # --- operands
 
 
-def _numbers(call: MotionCall, place: int) -> list[float]:
+def _numbers(call: MotionCall, index: int) -> list[float]:
     """Return the elements of an array operand, at most as many as a system has coordinates."""
-    operand = call.operands[place] if place < len(call.operands) else 0.0
+    operand = call.operands[index] if index < len(call.operands) else 0.0
     if not isinstance(operand, (Group, Place)):
         return []
     elements = Elements(call.machine, operand)
-    return [float(elements[index]) for index in range(min(len(elements), SIZE))]
+    return [float(elements[number]) for number in range(min(len(elements), SIZE))]
 
 
-def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> float:
+def _member(call: MotionCall, index: int, name: str, default: float = 0.0) -> float:
     """Return a number in a structure operand; the default if it has no such member."""
-    operand = call.operands[place]
+    operand = call.operands[index]
     member = operand.find_member(name) if isinstance(operand, Group) else None
     return default if member is None else float(call.machine.get(member))
 
 
-def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float]:
+def _destination(start: list[float], operand: list[float], *, relative: bool) -> list[float]:
     """Return the position to go to, or raise a MotionError. Omitted coordinates keep their values."""
-    goal = [
-        present + number if relative else number
-        for present, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
-    ]
-    if not relative:
-        goal[len(given) :] = here[len(given) :]
+    goal = list(start)
+    for coordinate, number in enumerate(operand):
+        goal[coordinate] = start[coordinate] + number if relative else number
     return list(map(in_range, goal))
 
 
 MERGES = ("Disabled", "Coordinated Motion", "All Motion")
-"""What a new path ends: nothing, other paths of its system, or also other motion of its axes [p. 449]."""
+"""Merge keywords: a new path ends nothing, other paths of its system, or all motion of its axes [p. 449]."""
 
 
-def _go(
+def _begin_or_store(
     system: IdealSystem,
     call: MotionCall,
-    given: list[float],
+    operand: list[float],
     dynamics: Dynamics,
     *,
     relative: bool,
     merge: str = "DISABLED",
 ) -> None:
-    """Begin a path, or let it wait for the present path."""
+    """Begin a path, or store it until the present path ends."""
     now_ns, claim = call.now_ns, call.motion.claim
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
-    begin_at = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
-    goal = _goal(begin_at, given, relative=relative)
+    if begins:
+        start_position = system.positions(now_ns)
+    else:
+        start_position = system.end("next" if system["~waiting"] else "to")
+    goal = _destination(start_position, operand, relative=relative)
     if begins:
         entry = system.course.instant(now_ns).speed
-        system.rest(now_ns)
+        system.stop_at_once(now_ns)
         system.begin(now_ns, goal, dynamics, claim, entry=entry, merge=merge == "ALLMOTION")
-        call.under_way()
+        call.show_begun()
     elif system["~waiting"]:
         raise MotionError(QUEUE_FULL)
     else:
-        system.wait(goal, dynamics, claim)
+        system.store_pending(goal, dynamics, claim)
         call.motion.set(DN=True, IP=True)
 
 
 # --- instructions
 
 
-def _line(system: IdealSystem, call: MotionCall, place: int = 2) -> None:
-    """Begin MCLM, or MCCM, whose dynamics begin at a later operand."""
+def _line(system: IdealSystem, call: MotionCall, dynamics_index: int = 2) -> None:
+    """Begin MCLM, or MCCM; `dynamics_index` is the index of the speed operand."""
     speed = system.course.instant(call.now_ns).speed
-    merge, current = merge_at(call, place + 11, MERGES, speed)
-    dynamics = dynamics_at(call, place, RATES.__getitem__, current)
+    merge, current = merge_at(call, dynamics_index + 11, MERGES, speed)
+    dynamics = dynamics_at(call, dynamics_index, RATES.__getitem__, current)
     relative = call.number(0) == 1
-    _go(system, call, _numbers(call, 1), dynamics, relative=relative, merge=merge or "DISABLED")
+    _begin_or_store(system, call, _numbers(call, 1), dynamics, relative=relative, merge=merge or "DISABLED")
 
 
 def _path(system: IdealSystem, call: MotionCall) -> None:
@@ -291,96 +297,96 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
             coordinates = _numbers(call._replace(operands=[array]), 0)
     rates = (in_range(_member(call, 2, name, most)) for name, most in RATES.items())
     relative = _member(call, 0, "MoveType") == 1
-    _go(system, call, coordinates, allowed(Dynamics(*rates)), relative=relative)
+    _begin_or_store(system, call, coordinates, allowed(Dynamics(*rates)), relative=relative)
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
-    motion_type = call.word(0, ("All", "Coordinated Move", "Coordinated Transform"))
+    motion_type = call.keyword(0, ("All", "Coordinated Move", "Coordinated Transform"))
     if motion_type in ("ALL", "COORDINATEDTRANSFORM", "COORDINATEDMOTION"):
-        settle(system.memory, system.ideal, int(system["~transform"]), IP=False)
-        system.hide(transform=0)
+        report(system.memory, system.ideal, int(system["~transform"]), IP=False)
+        system.set_hidden(transform=0)
     if motion_type == "COORDINATEDTRANSFORM" or system.kind is Kind.NOTHING:
         call.motion.set(DN=True, PC=True)
         return
-    now = system.course.dynamics
-    down = call.number(2) if call.yes(1) else now.down
-    dynamics = allowed(Dynamics(now.speed, down, down, now.down_share, now.down_share))
-    system.course.settle(**ENDED)
+    present = system.course.dynamics
+    down = call.number(2) if call.says_yes(1) else present.down
+    dynamics = allowed(Dynamics(present.speed, down, down, present.down_share, present.down_share))
+    system.course.report(**ENDED)
     system.drop_pending()
-    system.again(call.now_ns, Kind.STOP, dynamics, call.motion.claim)
+    system.begin_from_here(call.now_ns, Kind.STOP, dynamics, call.motion.claim)
     call.motion.set(DN=True, IP=True)
 
 
 def _change(system: IdealSystem, call: MotionCall) -> None:
     if system.kind is not Kind.MOVE:
         raise MotionError(ILLEGAL_CHANGE)
-    now = system.course.dynamics
+    dynamics = system.course.dynamics
     speed, up, down = (
-        call.number(place + 1) if call.yes(place) else present
-        for place, present in ((1, now.speed), (4, now.up), (7, now.down))
+        call.number(index + 1) if call.says_yes(index) else unchanged
+        for index, unchanged in ((1, dynamics.speed), (4, dynamics.up), (7, dynamics.down))
     )
-    dynamics = allowed(Dynamics(speed, up, down, now.up_share, now.down_share))
-    system.again(call.now_ns, Kind.MOVE, dynamics, system.course.claim)
+    changed = allowed(Dynamics(speed, up, down, dynamics.up_share, dynamics.down_share))
+    system.begin_from_here(call.now_ns, Kind.MOVE, changed, system.course.claim)
     call.motion.set(DN=True)
 
 
 def _shut(system: IdealSystem, call: MotionCall) -> None:
-    system.rest(call.now_ns)
-    for axis in _own(system):
+    system.stop_at_once(call.now_ns)
+    for axis in _axes_of(system):
         servo_off(axis, call.now_ns, shut_down=True)
-    system.bits(BITS, ShutdownStatus=True)
+    system.set_bits(BITS, ShutdownStatus=True)
     call.motion.set(DN=True)
 
 
 def _restart(system: IdealSystem, call: MotionCall) -> None:
-    for axis in _own(system):
+    for axis in _axes_of(system):
         restart(axis)
-    system.bits(BITS, ShutdownStatus=False)
+    system.set_bits(BITS, ShutdownStatus=False)
     call.motion.set(DN=True)
 
 
 def _transform(system: IdealSystem, call: MotionCall) -> None:
-    settle(system.memory, system.ideal, int(system["~transform"]), IP=False)
-    system.hide(transform=call.motion.claim)
+    report(system.memory, system.ideal, int(system["~transform"]), IP=False)
+    system.set_hidden(transform=call.motion.claim)
     call.motion.set(DN=True, IP=True)
 
 
 def _calculate(_system: IdealSystem, call: MotionCall) -> None:
     """Copy the reference position to the transform position."""
     try:
-        source, target = (Elements(call.machine, call.operands[place]) for place in (4, 5))  # type: ignore[arg-type]
+        source, target = (Elements(call.machine, call.operands[index]) for index in (4, 5))  # type: ignore[arg-type]
     except (LadderError, IndexError):
         raise MotionError(OUT_OF_RANGE) from None
-    for place in range(min(len(source), len(target), SIZE)):
-        target[place] = source[place]
+    for index in range(min(len(source), len(target), SIZE)):
+        target[index] = source[index]
     call.motion.set(DN=True, PC=True)
 
 
-def _own(system: IdealSystem) -> Iterator[IdealAxis]:
-    return (axis for axis in system.axes if axis is not None)
+def _axes_of(system: IdealSystem) -> list[IdealAxis]:
+    return [axis for axis in system.axes if axis is not None]
 
 
-ANSWERS: Answers = {
-    "MCLM": (_line, True),
-    "MCCM": (lambda system, call: _line(system, call, 5), True),
-    "MCPM": (_path, True),
-    "MCCD": (_change, True),
-    "MCS": (_stop, False),
-    "MCSD": (_shut, False),
-    "MCSR": (_restart, False),
-    "MCT": (_transform, True),
-    "MCTO": (_transform, True),
-    "MCTP": (_calculate, False),
-    "MCTPO": (_calculate, False),
+STARTERS: Starters = {
+    "MCLM": Starter(_line, moves=True),
+    "MCCM": Starter(lambda system, call: _line(system, call, 5), moves=True),
+    "MCPM": Starter(_path, moves=True),
+    "MCCD": Starter(_change, moves=True),
+    "MCS": Starter(_stop),
+    "MCSD": Starter(_shut),
+    "MCSR": Starter(_restart),
+    "MCT": Starter(_transform, moves=True),
+    "MCTO": Starter(_transform, moves=True),
+    "MCTP": Starter(_calculate),
+    "MCTPO": Starter(_calculate),
 }
 
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal coordinate system, or raise a MotionError."""
     system = IdealSystem(call.machine.memory, ideal, number)
-    begin_by(ANSWERS, call.name, lambda: _check_ready(system), system, call)
+    start(STARTERS, call.name, lambda: _check_ready(system), system, call)
 
 
 def _check_ready(system: IdealSystem) -> None:
-    for axis in _own(system):
+    for axis in _axes_of(system):
         check_ready(axis)

@@ -2,10 +2,10 @@
 
     rung  ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
     EN    ___|‾‾‾‾‾‾‾‾‾‾|______        ___|‾‾‾‾‾‾‾‾|___
-    DN    ____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾        ________________     the axis has taken it
-    IP    ____|‾‾‾‾‾‾‾‾‾‾‾‾|___        ________________     until it is over, whatever the rung
+    DN    ____|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾        ________________     the axis has accepted it
+    IP    ____|‾‾‾‾‾‾‾‾‾‾‾‾|___        ________________     until the motion ends, also on a false rung
     PC    _________________|‾‾‾        ________________
-    ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused: ERR says why
+    ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused; ERR has the reason
 
 A rising rung begins an instruction; in structured text, every call does. An axis without a slot in the rack
 is an ideal axis (`ideal_axis`); `checks` reports it.
@@ -59,15 +59,15 @@ def _use(text: str) -> Use:
 def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> None:
     motion = _control_of(machine, operands)
     site = machine.lowered.sites[machine.site]
-    number = _number_of(machine, operands[0])
-    axis = Axis(machine, list(machine.lowered.axes.values())[number - 1]) if number > 0 else None
+    axis_number = _number_of(machine, operands[0])
+    axis = Axis(machine, list(machine.lowered.axes.values())[axis_number - 1]) if axis_number > 0 else None
     if power and not (site.unit == "rung" and motion["EN"]):
         try:
             if axis is not None:
                 motion.begin()
                 begin(axis, motion, name, operands[2:])
             else:
-                _begin_ideal(machine, motion, name, operands, number)
+                _begin_ideal(machine, motion, name, operands, axis_number)
         except MotionError as refused:
             motion.refuse(refused.code)
         return
@@ -82,11 +82,11 @@ def _begin_ideal(
 ) -> None:
     """Begin an instruction on an ideal axis, a coordinate system or a group."""
     motion.begin(motion.ticket % MOST_TICKETS + 1)
-    others = [operand for operand in operands[1:] if not _is_control(operand)]
-    call = MotionCall(machine, motion, name, others)
+    other_operands = [operand for operand in operands[1:] if not _is_control(operand)]
+    call = MotionCall(machine, motion, name, other_operands)
     ideal, first = machine.lowered.ideal, operands[0]
     ideal_systems.catch_up(machine.memory, ideal, machine.now_ns)
-    if name in ideal_moves.GROUP_ANSWERS:
+    if name in ideal_moves.GROUP_ACTIONS:
         ideal_moves.begin_of_group(ideal, call)
     elif number:
         ideal_moves.begin(ideal, number, call)
@@ -126,8 +126,8 @@ def _row(name: str, operands: str, *, optional: int = 0) -> Spec:
     """Return a row from operand names with their kinds, see `USES`; the last `optional` may be missing."""
     uses = tuple(map(_use, operands.split(", ")))
 
-    def run(machine: Interpreter, power: bool, *given: Resolved) -> None:
-        _run(machine, power, name, *given)
+    def run(machine: Interpreter, power: bool, *resolved: Resolved) -> None:
+        _run(machine, power, name, *resolved)
 
     return Spec(name, InstructionKind.BOTH, uses, run=run, prescan=_prescan, optional=optional)
 

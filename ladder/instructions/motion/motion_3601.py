@@ -10,9 +10,9 @@
 | MRP | Preset Position |
 | MCD | changes the speed of a manual move |
 
-A request is a ticket of the axis, see `axis3601.rung`. The instruction's bits follow it: IP while it is under
-way, PC or DN when it has ended, ER if the axis failed. A newer request ends IP without PC. Functions that a
-3601 lacks are refused when the program is built.
+A request is a ticket of the axis, see `axis3601.rung`. The instruction's bits follow the request: IP while it
+is under way, PC or DN when it has ended, ER if the axis failed. A newer request ends IP without PC. A program
+with functions that a 3601 lacks is refused when it is built.
 
 A 3601 executes one command and superimposes nothing. MAM and MAJ replace a motion of their own kind. During
 another motion, they are refused without Merge (ERR 22); with Merge, the axis comes to rest in between.
@@ -21,6 +21,8 @@ another motion, they are refused without Merge (ERR 22); with Merge, the axis co
 from __future__ import annotations
 
 from collections.abc import Sequence
+
+from scanrack.io_images.thousands import split_thousands
 
 from ...model.operands import Resolved
 from ...model.predefined.motion_words import (
@@ -53,25 +55,20 @@ from .motion_control import (
     IN_MOTION,
     OUT_OF_RANGE,
     SHUT_DOWN,
-    Answers,
-    Given,
     MotionControl,
     MotionError,
-    begin_by,
+    MotionOperand,
+    Starter,
+    Starters,
     number_of,
+    start,
     word_of,
 )
 
 
-def _pair(value: int) -> tuple[int, int]:
-    """Split a number into thousands and remainder, both signed."""
-    size = (abs(value) // 1000, abs(value) % 1000)
-    return size if value >= 0 else (-size[0], -size[1])
-
-
 def _profile(command: int, target: int, speed: int, rates: Sequence[int], shape: int = 0) -> tuple[int, ...]:
     """Return the output words of a motion, in the module's units."""
-    return command, shape, *_pair(target), *_pair(speed), *rates
+    return command, shape, *split_thousands(target), *split_thousands(speed), *rates
 
 
 def _servo_on(axis: Axis, motion: MotionControl) -> None:
@@ -104,52 +101,59 @@ def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
     axis.request(motion, RESET, COMMANDS[RESET])
 
 
-def _move(axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *others: Given) -> None:
+def _move(
+    axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *dynamics_and_merge: MotionOperand
+) -> None:
     request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
     target = axis.steps(number_of(axis.machine, position))
     if request is None:
         raise MotionError(OUT_OF_RANGE)
-    _go(axis, motion, request, COMMANDS[request], target, others)
+    _begin_motion(axis, motion, request, COMMANDS[request], target, dynamics_and_merge)
 
 
-def _jog(axis: Axis, motion: MotionControl, direction: Given, *others: Given) -> None:
+def _jog(
+    axis: Axis, motion: MotionControl, direction: MotionOperand, *dynamics_and_merge: MotionOperand
+) -> None:
     backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
-    _go(axis, motion, VELOCITY, 256 if backwards else 128, 0, others)
+    _begin_motion(axis, motion, VELOCITY, 256 if backwards else 128, 0, dynamics_and_merge)
 
 
 STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
 """Kinds of requests by the stop type of MAS that ends them; other stop types don't apply to a 3601."""
 
 
-def _go(
-    axis: Axis, motion: MotionControl, kind: int, command: int, target: int, operands: tuple[Given, ...]
+def _begin_motion(
+    axis: Axis,
+    motion: MotionControl,
+    kind: int,
+    command: int,
+    target: int,
+    operands: tuple[MotionOperand, ...],
 ) -> None:
-    """Request a move or a jog; `operands` begin with the speed."""
-    present = axis.under_way
+    """Request a move or a jog; `operands` begin with the speed, and have the merge at 10 and 11."""
+    kind_under_way = axis.kind_under_way
     merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
-    if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
+    if not merge and any(kind_under_way in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
         raise MotionError(IN_MOTION)
     speed, *rates = _dynamics(axis, *operands[:6])
-    if merge and present and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
-        words = axis.words
-        speed = words[4] * 1000 + words[5] or speed
+    if merge and kind_under_way and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
+        speed = axis.requested_speed or speed
     axis.request(motion, kind, *_profile(command, target, speed, rates))
     motion.set(DN=True, IP=True, AC=True)
 
 
-def _dynamics(axis: Axis, *operands: Given) -> tuple[int, int, int]:
-    """Return speed and both rates in the module's units."""
-    values, units = operands[::2], operands[1::2]
-    lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
-    words = [word_of(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
-    numbers = [number_of(axis.machine, value) for value in values]
-    up, down = axis.rate(numbers[1], words[1]), axis.rate(numbers[2], words[2])
-    return axis.speed(numbers[0], words[0]), up, down
+def _dynamics(axis: Axis, *operands: MotionOperand) -> tuple[int, int, int]:
+    """Return speed and both rates in the module's units, from three values with a unit after each."""
+    speed, up, down = (number_of(axis.machine, value) for value in operands[::2])
+    keywords = zip(operands[1::2], (SPEED_UNITS, RATE_UNITS, RATE_UNITS), strict=True)
+    speed_unit, up_unit, down_unit = (word_of(axis.machine, unit, units) for unit, units in keywords)
+    rates = axis.rate(up, up_unit), axis.rate(down, down_unit)
+    return axis.speed(speed, speed_unit), *rates
 
 
-def _stop(axis: Axis, motion: MotionControl, operand: Given, *_others: Given) -> None:
+def _stop(axis: Axis, motion: MotionControl, operand: MotionOperand, *_others: MotionOperand) -> None:
     stop_type = word_of(axis.machine, operand, STOP_TYPES)
-    if stop_type == "ALL" or axis.under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
+    if stop_type == "ALL" or axis.kind_under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
         motion.set(DN=True, IP=True)
         axis.request(motion, HALT)
     else:
@@ -161,35 +165,37 @@ def _home(axis: Axis, motion: MotionControl) -> None:
     if axis.status != STANDSTILL:
         raise MotionError(IN_MOTION)
     speed = axis.speed(settings.home_speed or float(axis.tag["HomeSpeed"]), "")
-    rate = axis.rate(settings.home_acceleration or axis.maximum(), "")
+    rate = axis.rate(settings.home_acceleration or axis.max_acceleration(), "")
     command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit is CCW
     axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
     motion.set(DN=True, IP=True, AC=True)
 
 
-def _redefine(axis: Axis, motion: MotionControl, kind: Given, _select: Given, position: Resolved) -> None:
+def _redefine(
+    axis: Axis, motion: MotionControl, kind: MotionOperand, _select: MotionOperand, position: Resolved
+) -> None:
     units = number_of(axis.machine, position)
     if word_of(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
         units += float(axis.tag["ActualPosition"])
     if axis.status != STANDSTILL:
         raise MotionError(IN_MOTION)
-    axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, *_pair(axis.steps(units)))
+    axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, *split_thousands(axis.steps(units)))
 
 
 def _change(
     axis: Axis,
     motion: MotionControl,
-    kind: Given,
-    change_speed: Given,
+    kind: MotionOperand,
+    change_speed: MotionOperand,
     speed: Resolved,
-    change_up: Given,
+    change_up: MotionOperand,
     up: Resolved,
-    change_down: Given,
+    change_down: MotionOperand,
     down: Resolved,
-    *others: Given,
+    *others: MotionOperand,
 ) -> None:
-    """Change the speed of a manual move; a move can't be changed."""
-    words = axis.words
+    """Change the speed of a manual move; MCD can't change other moves."""
+    words = axis.output_words
     moving = axis.tag["JogStatus"] and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
         raise MotionError(ILLEGAL_CHANGE)
@@ -198,7 +204,7 @@ def _change(
         word_of(axis.machine, word, NO_YES) == "YES" for word in (change_speed, change_up, change_down)
     ]
     new_speed, new_up, new_down = (
-        axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else words[4] * 1000 + words[5],
+        axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else axis.requested_speed,
         axis.rate(number_of(axis.machine, up), up_unit) if changes[1] else words[6],
         axis.rate(number_of(axis.machine, down), down_unit) if changes[2] else words[7],
     )
@@ -207,28 +213,28 @@ def _change(
     motion.set(DN=True)
 
 
-def _unit(axis: Axis, operand: Given) -> str:
+def _unit(axis: Axis, operand: MotionOperand) -> str:
     return word_of(axis.machine, operand, RATE_UNITS)
 
 
-ANSWERS: Answers = {
-    "MSO": (_servo_on, False),
-    "MSF": (_servo_off, False),
-    "MASD": (lambda axis, motion: _servo_off(axis, motion, shut_down=True), False),
-    "MASR": (lambda axis, motion: _reset(axis, motion, restart=True), False),
-    "MAFR": (_reset, False),
-    "MAM": (_move, True),
-    "MAJ": (_jog, True),
-    "MAS": (_stop, True),
-    "MAH": (_home, True),
-    "MRP": (_redefine, True),
-    "MCD": (_change, True),
+STARTERS: Starters = {
+    "MSO": Starter(_servo_on),
+    "MSF": Starter(_servo_off),
+    "MASD": Starter(lambda axis, motion: _servo_off(axis, motion, shut_down=True)),
+    "MASR": Starter(lambda axis, motion: _reset(axis, motion, restart=True)),
+    "MAFR": Starter(_reset),
+    "MAM": Starter(_move, moves=True),
+    "MAJ": Starter(_jog, moves=True),
+    "MAS": Starter(_stop, moves=True),
+    "MAH": Starter(_home, moves=True),
+    "MRP": Starter(_redefine, moves=True),
+    "MCD": Starter(_change, moves=True),
 }
 
 
-def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Given, ...]) -> None:
+def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[MotionOperand, ...]) -> None:
     """Begin an instruction with the operands after the axis and the control, or raise a MotionError."""
-    begin_by(ANSWERS, name, axis.check_ready, axis, motion, *operands)
+    start(STARTERS, name, axis.check_ready, axis, motion, *operands)
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:

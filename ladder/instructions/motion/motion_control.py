@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
@@ -23,9 +23,9 @@ ERRORS = {
     OUT_OF_RANGE: "operand out of range",
     AXIS_FAULT: "axis faulted",
     IN_MOTION: "in motion; a 3601 can't superimpose",
-    ILLEGAL_CHANGE: "no such motion to change",
-    ILLEGAL: "this axis can't do it",
-    QUEUE_FULL: "a path waits already",
+    ILLEGAL_CHANGE: "no motion of this kind to change",
+    ILLEGAL: "not available for this axis",
+    QUEUE_FULL: "a path is already waiting",
 }
 """Meanings of the ERR codes."""
 
@@ -37,7 +37,7 @@ class MotionError(Exception):
         self.code = code
 
 
-Given = Resolved | str
+MotionOperand = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
 
@@ -46,7 +46,7 @@ class MotionControl(Members):
 
     @property
     def ticket(self) -> int:
-        """Number of its request to the axis; 0 if it has none."""
+        """Number of the instruction's request to the axis; 0 if none."""
         return self._machine.whole(self["~ticket"])
 
     @ticket.setter
@@ -55,7 +55,7 @@ class MotionControl(Members):
 
     @property
     def claim(self) -> int:
-        """Its own number and its request's number, combined as an ideal axis stores them."""
+        """The instruction's number in the upper 32 bits, and its request's number in the lower 32."""
         return self._machine.whole(self["~number"]) << 32 | self.ticket
 
     def begin(self, ticket: int = 0) -> None:
@@ -68,7 +68,7 @@ class MotionControl(Members):
         self.set(ER=True, IP=False, AC=False, ERR=error)
 
 
-def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str:
+def word_of(machine: Interpreter, operand: MotionOperand, words: tuple[str, ...]) -> str:
     """Return a keyword operand in the form of `plain`; "" for a number beyond its list."""
     if isinstance(operand, str):
         return operand
@@ -76,25 +76,34 @@ def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str
     return plain(words[number]) if 0 <= number < len(words) else ""
 
 
-def number_of(machine: Interpreter, operand: Given) -> float:
-    """Return a numeric operand; 0 for a keyword, which has no number."""
+def number_of(machine: Interpreter, operand: MotionOperand) -> float:
+    """Return a numeric operand; 0 for a keyword."""
     return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))
 
 
-Answers = Mapping[str, tuple[Callable[..., None], bool]]
-"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
+class Starter(NamedTuple):
+    """How an instruction begins."""
+
+    begin: Callable[..., None]  # raises a MotionError for a refused instruction
+    moves: bool = False  # whether it needs an axis that accepts motion
 
 
-def begin_by(answers: Answers, name: str, check_ready: Callable[[], None], *given: Any) -> None:
-    """Begin an instruction by its function, or raise a MotionError.
+Starters = Mapping[str, Starter]
+"""Starters by names of instructions."""
+
+
+def start(starters: Starters, name: str, check_ready: Callable[[], None], *arguments: Any) -> None:
+    """Begin an instruction by its starter, or raise a MotionError.
 
     Args:
+        starters: the instructions that the axis or coordinate system has.
+        name: name of the instruction.
         check_ready: raises a MotionError if the axis accepts no motion at present.
-        given: arguments of the function.
+        arguments: arguments of the starter's function.
     """
-    if name not in answers:
+    if name not in starters:
         raise MotionError(ILLEGAL)
-    answer, moves = answers[name]
-    if moves:
+    starter = starters[name]
+    if starter.moves:
         check_ready()
-    answer(*given)
+    starter.begin(*arguments)

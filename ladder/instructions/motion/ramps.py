@@ -87,7 +87,7 @@ def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
 
 
 def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
-    """Return the ramps of a change of speed: two ramps if it passes through zero."""
+    """Return the ramps of a change of speed: two ramps if the speed passes through zero."""
     if begin * end < 0:
         return (*ramp(begin, 0.0, dynamics), *ramp(0.0, end, dynamics))
     if abs(end) > abs(begin):
@@ -98,9 +98,11 @@ def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
 
 
 def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
-    """Return the phases of a move over a distance from a present speed; it returns if it overshoots.
+    """Return the phases of a move over a distance from a present speed.
 
-    >>> [round(each.seconds, 3) for each in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
+    A move that overshoots, because the speed is too high, reverses to its goal.
+
+    >>> [round(phase.seconds, 3) for phase in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
     [0.5, 1.25, 1.0]
     """
     direction = 1.0 if distance >= 0 else -1.0
@@ -116,8 +118,12 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     if abs(speed) < peak:
         peak = min(peak, math.sqrt((abs(distance) + speed * speed * up) / (up + down)))
     ramps = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
-    left = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
-    cruise = (Phase(left / peak, direction * peak, direction * peak),) if peak > 0 and left > 0 else ()
+    cruise_distance = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
+    cruise = (
+        (Phase(cruise_distance / peak, direction * peak, direction * peak),)
+        if peak > 0 and cruise_distance > 0
+        else ()
+    )
     return (*ramps[0], *cruise, *ramps[1])
 
 
@@ -126,7 +132,7 @@ def length(phases: Phases) -> float:
     return sum(phase.seconds * (phase.begin + phase.end) / 2 for phase in phases)
 
 
-def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
+def instant_at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
     """Return the motion some seconds after the beginning.
 
     Args:
@@ -135,32 +141,34 @@ def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
     travel = 0.0
     for phase in phases:
         if seconds < phase.seconds:
-            return _inside(phase, travel, seconds)
+            return _instant_in_phase(phase, travel, seconds)
         travel += phase.seconds * (phase.begin + phase.end) / 2
         seconds -= phase.seconds
     return Instant(travel + last * seconds, last, 0.0, True)
 
 
-def _inside(phase: Phase, travel: float, seconds: float) -> Instant:
-    part = seconds / phase.seconds
-    speed, travelled = _unit(part, phase.share)
+def _instant_in_phase(phase: Phase, travel: float, seconds: float) -> Instant:
+    fraction = seconds / phase.seconds
+    speed, travelled = _unit_ramp(fraction, phase.share)
     change = phase.end - phase.begin
     return Instant(
-        travel + phase.seconds * (phase.begin * part + change * travelled),
+        travel + phase.seconds * (phase.begin * fraction + change * travelled),
         phase.begin + change * speed,
         change / phase.seconds,
         False,
     )
 
 
-def _unit(part: float, share: float) -> tuple[float, float]:
-    """Return the speed and travel of a unit ramp (speed 0 to 1) at a part of its time."""
+def _unit_ramp(fraction: float, share: float) -> tuple[float, float]:
+    """Return the speed and travel of a ramp from speed 0 to 1 in 1 s, at a fraction of its time."""
     if share <= 0:
-        return part, part * part / 2
-    if part > 0.5:
-        speed, travelled = _unit(1 - part, share)
-        return 1 - speed, part - 0.5 + travelled
+        return fraction, fraction * fraction / 2
+    if fraction > 0.5:
+        speed, travelled = _unit_ramp(1 - fraction, share)
+        return 1 - speed, fraction - 0.5 + travelled
     peak = 1 / (1 - share)
-    if part < share:
-        return peak * part * part / (2 * share), peak * part**3 / (6 * share)
-    return peak * (part - share / 2), peak * (part * part - share * part + share * share / 3) / 2
+    if fraction < share:
+        return peak * fraction * fraction / (2 * share), peak * fraction**3 / (6 * share)
+    return peak * (fraction - share / 2), peak * (
+        fraction * fraction - share * fraction + share * share / 3
+    ) / 2

@@ -1,7 +1,7 @@
 """Motion structures in memory: axes, coordinate systems, and the instructions that move them.
 
 An axis stores which instruction a motion belongs to: a claim is the number of the MOTION_INSTRUCTION and the
-number of its request. A claim that is older than the instruction's last request no longer sets bits.
+number of its request. A claim of an earlier request no longer sets bits of the instruction.
 """
 
 from __future__ import annotations
@@ -39,32 +39,32 @@ class Ideal:
     systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; with axis numbers
     controls: tuple[MotionPart, ...]  # number 1 is the first
 
-    def carry(self, before: Ideal, memory: Memory) -> None:
-        """Renumber motions under way for this program after an online edit."""
-        controls = _renumbered(before.controls, self.controls)
-        axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
-        for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
-            for part, _ in parts:
+    def renumber_motions(self, old: Ideal, memory: Memory) -> None:
+        """Renumber the instructions and masters of motions under way, after an online edit of `old`."""
+        controls = _new_numbers(old.controls, self.controls)
+        axes = _new_numbers([part for part, _ in old.axes], [part for part, _ in self.axes])
+        for owners, claims in ((self.axes, CLAIMS_OF_AXES), (self.systems, CLAIMS_OF_SYSTEMS)):
+            for part, _ in owners:
                 spot = MotionSpot(memory, part)
                 for name in claims:
                     number, ticket = divmod(int(spot[f"~{name}"]), 1 << 32)
-                    spot.hide(**{name: controls.get(number, 0) << 32 | ticket})
+                    spot.set_hidden(**{name: controls.get(number, 0) << 32 | ticket})
         for part, _ in self.axes:
             spot = MotionSpot(memory, part)
             master = int(spot["~master"])
             if master < 0:
-                spot.hide(master=-axes.get(-master, 0))
+                spot.set_hidden(master=-axes.get(-master, 0))
 
 
-OF_AXES = (*(f"{planner}_claim" for planner in PLANNERS), "watch_claim")
-OF_SYSTEMS = ("claim", "next_claim", "transform")
-"""Hidden members of coordinate systems that refer to an instruction."""
+CLAIMS_OF_AXES = (*(f"{planner}_claim" for planner in PLANNERS), "watch_claim")
+CLAIMS_OF_SYSTEMS = ("claim", "next_claim", "transform")
+"""Hidden members that refer to an instruction."""
 
 
-def _renumbered(before: Sequence[MotionPart], after: Sequence[MotionPart]) -> dict[int, int]:
+def _new_numbers(old: Sequence[MotionPart], new: Sequence[MotionPart]) -> dict[int, int]:
     """Return new numbers by old numbers, from 1; 0 if a structure is gone."""
-    now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
-    return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
+    numbers = {(part.path.upper(), part.index): number for number, part in enumerate(new, 1)}
+    return {number: numbers.get((part.path.upper(), part.index), 0) for number, part in enumerate(old, 1)}
 
 
 class MotionSpot:
@@ -89,21 +89,21 @@ class MotionSpot:
             leaf = self._leaf(name)
             self.memory.write(leaf, self.part.index, converted(leaf.type, value))
 
-    def hide(self, **members: Value) -> None:
+    def set_hidden(self, **members: Value) -> None:
         """Set hidden members."""
         self.put(**{f"~{name}": value for name, value in members.items()})
 
-    def row(self, name: str, values: Iterable[float]) -> None:
+    def set_array(self, name: str, values: Iterable[float]) -> None:
         """Set the elements of an array member."""
         leaf = self._leaf(name)
-        for place, value in enumerate(values, self.part.index * leaf.dims[-1]):
-            self.memory.write(leaf, place, converted(leaf.type, value))
+        for index, value in enumerate(values, self.part.index * leaf.dims[-1]):
+            self.memory.write(leaf, index, converted(leaf.type, value))
 
-    def bits(self, places: dict[str, str], **bits: bool) -> None:
-        """Set bits by name; `places` has the word and bit number of each."""
+    def set_bits(self, positions: dict[str, str], **bits: bool) -> None:
+        """Set bits by name; `positions` has the word and bit number of each, such as `FLAGS.3`."""
         words: dict[str, int] = {}
         for name, on in bits.items():
-            word, _, bit = places[name].partition(".")
+            word, _, bit = positions[name].partition(".")
             value = words[word] if word in words else int(self[word])
             words[word] = value | 1 << int(bit) if on else value & ~(1 << int(bit))
         self.put(**words)
@@ -112,14 +112,14 @@ class MotionSpot:
 FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}
 
 
-def settle(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
-    """Set bits of the instruction of a claim, unless it has begun again since."""
+def report(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
+    """Set bits and ERR of the instruction of a claim, unless it has begun again since."""
     number, ticket = claim >> 32, claim & 0xFFFF_FFFF
     if not number:
         return
     control = MotionSpot(memory, ideal.controls[number - 1])
     if control["~ticket"] == ticket:
-        control.bits(FLAGS, **bits)
+        control.set_bits(FLAGS, **bits)
         if error:
             control.put(ERR=error)
 

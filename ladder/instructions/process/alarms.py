@@ -2,12 +2,12 @@
 
     InAlarm  Acked   becomes
     0        1       1 0 when the condition has lasted MinDurationPRE ms (1 1 without AckRequired)
-    1        0       1 1 when acknowledged; 0 0 when the condition ends, Latched: 0 1 when it is reset then
-    1        1       0 1 when the condition ends, Latched: when it is reset then
-    0        0       0 1 when acknowledged, 1 0 when the condition comes again
+    1        0       1 1 when acknowledged; 0 0 when the condition ends, Latched: 0 1 on a reset after the end
+    1        1       0 1 when the condition ends, Latched: on a reset after the end
+    0        0       0 1 when acknowledged, 1 0 when the condition returns
 
-[1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request; so is a set OperAck or
-OperReset, which the instruction clears. Alarms have no subscribers here, so they send no messages.
+[1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request. A set OperAck or OperReset is
+one request, and the instruction clears it. Alarms have no subscribers here, so they send no messages.
 """
 
 from __future__ import annotations
@@ -31,26 +31,26 @@ def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: 
         alarm.set(**{name: machine.condition(operand)})
 
 
-def _requested(alarm: Members, name: str) -> bool:
-    """Return whether the program (by a rising bit) or the operator requests this; clear the request."""
-    program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
-    requested = bool(program and not before) or bool(alarm[f"Oper{name}"])
+def _take_request(alarm: Members, name: str) -> bool:
+    """Return whether the program (by a rising bit) or the operator makes a request; clear the request."""
+    program, program_before = alarm[f"Prog{name}"], alarm[f"~{name}"]
+    requested = bool(program and not program_before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
     return requested
 
 
-def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
-    """Set a state according to its requests; a request to end it takes precedence."""
-    if alarm[f"Prog{off}"] or alarm[f"Oper{off}"]:
+def _switch(alarm: Members, set_request: str, reset_request: str, state: str) -> bool:
+    """Set a state by its two requests, of which the reset request has precedence; return the state."""
+    if alarm[f"Prog{reset_request}"] or alarm[f"Oper{reset_request}"]:
         alarm.set(**{state: False})
-    elif alarm[f"Prog{on}"] or alarm[f"Oper{on}"]:
+    elif alarm[f"Prog{set_request}"] or alarm[f"Oper{set_request}"]:
         alarm.set(**{state: True})
-    alarm.set(**{f"Oper{on}": False, f"Oper{off}": False})
+    alarm.set(**{f"Oper{set_request}": False, f"Oper{reset_request}": False})
     return bool(alarm[state])
 
 
-def _lasts(machine: Interpreter, alarm: Members, active: bool) -> bool:
-    """Measure how long a condition lasts; return whether it has lasted long enough."""
+def _has_lasted(machine: Interpreter, alarm: Members, active: bool) -> bool:
+    """Measure how long a condition lasts; return whether it has lasted MinDurationPRE ms."""
     if not active:
         alarm.set(MinDurationACC=0, **{"~active": False})
         return False
@@ -70,11 +70,11 @@ def _almd(machine: Interpreter, power: bool, group: Group, *operands: Resolved) 
     _copy(machine, alarm, ("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)
     disabled = _switch(alarm, "Disable", "Enable", "Disabled")
     _switch(alarm, "Suppress", "Unsuppress", "Suppressed")
-    acknowledged, reset = _requested(alarm, "Ack"), _requested(alarm, "Reset")
+    acknowledged, reset = _take_request(alarm, "Ack"), _take_request(alarm, "Reset")
     if alarm["AlarmCountReset"]:
         alarm.set(AlarmCount=0, AlarmCountReset=False)
     active = not disabled and alarm["In"] == alarm["Condition"]
-    if _lasts(machine, alarm, active) and (not alarm["InAlarm"]):
+    if _has_lasted(machine, alarm, active) and not alarm["InAlarm"]:
         alarm.set(
             InAlarm=True,
             Acked=not alarm["AckRequired"],
@@ -107,47 +107,50 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
     _copy(machine, alarm, ("ProgAckAll", "ProgDisable", "ProgEnable"), operands)
     disabled = _switch(alarm, "Disable", "Enable", "Disabled")
     _switch(alarm, "Suppress", "Unsuppress", "Suppressed")
-    acknowledged = _requested(alarm, "AckAll")
-    _levels(machine, alarm, disabled=disabled, acknowledged=acknowledged)
-    _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
+    acknowledged = _take_request(alarm, "AckAll")
+    _set_levels(machine, alarm, disabled=disabled, acknowledged=acknowledged)
+    _set_rate_alarms(machine, alarm, disabled=disabled, acknowledged=acknowledged)
     alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in ANALOG_ALARMS))
     alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in ANALOG_ALARMS))
 
 
-def _levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Compare the value with its limits; once there is an alarm, further alarms need no duration."""
+def _set_levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
+    """Set the level alarms; while one is on, further alarms need no minimum duration."""
     beyond = {
-        name: not disabled and bool(alarm[f"{name}Enabled"]) and _beyond(alarm, name) for name in ALARM_LEVELS
+        name: not disabled and bool(alarm[f"{name}Enabled"]) and _is_beyond(alarm, name)
+        for name in ALARM_LEVELS
     }
-    lasts = _lasts(machine, alarm, any(beyond.values()))
+    lasts = _has_lasted(machine, alarm, any(beyond.values()))
     already = any(alarm[f"{name}InAlarm"] for name in ALARM_LEVELS)
     for name in ALARM_LEVELS:
-        stays = not disabled and bool(alarm[f"{name}InAlarm"]) and not _inside(alarm, name)
-        _level(alarm, name, on=stays or (beyond[name] and (lasts or already)), acknowledged=acknowledged)
+        stays = not disabled and bool(alarm[f"{name}InAlarm"]) and not _is_back_inside(alarm, name)
+        _set_level(
+            alarm, name, in_alarm=stays or (beyond[name] and (lasts or already)), acknowledged=acknowledged
+        )
 
 
-def _beyond(alarm: Members, name: str) -> bool:
+def _is_beyond(alarm: Members, name: str) -> bool:
     value, limit = alarm["In"], alarm[f"{name}Limit"]
     return value >= limit if name.startswith("H") else value <= limit
 
 
-def _inside(alarm: Members, name: str) -> bool:
-    """Whether the value is back within the deadband."""
+def _is_back_inside(alarm: Members, name: str) -> bool:
+    """Return whether the value has returned from a limit by more than the deadband."""
     value, limit, band = alarm["In"], alarm[f"{name}Limit"], max(alarm["Deadband"], 0.0)
     return value < limit - band if name.startswith("H") else value > limit + band
 
 
-def _level(alarm: Members, name: str, *, on: bool, acknowledged: bool) -> None:
+def _set_level(alarm: Members, name: str, *, in_alarm: bool, acknowledged: bool) -> None:
     required = alarm["AckRequired"]
-    if on and not alarm[f"{name}InAlarm"]:
+    if in_alarm and not alarm[f"{name}InAlarm"]:
         alarm.set(**{f"{name}Acked": not required})
     if acknowledged or not required:
         alarm.set(**{f"{name}Acked": True})
-    alarm.set(**{f"{name}InAlarm": on, f"{name}InAlarmUnack": on and not alarm[f"{name}Acked"]})
+    alarm.set(**{f"{name}InAlarm": in_alarm, f"{name}InAlarmUnack": in_alarm and not alarm[f"{name}Acked"]})
 
 
-def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Sample once per ROCPeriod (s), and compare the rate of change with its limits."""
+def _set_rate_alarms(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
+    """Sample once per ROCPeriod (s), and set the alarms of the rate of change."""
     period, elapsed = alarm["ROCPeriod"], machine.now_ns - int(alarm["~sampled_ns"])
     if not alarm["~sampled"]:
         alarm.set(**{"~sampled": True, "~sampled_ns": machine.now_ns, "~sample": alarm["In"]})
@@ -156,8 +159,8 @@ def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged
         alarm.set(**{"~sampled_ns": machine.now_ns, "~sample": alarm["In"]})
     for name, sign in (("ROCPos", 1), ("ROCNeg", -1)):
         limit = alarm[f"{name}Limit"]
-        on = not disabled and period > 0 and limit > 0 and sign * alarm["ROC"] >= limit
-        _level(alarm, name, on=on, acknowledged=acknowledged)
+        in_alarm = not disabled and period > 0 and limit > 0 and sign * alarm["ROC"] >= limit
+        _set_level(alarm, name, in_alarm=in_alarm, acknowledged=acknowledged)
 
 
 _NOT_IN_ALARM = {

@@ -1,13 +1,13 @@
 """D2SD and D3SD: a device of two or three states with feedback [1756-RM006K p. 28-50].
 
     mode                      commanded state
-    Hand (ProgHandReq)        HandFB, or the one HandFB that is set
+    Hand (ProgHandReq)        HandFB; with three states the only HandFB that is set
     Override                  OverrideState; by ProgOverrideReq, OverrideOnInit, an alarm with OverrideOnFault
-    Program, Operator         the one command or request that is set, if the state's permissive is set
+    Program, Operator         the only command or request that is set, if the state's permissive is set
 
-More than one command is a fault, and the state stays. A commanded change starts the fault timer; the feedback
-of the state stops it. Where the manual is silent: the first scan also starts the timer, and an override by an
-alarm gives the operator control.
+More than one command is a fault, and the state does not change. A commanded change starts the fault timer;
+the feedback of the state stops it. Where the manual is silent: the first scan also starts the timer, and an
+override by an alarm gives the operator control.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from .function_block import FunctionBlock, block_row
 _NS_PER_S = 1_000_000_000
 
 
-def _one(block: FunctionBlock, names: list[str], fault: str) -> int | None:
-    """Return which of several bits is set; None if none is, or if several are, which is a fault."""
+def _only_set_bit(block: FunctionBlock, names: list[str], fault: str) -> int | None:
+    """Return the number of the one bit that is set; None if no bit or, with a fault, several bits are set."""
     numbers = [number for number, name in enumerate(names) if block[name]]
     block.wrong(**{fault: len(numbers) > 1})
     return numbers[0] if len(numbers) == 1 else None
@@ -33,7 +33,7 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
     Args:
         commands: inputs of the program, one for each state, or one for two states.
     """
-    requested = sum(int(block[command]) << place for place, command in enumerate(commands))
+    requested = sum(int(block[command]) << number for number, command in enumerate(commands))
     expected = 1 << state if len(commands) > 1 else state
     changed = requested ^ int(block["~asked"])
     alarm = block.on("ModeAlarm") or bool(changed & (requested ^ expected))
@@ -42,7 +42,7 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
 
 
 def _has_timed_out(block: FunctionBlock) -> bool:
-    """Return whether a missing feedback is a fault: after FaultTime, or if the feedback was there before."""
+    """Return whether a missing feedback is a fault: after FaultTime, or after it was there once."""
     limit = block.limited("FaultTime", 0.0, math.inf)
     late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
     return limit > 0 and (late or not block["~timing"])
@@ -57,8 +57,8 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
 
     def commanded(block: FunctionBlock, *, program: bool) -> int | None:
         """Return the state that the program or the operator commands; None for no change."""
-        requested = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
-        by_program = _one(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
+        requested = _only_set_bit(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
+        by_program = _only_set_bit(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
         state = by_program if program else requested
         return state if state is not None and block[f"State{state}Perm"] else None
 
@@ -72,7 +72,7 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         invalid = three and block.wrong(OverrideStateInv=not 0 <= block["OverrideState"] < states)
         return requested and not invalid and not block["ProgHandReq"]
 
-    def state_of(block: FunctionBlock, before: int) -> int:
+    def choose_state(block: FunctionBlock, present_state: int) -> int:
         """Set the mode; return the commanded state."""
         program = block.control()
         hand, override = block.on("ProgHandReq"), overriding(block)
@@ -80,12 +80,13 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         state = commanded(block, program=program and block.on("ProgOper"))
         if override:
             state = int(block["OverrideState"])
-        by_hand = (
-            _one(block, [f"HandFB{n}" for n in numbers], "HandCommandInv") if three else int(block["HandFB"])
-        )
+        if three:
+            state_by_hand = _only_set_bit(block, [f"HandFB{n}" for n in numbers], "HandCommandInv")
+        else:
+            state_by_hand = int(block["HandFB"])
         if hand:
-            state = by_hand
-        return before if state is None else state
+            state = state_by_hand
+        return present_state if state is None else state
 
     def show(block: FunctionBlock, state: int) -> bool:
         """Set the outputs of a state; return whether the feedback shows it."""
@@ -102,10 +103,10 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         if block.first:
             block.set(ModeAlarm=False, FaultAlarm=False)
             _mode_alarm(block, 0, commands)
-        before = int(block["~state"])
-        state = state_of(block, before)
+        previous_state = int(block["~state"])
+        state = choose_state(block, previous_state)
         switched = show(block, state)
-        if block.first or state != before:
+        if block.first or state != previous_state:
             block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
         if switched:
             block.set(**{"~timing": False})

@@ -13,10 +13,10 @@ r"""Drive function blocks [1756-RM006K p. 270-304; the pages of PI, PMUL and SOC
 
 The integral of PI and SOC is held while HoldHigh, HoldLow, or a limit of Out would wind it up. With the
 nonlinear gains of PI, Kp becomes Kp ((Shape - 1) r + 1), where r = |In|/KpInRange up to 1, squared with
-ParabolicLinear; the same goes for Wld. SOC is the sum of an integral and a lag, by the bilinear transform:
-with b = 1/WLead^2 and a = 2 ZetaLead/WLead - 1/WLag, its transfer function is Gain (1/s + (a + b s)/(1 +
-s/WLag)). The steps of SCRV are an interpretation, and so are the first scans of PMUL and SCRV. Without a jerk
-rate, Out does not change.
+ParabolicLinear. Wld becomes the same function of WldInRange. SOC is the sum of an integral and a lag, by the
+bilinear transform: with b = 1/WLead^2 and a = 2 ZetaLead/WLead - 1/WLag, its transfer function is
+Gain (1/s + (a + b s)/(1 + s/WLag)). The steps of SCRV and the first scans of PMUL and SCRV are
+interpretations. With a JerkRate of 0, Out of SCRV does not change.
 """
 
 from __future__ import annotations
@@ -39,33 +39,36 @@ def _initial(block: FunctionBlock) -> float:
     return min(max(block.real("InitialValue"), low), high)
 
 
-def _with_limits(block: FunctionBlock, integral: float, before: float, other: float) -> tuple[float, float]:
-    """Limit an integral, and Out, which is the integral plus another term [p. 302-303].
+def _with_limits(
+    block: FunctionBlock, integral: float, previous_integral: float, other_term: float
+) -> tuple[float, float]:
+    """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303].
 
     Returns:
         (integral, out)
     """
     low, high = block.real("LowLimit"), block.real("HighLimit")
     crossed = block.wrong(HighLowLimsInv=not low < high)
-    if not math.isfinite(integral + other):
-        return integral, integral + other
-    if block.holds(integral - before):
-        integral = before
-    above, below = crossed or integral + other >= high, crossed or integral + other <= low
+    if not math.isfinite(integral + other_term):
+        return integral, integral + other_term
+    if block.holds(integral - previous_integral):
+        integral = previous_integral
+    above, below = crossed or integral + other_term >= high, crossed or integral + other_term <= low
     block.set(HighAlarm=above, LowAlarm=below)
     if crossed:
-        return low - other, low
+        return low - other_term, low
     if above or below:
-        return before, high if above else low
-    return integral, integral + other
+        return previous_integral, high if above else low
+    return integral, integral + other_term
 
 
-def _keep(block: FunctionBlock, out: float, **internal: float) -> float:
-    """Set Out; keep internal values unless Out or one of them is invalid."""
+def _set_out(block: FunctionBlock, out: float, **internal: float) -> float:
+    """Set Out, and the internal values if they and Out are finite; return Out rounded to REAL."""
+    rounded = block.rounded(out)
     block.set(Out=out)
-    if all(map(math.isfinite, (block.rounded(out), *internal.values()))):
+    if all(map(math.isfinite, (rounded, *internal.values()))):
         block.set(**{f"~{name}": value for name, value in internal.items()})
-    return block.rounded(out)
+    return rounded
 
 
 # --- PI
@@ -86,19 +89,19 @@ def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float
 def _proportional_integral(block: FunctionBlock) -> float:
     if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~exact": 0.0})
-    value, before = block.real("In"), block.real("~exact")
+    value, previous_integral = block.real("In"), block.real("~exact")
     gain = block.limited("Kp", MIN_REAL, math.inf)
     lead = block.limited("Wld", MIN_REAL, 0.7 * math.pi / block.delta_t if block.delta_t > 0 else math.inf)
     if block["Initialize"]:
         initial = _initial(block)
-        return _keep(block, initial, x1=value, exact=initial)
+        return _set_out(block, initial, x1=value, exact=initial)
     if block.delta_t <= 0:
         return block.real("Out")
     if block["NonLinearMode"]:
         gain, lead = _shaped(block, "Kp", gain, value), _shaped(block, "Wld", lead, value)
-    integral = before + gain * lead * (value + block.real("~x1")) / 2 * block.delta_t
-    integral, out = _with_limits(block, integral, before, gain * value)
-    return _keep(block, out, x1=value, exact=integral)
+    integral = previous_integral + gain * lead * (value + block.real("~x1")) / 2 * block.delta_t
+    integral, out = _with_limits(block, integral, previous_integral, gain * value)
+    return _set_out(block, out, x1=value, exact=integral)
 
 
 # --- SOC
@@ -107,22 +110,22 @@ def _proportional_integral(block: FunctionBlock) -> float:
 def _second_order(block: FunctionBlock) -> float:
     if block.first:
         block.set(Out=0.0, **{"~x1": 0.0, "~y1": 0.0, "~exact": 0.0})
-    value, last, before = block.real("In"), block.real("~x1"), block.real("~exact")
+    value, previous_in, previous_integral = block.real("In"), block.real("~x1"), block.real("~exact")
     gain = block.limited("Gain", MIN_REAL, math.inf)
     lead, lag = (frequency(block, name) for name in ("WLead", "WLag"))
     zeta = block.limited("ZetaLead", 0.0, 10.0)
     if block["Initialize"]:
         initial = _initial(block)
-        return _keep(block, initial, x1=value, y1=0.0, exact=initial)
+        return _set_out(block, initial, x1=value, y1=0.0, exact=initial)
     if block.delta_t <= 0:
         return block.real("Out")
     b = 1 / (lead * lead)
     a, slope, pole = 2 * zeta / lead - 1 / lag, 2 * b / block.delta_t, 2 / (lag * block.delta_t)
-    part = gain * ((a + slope) * value + (a - slope) * last) - (1 - pole) * block.real("~y1")
-    part /= 1 + pole
-    integral = before + gain * (value + last) / 2 * block.delta_t
-    integral, out = _with_limits(block, integral, before, part)
-    return _keep(block, out, x1=value, y1=part, exact=integral)
+    lag_term = gain * ((a + slope) * value + (a - slope) * previous_in) - (1 - pole) * block.real("~y1")
+    lag_term /= 1 + pole
+    integral = previous_integral + gain * (value + previous_in) / 2 * block.delta_t
+    integral, out = _with_limits(block, integral, previous_integral, lag_term)
+    return _set_out(block, out, x1=value, y1=lag_term, exact=integral)
 
 
 # --- PMUL
@@ -132,15 +135,17 @@ def _pulses(block: FunctionBlock) -> float:
     value = int(block["In"])
     size = int(block.limited("WordSize", 2, 32))
     parts = int(block.limited("Multiplier", -_MOST_PARTS, _MOST_PARTS))
-    held, initialize = block.on("~initializing"), block.on("Initialize")
+    was_initializing, initialize = block.on("~initializing"), block.on("Initialize")
     block.set(**{"~initializing": initialize})
     if initialize:
         block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
         return 0.0
-    before = int(block["InitialValue"]) if held else value if block.first else int(block["~before"])
+    previous_in = (
+        int(block["InitialValue"]) if was_initializing else value if block.first else int(block["~before"])
+    )
     remainder = 0 if block.first else int(block["~remainder"])
     half = 1 << (size - 1)
-    difference = (value - before + half) % (2 * half) - half if block["Mode"] else value
+    difference = (value - previous_in + half) % (2 * half) - half if block["Mode"] else value
     total = difference * parts + remainder
     out = abs(total) // _PARTS * (1 if total >= 0 else -1)
     remainder = total - out * _PARTS
@@ -153,15 +158,16 @@ def _pulses(block: FunctionBlock) -> float:
 # --- SCRV
 
 
-def _quickest(rate: float, left: float, most: float, jerk: float, seconds: float) -> float:
-    """Return the highest rate, within its limits, from which Out can still arrive with rate 0.
+def _highest_rate(rate: float, distance: float, limit: float, jerk: float, seconds: float) -> float:
+    """Return the highest new rate, within its limits, from which Out can still arrive with rate 0.
 
-    The next step moves (rate + found)/2 * seconds; the distance to rest after it is found^2/(2 jerk).
+    The next step moves (rate + new rate)/2 * seconds. The distance to rest after it is
+    (new rate)^2/(2 jerk).
     """
     change = jerk * seconds
-    root = seconds * seconds / 4 + 2 * (left - rate * seconds / 2) / jerk
+    root = seconds * seconds / 4 + 2 * (distance - rate * seconds / 2) / jerk
     fastest = jerk * (math.sqrt(root) - seconds / 2) if root > 0 else -math.inf
-    return max(min(fastest, most, rate + change), rate - change)
+    return max(min(fastest, limit, rate + change), rate - change)
 
 
 def _s_curve(block: FunctionBlock) -> float:
@@ -171,13 +177,13 @@ def _s_curve(block: FunctionBlock) -> float:
         out = block.real("Out")
         block.set(**{"~exact": out if math.isfinite(out) else 0.0, "~rate": 0.0})
     if block["Initialize"]:
-        return _moved(block, block.real("InitialValue"), 0.0)
+        return _set_out_and_rate(block, block.real("InitialValue"), 0.0)
     if block.delta_t <= 0:
         return block.real("Out")
     if not math.isfinite(target):
-        return _keep(block, target)
+        return _set_out(block, target)
     if jerk <= 0 or (block["HoldEnable"] and block["HoldMode"]):
-        return _moved(block, block.real("~exact"), 0.0)
+        return _set_out_and_rate(block, block.real("~exact"), 0.0)
     return _follow(block, target, up, down, jerk)
 
 
@@ -187,42 +193,44 @@ def _follow(block: FunctionBlock, target: float, up: float, down: float, jerk: f
     held = block.on("HoldEnable")
     sign = math.copysign(1, rate if held else target - out)
     speeds_up = out * sign >= 0 if block["AbsAlgRamp"] else sign > 0
-    most = up if speeds_up else down
+    limit = up if speeds_up else down
     if held:
-        step, new = _braking_step(rate * sign, most, jerk, seconds)
+        step, new_rate = _braking_step(rate * sign, limit, jerk, seconds)
         out += sign * step
     else:
-        left = abs(target - out)
-        step, new = _step_toward(rate * sign, left, most, jerk, seconds)
-        out = target if step == left else out + sign * step
-    block.set(S_Mode=jerk * seconds < most and 0 < new < most)
-    return _moved(block, out, new * sign)
+        distance = abs(target - out)
+        step, new_rate = _step_toward(rate * sign, distance, limit, jerk, seconds)
+        out = target if step == distance else out + sign * step
+    block.set(S_Mode=jerk * seconds < limit and 0 < new_rate < limit)
+    return _set_out_and_rate(block, out, new_rate * sign)
 
 
-def _braking_step(rate: float, most: float, jerk: float, seconds: float) -> tuple[float, float]:
-    """Return how far Out moves as its rate falls, and the new rate."""
-    if jerk * seconds >= most:
+def _braking_step(rate: float, limit: float, jerk: float, seconds: float) -> tuple[float, float]:
+    """Return how far Out moves as its rate falls in one step, and the new rate."""
+    if jerk * seconds >= limit:
         return 0.0, 0.0
-    new = max(rate - jerk * seconds, 0.0)
-    return (rate + new) / 2 * seconds, new
+    new_rate = max(rate - jerk * seconds, 0.0)
+    return (rate + new_rate) / 2 * seconds, new_rate
 
 
-def _step_toward(rate: float, left: float, most: float, jerk: float, seconds: float) -> tuple[float, float]:
-    """Return how far Out moves toward In, which is `left` away, and the new rate."""
+def _step_toward(
+    rate: float, distance: float, limit: float, jerk: float, seconds: float
+) -> tuple[float, float]:
+    """Return how far Out moves toward In in one step, given their distance, and the new rate."""
     change = jerk * seconds
-    if change >= most:
-        step = min(most * seconds, left)
-        return step, most if step < left else 0.0
-    new = _quickest(rate, left, most, jerk, seconds)
-    if new <= 0 <= rate <= change:
-        return left, 0.0
-    return (rate + new) / 2 * seconds, new
+    if change >= limit:
+        step = min(limit * seconds, distance)
+        return step, limit if step < distance else 0.0
+    new_rate = _highest_rate(rate, distance, limit, jerk, seconds)
+    if new_rate <= 0 <= rate <= change:
+        return distance, 0.0
+    return (rate + new_rate) / 2 * seconds, new_rate
 
 
-def _moved(block: FunctionBlock, out: float, rate: float) -> float:
+def _set_out_and_rate(block: FunctionBlock, value: float, rate: float) -> float:
     """Set Out and Rate; return Out."""
     block.set(Rate=rate)
-    return _keep(block, out, exact=out, rate=rate)
+    return _set_out(block, value, exact=value, rate=rate)
 
 
 PI = block_row("PI", _proportional_integral)

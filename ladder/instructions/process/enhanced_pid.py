@@ -4,14 +4,14 @@
     CV = CV before + P dE% + I/60 E% DeltaT + 60 D d(dE%)/DeltaT         independent gains
     CV = CV before + P (dE% + E% DeltaT/(60 I) + 60 D d(dE%)/DeltaT)     dependent gains (DependIndepend)
 
-With PVEProportional, dE% uses only the change of PV; with PVEDerivative, so does d(dE%). Then the feedforward
-is added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
+With PVEProportional, dE% uses only the change of PV; with PVEDerivative, d(dE%) does. Then the feedforward is
+added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
 
     mode               CV                       by
     Hand               HandFB                   ProgHandReq
     Override           CVOverride               ProgOverrideReq
     Manual             CVProg or CVOper         ProgManualReq or OperManualReq
-    Auto, CasRat       the algorithm            the same with Auto and CasRat
+    Auto, CasRat       the algorithm            ProgAutoReq or OperAutoReq, and the same with CasRat
 
 Where the manual is silent: after Hand or Override, the mode is Manual; a setpoint or ratio is checked when it
 is used; DSmoothing has no effect. Tuning is not simulated, so AtuneReady stays false.
@@ -58,8 +58,8 @@ class _PidLoop:
         return f"{name}{'Prog' if self.program else 'Oper'}"
 
 
-def _check(loop: _PidLoop) -> None:
-    """Note faults of the process variable and of CV; initialize CV."""
+def _note_faults(loop: _PidLoop) -> None:
+    """Note faults of the process variable and of CV, and whether CV is initialized."""
     block = loop.block
     was_faulted = block.on("CVFaulted")
     low, high = block.real("PVEUMin"), block.real("PVEUMax")
@@ -75,21 +75,21 @@ def _check(loop: _PidLoop) -> None:
     loop.initializing = requested and not loop.bad_cv
 
 
-def _requested(loop: _PidLoop) -> str:
+def _requested_mode(loop: _PidLoop) -> str:
     """Return the mode that the controlling side requests, Manual, Auto or CasRat; else the last mode."""
-    block, who = loop.block, "Prog" if loop.program else "Oper"
-    if block[f"{who}ManualReq"]:
+    block, side = loop.block, "Prog" if loop.program else "Oper"
+    if block[f"{side}ManualReq"]:
         return "Manual"
-    if block[f"{who}AutoReq"]:
+    if block[f"{side}AutoReq"]:
         return "Auto"
-    if block[f"{who}CasRatReq"] and block["AllowCasRat"]:
+    if block[f"{side}CasRatReq"] and block["AllowCasRat"]:
         return "CasRat"
     return next((name for name in _REGULATING if block[name]), "Manual")
 
 
 def _choose_mode(loop: _PidLoop) -> None:
     block = loop.block
-    mode = _requested(loop)
+    mode = _requested_mode(loop)
     if mode == "CasRat" and not block["AllowCasRat"]:
         mode = "Auto"
     if loop.bad_pv or loop.bad_cv or (loop.initializing and block.on("ManualAfterInit")):
@@ -149,84 +149,89 @@ def _set_error(loop: _PidLoop, point: float) -> None:
     block.set(SPPercent=(point - low) * 100 / span, PVPercent=(value - low) * 100 / span)
 
 
-def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Return the last two values of the error and of PV, newest first; store the present values."""
+def _past_errors(loop: _PidLoop, present: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Return the last two values of the error and of PV, newest first; store the present values.
+
+    Args:
+        present: present values of the error ("e") and of PV ("q"), in percent.
+    """
     block = loop.block
     if block.first:
-        block.set(**{f"~{name}{n}": value for name, value in now.items() for n in (1, 2)})
-    past = {name: (block.real(f"~{name}1"), block.real(f"~{name}2")) for name in now}
+        block.set(**{f"~{name}{n}": value for name, value in present.items() for n in (1, 2)})
+    past = {name: (block.real(f"~{name}1"), block.real(f"~{name}2")) for name in present}
     if block.delta_t > 0 and not loop.bad_pv and math.isfinite(loop.error):
         block.set(**{f"~{name}2": values[0] for name, values in past.items()})
-        block.set(**{f"~{name}1": value for name, value in now.items()})
+        block.set(**{f"~{name}1": value for name, value in present.items()})
     return past
 
 
 def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.block.delta_t
-    gains = [block.limited(f"{term}Gain", 0.0, math.inf) for term in "PID"]
+    p_gain, i_gain, d_gain = (block.limited(f"{term}Gain", 0.0, math.inf) for term in "PID")
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
-    now = {"e": loop.error, "q": percent}
-    past = _past_errors(loop, now)
-    dead = _in_deadband(loop, past["e"][0])
-    if seconds <= 0 or not loop.regulates or loop.initializing or dead:
+    present = {"e": loop.error, "q": percent}
+    past = _past_errors(loop, present)
+    in_deadband = _in_deadband(loop, past["e"][0])
+    if seconds <= 0 or not loop.regulates or loop.initializing or in_deadband:
         return 0.0
-    of, by = ("q" if block[f"PVE{term}"] else "e" for term in ("Proportional", "Derivative"))
-    step = now[of] - past[of][0]
-    bend = 60 * (now[by] - 2 * past[by][0] + past[by][1]) / seconds
+    p_input, d_input = ("q" if block[f"PVE{term}"] else "e" for term in ("Proportional", "Derivative"))
+    step = present[p_input] - past[p_input][0]
+    last, second_last = past[d_input]
+    bend = 60 * (present[d_input] - 2 * last + second_last) / seconds
     area = loop.error * seconds / 60
     if block["DependIndepend"]:
-        return gains[0] * (step + (area / gains[1] if gains[1] else 0.0) + gains[2] * bend)
-    return gains[0] * step + gains[1] * area + gains[2] * bend
+        return p_gain * (step + (area / i_gain if i_gain else 0.0) + d_gain * bend)
+    return p_gain * step + i_gain * area + d_gain * bend
 
 
-def _in_deadband(loop: _PidLoop, before: float) -> bool:
+def _in_deadband(loop: _PidLoop, previous_error: float) -> bool:
     """Return whether the error is too small to change CV; without ZCOff, only after it has crossed zero."""
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)
     inside = band > 0 and abs(block.real("E")) <= band
-    crossed = loop.error * before <= 0 or block.on("ZCDeadbandOn")
-    on = inside and (block.on("ZCOff") or crossed) and not loop.bad_pv
-    block.set(ZCDeadbandOn=on)
-    return on
+    crossed = loop.error * previous_error <= 0 or block.on("ZCDeadbandOn")
+    in_deadband = inside and (block.on("ZCOff") or crossed) and not loop.bad_pv
+    block.set(ZCDeadbandOn=in_deadband)
+    return in_deadband
 
 
 def _feed_forward(loop: _PidLoop) -> float:
-    """Return the change of the feedforward; if no time has passed, leave it to the next call."""
+    """Return the change of the feedforward; if no time has passed, the next call returns it."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
     if block.delta_t <= 0 and not block.first:
         return 0.0
-    before = value if block.first else block.real("~ff")
+    previous_value = value if block.first else block.real("~ff")
     if block["FFSetPrevious"]:
-        before = block.limited("FFPrevious", -100.0, 100.0)
+        previous_value = block.limited("FFPrevious", -100.0, 100.0)
     block.set(**{"~ff": value})
-    return value - before
+    return value - previous_value
 
 
 def _select_cv(loop: _PidLoop) -> tuple[float, float]:
-    """Return CV for the mode, and the previous CV."""
+    """Return CV for the mode, before limits, and the previous CV."""
     block = loop.block
     change = _change(loop) + _feed_forward(loop)
-    before = block.real("CV")
+    previous_cv = block.real("CV")
     if loop.initializing:
         span = block.real("CVEUMax") - block.real("CVEUMin")
         cv = (block.real("CVInitValue") - block.real("CVEUMin")) * 100 / span
-        return max(min(cv, 100.0), 0.0), before
+        return max(min(cv, 100.0), 0.0), previous_cv
     if loop.mode == "Hand":
         faulted = block.wrong(HandFBFaulted=block.on("HandFBFault"))
-        return before if faulted else block.limited("HandFB", 0.0, 100.0), before
+        return previous_cv if faulted else block.limited("HandFB", 0.0, 100.0), previous_cv
     if loop.mode == "Override":
-        return block.limited("CVOverride", 0.0, 100.0), before
+        return block.limited("CVOverride", 0.0, 100.0), previous_cv
     if loop.mode == "Manual":
-        return block.limited(loop.of_control("CV"), 0.0, 100.0), before
+        return block.limited(loop.of_control("CV"), 0.0, 100.0), previous_cv
     if block["CVSetPrevious"]:
-        before = block.limited("CVPrevious", 0.0, 100.0)
-    cv = before + change if block.delta_t > 0 else before
-    return before if block.holds(cv - before, "WindupHIn", "WindupLIn") else cv, before
+        previous_cv = block.limited("CVPrevious", 0.0, 100.0)
+    cv = previous_cv + change if block.delta_t > 0 else previous_cv
+    return previous_cv if block.holds(cv - previous_cv, "WindupHIn", "WindupLIn") else cv, previous_cv
 
 
-def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool]:
+def _limit_change(loop: _PidLoop, cv: float, previous_cv: float) -> tuple[float, bool]:
     """Return CV limited by its rate of change, and whether it was limited."""
     block = loop.block
     rate = block.limited("CVROCLimit", 0.0, math.inf)
@@ -234,9 +239,9 @@ def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool
     if not limiting or loop.initializing:
         return cv, False
     cv = max(min(cv, block.real("CVHLimit")), block.real("CVLLimit"))
-    most = rate * block.delta_t
-    fast = rate > 0 and abs(cv - before) > most and block.delta_t > 0
-    return max(min(cv, before + most), before - most) if fast else cv, fast
+    limit = rate * block.delta_t
+    is_fast = rate > 0 and abs(cv - previous_cv) > limit and block.delta_t > 0
+    return max(min(cv, previous_cv + limit), previous_cv - limit) if is_fast else cv, is_fast
 
 
 def _show_cv(loop: _PidLoop, cv: float) -> None:
@@ -254,16 +259,16 @@ def _show_cv(loop: _PidLoop, cv: float) -> None:
 def _limit_cv(loop: _PidLoop) -> None:
     """Limit CV; set it and CVEU, with their alarms and the bits for other loops."""
     block = loop.block
-    cv, before = _select_cv(loop)
+    cv, previous_cv = _select_cv(loop)
     low, high = block.real("CVLLimit"), block.real("CVHLimit")
     block.wrong(CVLimitsInv=not 0 <= low <= high <= 100)
     above, below = cv > high or cv > 100, cv < low or cv < 0
     if block.first:
         above = below = False
-    cv, fast = _limit_change(loop, max(min(cv, 100.0), 0.0), before)
+    cv, is_fast = _limit_change(loop, max(min(cv, 100.0), 0.0), previous_cv)
     if not math.isfinite(cv):
-        cv = before
-    block.set(CV=cv, CVROCAlarm=fast, CVInitializing=loop.initializing, CVHAlarm=above, CVLAlarm=below)
+        cv = previous_cv
+    block.set(CV=cv, CVROCAlarm=is_fast, CVInitializing=loop.initializing, CVHAlarm=above, CVLAlarm=below)
     _show_cv(loop, cv)
     above, below = (below, above) if block["ControlAction"] else (above, below)
     block.set(
@@ -304,7 +309,7 @@ def _alarms(loop: _PidLoop) -> None:
 
 def _regulate(block: FunctionBlock) -> float:
     loop = _PidLoop(block, block.control())
-    _check(loop)
+    _note_faults(loop)
     _choose_mode(loop)
     _set_point(loop)
     _limit_cv(loop)

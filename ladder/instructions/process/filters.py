@@ -11,10 +11,10 @@
 | LDL2 | C(WLead, ZetaLead) / C(WLag, ZetaLag), C(w, z) = 1 + 2 z s/w + (s/w)^2; order 1 without z: 1 + s/w |
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
-scan and Initialize start a filter in its steady state. A value that is NaN or infinite is not stored: the
-next call of LDLG, DERV, INTG and DEDT uses the values before it [Function Block Responses to Overflow
-Conditions], and the other filters start again [p. 333, 345]. The manual has no difference equations, so the
-equations here are interpretations. So is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits
+scan and Initialize start a filter in its steady state. A value that is NaN or infinite is not stored. After
+it, LDLG, DERV, INTG and DEDT continue from the last stored values [Function Block Responses to Overflow
+Conditions], and the other filters restart [p. 333, 345]. The manual has no difference equations, so the
+equations here are interpretations, like the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits
 WLag to 40 WLead in order 1, and to 10 WLead in order 2 [p. 345].
 """
 
@@ -47,10 +47,10 @@ def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float
     """Convert a polynomial of s to a polynomial of 1/z, multiplied by (1 + 1/z)^order."""
     total = [0.0] * (order + 1)
     for power, factor in enumerate(polynomial):
-        part = [factor * (2 / seconds) ** power]
+        term = [factor * (2 / seconds) ** power]
         for binomial in [(1.0, -1.0)] * power + [(1.0, 1.0)] * (order - power):
-            part = _times(part, binomial)
-        total = [a + b for a, b in zip(total, part, strict=True)]
+            term = _times(term, binomial)
+        total = [a + b for a, b in zip(total, term, strict=True)]
     return total
 
 
@@ -59,13 +59,13 @@ def _past(block: FunctionBlock, name: str, order: int) -> list[float]:
 
 
 def _remember(
-    block: FunctionBlock, inputs: list[float], outputs: list[float], *, finite: bool, again: bool
+    block: FunctionBlock, inputs: list[float], outputs: list[float], *, finite: bool, restart: bool
 ) -> None:
-    """Store values for the next calls, newest first; an overflow stores none, or restarts the filter."""
+    """Store values for the next calls, newest first; after an overflow, store none or restart the filter."""
     if finite:
         block.set(**{f"~x{n}": x for n, x in enumerate(inputs, start=1)})
         block.set(**{f"~y{n}": y for n, y in enumerate(outputs, start=1)})
-    elif again:
+    elif restart:
         block.set(**{"~y1": math.nan})
 
 
@@ -76,20 +76,20 @@ def _filtered(
     lower: Polynomial,
     *,
     begin: bool = False,
-    again: bool = True,
+    restart: bool = True,
 ) -> float:
     """Execute a transfer function; return Out.
 
     Args:
         begin: whether the filter starts, as it does in the first scan and with Initialize.
-        again: whether the filter starts again after a value that is not finite.
+        restart: whether the filter restarts after a value that is not finite.
     """
     order = len(lower) - 1
     begin = begin or block.first or block.on("Initialize")
     if begin or not math.isfinite(value + block.real("~y1")):
         steady = value * upper[0] / lower[0]
         block.set(Out=steady)
-        _remember(block, [value] * order, [steady] * order, finite=math.isfinite(value), again=again)
+        _remember(block, [value] * order, [steady] * order, finite=math.isfinite(value), restart=restart)
         return steady
     if block.delta_t <= 0:
         return block.real("Out")
@@ -100,7 +100,7 @@ def _filtered(
     out = (out - sum(b * y for b, y in zip(below[1:], outputs, strict=True))) / below[0]
     block.set(Out=out)
     rounded = block.rounded(out)
-    _remember(block, inputs[:-1], [out, *outputs[:-1]], finite=math.isfinite(rounded), again=again)
+    _remember(block, inputs[:-1], [out, *outputs[:-1]], finite=math.isfinite(rounded), restart=restart)
     return rounded
 
 
@@ -109,7 +109,7 @@ def _lead_lag(block: FunctionBlock) -> float:
     lead = block.limited("Lead", 0.0, math.inf)
     lag = block.limited("Lag", block.delta_t / 2, math.inf)
     endless = not math.isfinite(lead + lag)
-    return _filtered(block, value, (1.0, lead), (1.0, lag), begin=endless, again=False)
+    return _filtered(block, value, (1.0, lead), (1.0, lag), begin=endless, restart=False)
 
 
 def frequency(block: FunctionBlock, name: str) -> float:
@@ -124,8 +124,11 @@ def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
     return orders[0] if block.wrong(OrderInv=order not in orders) else order
 
 
-def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
-    """Return the function of a filter by order; an invalid order means the first [help, LPF: Order]."""
+def _filter_of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
+    """Return the function of a filter with a frequency input; an invalid order is replaced by the first.
+
+    [help, LPF: Order]
+    """
 
     def step(block: FunctionBlock) -> float:
         order = _order(block, orders)
@@ -151,9 +154,9 @@ _MOST_RATIO = {1: 40.0, 2: 10.0}
 def _second_lead_lag(block: FunctionBlock) -> float:
     order = _order(block, (2, 1))
     lead, lag = (frequency(block, name) for name in ("WLead", "WLag"))
-    most = _MOST_RATIO[order] * lead
-    if block.wrong(WLagRatioInv=lag > most):
-        lag = most
+    limit = _MOST_RATIO[order] * lead
+    if block.wrong(WLagRatioInv=lag > limit):
+        lag = limit
     damping = block.limited("ZetaLead", 0.0, 4.0), block.limited("ZetaLag", 0.05, 4.0)
     upper, lower = (
         [1.0, 1 / w] if order == 1 else [1.0, 2 * zeta / w, 1 / (w * w)]
@@ -164,14 +167,14 @@ def _second_lead_lag(block: FunctionBlock) -> float:
 
 def _derive(block: FunctionBlock) -> float:
     """Compute Out = Gain (In - previous In) / DeltaT; with ByPass, Out = In."""
-    value, before = block.real("In"), block.real("~x1")
+    value, previous_in = block.real("In"), block.real("~x1")
     out = block.real("Out")
     if block["ByPass"]:
         out = value
     elif block.first:
         out = 0.0
     elif block.delta_t > 0:
-        out = block.real("Gain") * (value - before) / block.delta_t
+        out = block.real("Gain") * (value - previous_in) / block.delta_t
     if math.isfinite(value) and (block.first or block.delta_t > 0):
         block.set(**{"~x1": value})
     block.set(Out=out)
@@ -179,7 +182,7 @@ def _derive(block: FunctionBlock) -> float:
 
 
 def _within_limits(block: FunctionBlock, out: float) -> float:
-    """Set the alarms; return Out within its limits, or LowLimit unless it is below HighLimit."""
+    """Set the alarms; return Out within its limits, or LowLimit if the limits are invalid."""
     low, high = block.real("LowLimit"), block.real("HighLimit")
     crossed = block.wrong(HighLowLimsInv=not low < high)
     block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
@@ -190,14 +193,14 @@ def _integrate(block: FunctionBlock) -> float:
     """Compute Out = previous Out + IGain (In + previous In)/2 DeltaT, within its limits."""
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
     starts = block.first or block.on("Initialize")
-    before, change = block.real("~exact"), 0.0
+    previous_out, change = block.real("~exact"), 0.0
     if starts:
-        before = block.real("InitialValue")
+        previous_out = block.real("InitialValue")
     elif block.delta_t > 0:
         change = gain * (value + block.real("~x1")) / 2 * block.delta_t
     if block.holds(change):
         change = 0.0
-    out = _within_limits(block, before + change)
+    out = _within_limits(block, previous_out + change)
     block.set(Out=out)
     if math.isfinite(out) and math.isfinite(value) and (starts or block.delta_t > 0):
         block.set(**{"~exact": out, "~x1": value})
@@ -213,47 +216,48 @@ def _delay(block: FunctionBlock) -> float:
     """
     (buffer,) = block.arrays
     value = block.real("In") * block.real("Gain") + block.real("Bias")
-    faulted, was = block.on("InFault"), block.on("~faulted")
+    faulted, was_faulted = block.on("InFault"), block.on("~faulted")
     block.set(**{"~faulted": faulted})
     if block.wrong(InFaulted=faulted):
         return block.real("Out")
-    begin = block.first or was
+    begin = block.first or was_faulted
     if block.delta_t <= 0 and not begin:
         return block.real("Out")
-    wait, size = block.real("Deadtime"), len(buffer)
-    invalid = not block.first and block.wrong(DeadtimeInv=not 0 <= wait <= size * block.delta_t)
+    deadtime, size = block.real("Deadtime"), len(buffer)
+    invalid = not block.first and block.wrong(DeadtimeInv=not 0 <= deadtime <= size * block.delta_t)
     if begin or invalid:
         block.set(Out=value)
         stored = block.rounded(value)
         if math.isfinite(stored):
-            for place in range(size):
-                buffer[place] = stored
+            for index in range(size):
+                buffer[index] = stored
             block.set(**{"~held": size})
         return value
-    return _delayed(block, buffer, value, math.floor(wait / block.delta_t + 0.5))
+    return _delayed(block, buffer, value, math.floor(deadtime / block.delta_t + 0.5))
 
 
-def _delayed(block: FunctionBlock, buffer: Elements, value: float, count: int) -> float:
-    """Return the value of `count` calls before; shift the buffer."""
+def _delayed(block: FunctionBlock, buffer: Elements, value: float, delay: int) -> float:
+    """Shift the buffer; return the value from `delay` calls ago."""
     stored, out = block.rounded(value), block.real("Out")
-    held = min(int(block["~held"]), count)
-    oldest = buffer[held - 1] if held else out if math.isfinite(out) else stored
+    held = min(int(block["~held"]), delay)
+    fill = out if math.isfinite(out) else stored
+    oldest = buffer[held - 1] if held else fill
     if math.isfinite(stored):
-        for place in range(held, count):
-            buffer[place] = oldest
-        if count > 1:
-            buffer.put(1, buffer.take(0, count - 1), count - 1)
-        if count:
+        for index in range(held, delay):
+            buffer[index] = oldest
+        if delay > 1:
+            buffer.put(1, buffer.take(0, delay - 1), delay - 1)
+        if delay:
             buffer[0] = stored
-        block.set(**{"~held": count})
-    block.set(Out=oldest if count else value)
+        block.set(**{"~held": delay})
+    block.set(Out=oldest if delay else value)
     return block.real("Out")
 
 
 LDLG = block_row("LDLG", _lead_lag)
-LPF = block_row("LPF", _of_order("WLag", 1, 2, 3))
-HPF = block_row("HPF", _of_order("WLead", 1, 2, 3))
-NTCH = block_row("NTCH", _of_order("WNotch", 2, 4))
+LPF = block_row("LPF", _filter_of_order("WLag", 1, 2, 3))
+HPF = block_row("HPF", _filter_of_order("WLead", 1, 2, 3))
+NTCH = block_row("NTCH", _filter_of_order("WNotch", 2, 4))
 LDL2 = block_row("LDL2", _second_lead_lag)
 DERV = block_row("DERV", _derive)
 INTG = block_row("INTG", _integrate)

@@ -4,7 +4,7 @@
 |---|---|
 | status | `wrong` notes each fault; its bit, InstructFault and Status show it after the call |
 | EnableOut | false if Out, or another result, is infinite or NaN |
-| DeltaT | the task's period or else whole ms since the last call; OversampleDT; or from time stamps |
+| DeltaT | by TimingMode: the task's period, or whole ms since the last call; OversampleDT; time stamps |
 | control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
 | first run, first scan | `ran` is false only before the first call, `begun` after each prescan |
 """
@@ -41,8 +41,8 @@ class FunctionBlock(Members):
     """A block during a call: `block["In"]`, `block.set(Out=1.0)`.
 
     Attributes:
-        new: whether this is the first call ever; False for a block without a mode of control.
-        first: whether this is the first call after a prescan; False for a block that does not need it.
+        new: whether this is the first call after power-up; False for a block without control modes.
+        first: whether this is the first call after a prescan; False for a block without such a bit.
         elapsed_ms: whole ms since the last call, 0 in the first scan; the remainder counts in the next call.
         delta_t: DeltaT in seconds, 0 if the algorithm does not run.
     """
@@ -74,18 +74,20 @@ class FunctionBlock(Members):
         return any(flags.values())
 
     def limited(self, name: str, low: float, high: float, fault: str = "") -> float:
-        """Return an input limited to a range; outside it, note the fault of its `Inv` bit, or of `fault`."""
+        """Return an input limited to a range; if it is outside, note `fault`, by default its `Inv` bit."""
         value = self.real(name)
         inside = low <= value <= high
         self.wrong(**{fault or f"{name}Inv": not inside})
-        return value if inside else high if value > high else low
+        if inside:
+            return value
+        return high if value > high else low  # NaN becomes `low`
 
     def holds(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
         """Return whether a bit forbids a change: `high` forbids an increase, `low` a decrease."""
         return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
 
     def report(self, bits: dict[str, tuple[str, int]]) -> None:
-        """Set the status words and bits."""
+        """Set the status words and bits, each given by its word and bit number."""
         faults = {name: self._faults.get(name, False) for name in bits}
         faults["InstructFault"] = any(self._faults.values())
         words = dict.fromkeys((word for word, _ in bits.values()), 0)
@@ -96,7 +98,7 @@ class FunctionBlock(Members):
     # --- the beginning of a call
 
     def begin(self, names: Container[str]) -> None:
-        """Set the attributes, and note the call.
+        """Set the attributes, and store that the block has run.
 
         The first run starts in Operator control. The first scan ignores all earlier requests.
 
@@ -104,19 +106,19 @@ class FunctionBlock(Members):
             names: the names of the block's members.
         """
         if "~ran" in names:
-            self.new = self._notes("~ran")
+            self.new = self._set_first_time("~ran")
         if self.new:
             self.set(ProgOper=False)
         if "~begun" in names:
-            self.first = self._notes("~begun")
+            self.first = self._set_first_time("~begun")
         if "~ran" in names and self.first:
             self.clear_requests()
         if "~last_ns" in names:
             self.elapsed_ms = self._measure_ms()
         if "TimingMode" in names:
-            self.delta_t = self._measure()
+            self.delta_t = self._measure_delta_t()
 
-    def _notes(self, name: str) -> bool:
+    def _set_first_time(self, name: str) -> bool:
         """Set a hidden bit; return whether it was off."""
         was_off = not self.on(name)
         self.set(**{name: True})
@@ -129,7 +131,7 @@ class FunctionBlock(Members):
             return 0
         return self.machine.elapsed(since, NS_PER_MS)
 
-    def _measure(self) -> float:
+    def _measure_delta_t(self) -> float:
         """Set DeltaT by the timing mode; return it, or 0 if the algorithm does not run."""
         mode = self["TimingMode"]
         elapsed = self.elapsed_ms / MS_PER_S
@@ -148,7 +150,7 @@ class FunctionBlock(Members):
         return elapsed
 
     def _sampled(self) -> float:
-        """Return the time between the time stamps of two samples."""
+        """Return the seconds between the time stamps of two samples."""
         stamp, period = int(self["RTSTimeStamp"]), int(self["RTSTime"])
         unusable = self.wrong(RTSTimeInv=not 1 <= period < STAMPS)
         if self.wrong(RTSTimeStampInv=not 0 <= stamp < STAMPS):
@@ -161,16 +163,12 @@ class FunctionBlock(Members):
     # --- control
 
     def control(self) -> bool:
-        """Set ProgOper from the requests; return whether the program has control."""
+        """Set ProgOper from the first request that is set; return whether the program has control."""
         program = self.on("ProgOper")
-        if self.on("ProgOperReq"):
-            program = False
-        elif self.on("ProgProgReq"):
-            program = True
-        elif self.on("OperOperReq"):
-            program = False
-        elif self.on("OperProgReq"):
-            program = True
+        for request in ("ProgOperReq", "ProgProgReq", "OperOperReq", "OperProgReq"):
+            if self.on(request):
+                program = request.endswith("ProgReq")
+                break
         self.set(ProgOper=program)
         return program
 
@@ -190,7 +188,7 @@ Converters = dict[str, Callable[[Any], Any]]
 
 
 class CompiledBlock(FunctionBlock):
-    """A block sides values are passed by a compiled program."""
+    """A block in a compiled program, which passes all members as values."""
 
     def __init__(
         self,
@@ -231,7 +229,7 @@ def _check_arrays(block: Group, *arrays: Resolved, kind: Structure) -> None:
     for array in arrays:
         if not isinstance(array, Place | Group) or array.type != REAL:
             raise OperandError(
-                f"{getattr(array, 'text', array)} is no array of REAL", "pass an array of REAL"
+                f"{getattr(array, 'text', array)} is not an array of REAL", "pass an array of REAL"
             )
 
 
@@ -259,15 +257,17 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         if bits:
             block.report(bits)
 
-    def run(machine: Interpreter, group: Group, *given: Resolved) -> None:
-        call(FunctionBlock(machine, group, given))
+    def run(machine: Interpreter, group: Group, *arrays_given: Resolved) -> None:
+        call(FunctionBlock(machine, group, arrays_given))
 
-    def fetch(machine: Interpreter, values: Iterable[Any], group: Group, *given: Resolved) -> tuple[Any, ...]:
-        block = CompiledBlock(machine, group, given, dict(zip(names, values, strict=True)), converters)
+    def fetch(
+        machine: Interpreter, values: Iterable[Any], group: Group, *arrays_given: Resolved
+    ) -> tuple[Any, ...]:
+        block = CompiledBlock(machine, group, arrays_given, dict(zip(names, values, strict=True)), converters)
         call(block)
         return tuple(block.values.values())
 
-    begins = {"~begun": False, "~before": True}  # a clock that is on in the first scan is not a rising edge
+    initial = {"~begun": False, "~before": True}  # a clock that is on in the first scan is not a rising edge
     return action(
         name,
         Use.BLOCK,
@@ -278,7 +278,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         fetch=fetch,
         partly=True,
         faults=bool(arrays),
-        prescan=prescan_sets(0, **{name: begins[name] for name in names if name in begins}),
+        prescan=prescan_sets(0, **{name: initial[name] for name in names if name in initial}),
         check=partial(_check_arrays, kind=kind),
         in_rungs=False,
     )

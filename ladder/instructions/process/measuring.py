@@ -27,7 +27,7 @@ def level_alarms(
         block: the block.
         value: the value.
         prefix: prefix of the alarms' names.
-        limits: limits by the rest of the names, HH to LL.
+        limits: limits by level, HH to LL.
         band: the deadband, at least 0.
     """
     for name, limit in limits.items():
@@ -38,7 +38,11 @@ def level_alarms(
 
 
 def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool) -> float | None:
-    """Set the alarms of a rate, in units/s, from samples ROCPeriod apart; return a new rate."""
+    """Set the alarms of a rate, from samples ROCPeriod apart.
+
+    Returns:
+        A new rate in units/s; None if no period has ended.
+    """
     period, up, down = (block.real(f"{prefix}ROC{name}") for name in ("Period", "PosLimit", "NegLimit"))
     now = block.machine.now_ns
     if first or not 0 < period <= 32767.0:
@@ -59,8 +63,8 @@ def _alarm(block: FunctionBlock) -> float:
     value = block.real("In")
     band = block.limited("Deadband", 0.0, math.inf)
     level_alarms(block, value, "", {name: block.real(f"{name}Limit") for name in ALARM_LEVELS}, band)
-    for name, most in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
-        block.limited(name, 0.0, most)
+    for name, limit in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
+        block.limited(name, 0.0, limit)
     rate = rate_alarms(block, value, "", first=block.first)
     if rate is not None:
         block.set(ROC=rate)
@@ -73,52 +77,55 @@ _MANUAL, _HIGH, _LOW, _MEDIAN, _AVERAGE = range(5)
 _MOST_INPUTS = 6
 
 
-def _choose(block: FunctionBlock) -> float:
+def _select_input(block: FunctionBlock) -> float:
     program = block.control()
     override = block.on("ProgOverrideReq")
     block.set(Override=override)
     mode, used = int(block["SelectorMode"]), int(block["InsUsed"])
-    few = block.wrong(InsUsedInv=not 1 <= used <= _MOST_INPUTS)
-    most = _MOST_INPUTS if few else used
-    faulted = [block.on(f"In{number}Fault") for number in range(1, most + 1)]
+    invalid = block.wrong(InsUsedInv=not 1 <= used <= _MOST_INPUTS)
+    input_count = _MOST_INPUTS if invalid else used
+    faulted = [block.on(f"In{number}Fault") for number in range(1, input_count + 1)]
     block.wrong(InsFaulted=any(faulted), SelectorModeInv=not _MANUAL <= mode <= _AVERAGE)
     chosen = {name: int(block[name]) for name in ("ProgSelector", "OperSelector")}
-    block.wrong(**{f"{name}Inv": not 0 <= number <= most for name, number in chosen.items()})
+    block.wrong(**{f"{name}Inv": not 0 <= number <= input_count for name, number in chosen.items()})
     if override or mode == _MANUAL:
         number = chosen["ProgSelector" if program else "OperSelector"]
-        if 1 <= number <= most:
+        if 1 <= number <= input_count:
             block.set(Out=block[f"In{number}"], SelectedIn=number)
-    elif not few and _MANUAL < mode <= _AVERAGE:
-        _by_mode(block, mode, faulted)
+    elif not invalid and _MANUAL < mode <= _AVERAGE:
+        _select_by_mode(block, mode, faulted)
     return block.real("Out")
 
 
-def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
+def _select_by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
     """Set Out and SelectedIn from the inputs without a fault, if any; for a mean, SelectedIn is 0."""
-    values = [(block.real(f"In{number}"), number) for number, bad in enumerate(faulted, start=1) if not bad]
-    if not values:
+    numbers = [number for number, bad in enumerate(faulted, start=1) if not bad]
+    if not numbers:
         return
-    ranked = sorted(values)
+    values = {number: block.real(f"In{number}") for number in numbers}
+    ranked = sorted(numbers, key=lambda number: (values[number], number))
+    middle = len(ranked) // 2
     if mode == _AVERAGE:
-        selected = sum(value for value, _ in values) / len(values), 0
+        out, selected = sum(values.values()) / len(values), 0
     elif mode == _MEDIAN and len(ranked) % 2 == 0:
-        low, high = ranked[len(ranked) // 2 - 1], ranked[len(ranked) // 2]
-        selected = (low[0] + high[0]) / 2, 0
-    elif mode == _MEDIAN:
-        selected = ranked[len(ranked) // 2]
+        out, selected = (values[ranked[middle - 1]] + values[ranked[middle]]) / 2, 0
     else:
-        selected = (max if mode == _HIGH else min)(values, key=lambda each: each[0])
-    block.set(Out=selected[0], SelectedIn=selected[1])
+        if mode == _MEDIAN:
+            selected = ranked[middle]
+        else:
+            selected = (max if mode == _HIGH else min)(numbers, key=values.__getitem__)
+        out = values[selected]
+    block.set(Out=out, SelectedIn=selected)
 
 
 # --- MAVE, MSTD
 
 
-def _samples(block: FunctionBlock, most: int) -> list[float] | None:
-    """Take a sample; return the samples, newest first, or None if Out stays or is In."""
+def _samples(block: FunctionBlock, capacity: int) -> list[float] | None:
+    """Take a sample; return the samples, newest first, or None if they do not determine Out."""
     value, count = block.real("In"), int(block["NumberOfSamples"])
-    faulted, few = block.on("InFault"), not 1 <= count <= most
-    if block.wrong(InFaulted=faulted, NumberOfSampInv=few):
+    faulted, invalid_count = block.on("InFault"), not 1 <= count <= capacity
+    if block.wrong(InFaulted=faulted, NumberOfSampInv=invalid_count):
         block.set(**{"~held": 0})
         return None
     if block["Initialize"] or not math.isfinite(value):
@@ -138,7 +145,7 @@ def _samples(block: FunctionBlock, most: int) -> list[float] | None:
 
 
 def _reals(array: Elements, count: int) -> list[float]:
-    """Return the first elements of an array of REAL, at least one."""
+    """Return the first `count` elements of an array of REAL, at least one."""
     return list(struct.unpack(f"<{count}f", array.take(0, count)))
 
 
@@ -175,14 +182,14 @@ def _total(block: FunctionBlock) -> float:
     program = block.control()
     value, base = block.real("In"), int(block["TimeBase"])
     unusable = block.wrong(InFaulted=block.on("InFault"), TimeBaseInv=not 0 <= base < len(_UNIT_S))
-    _reset(block, program=program)
+    _reset_total(block, program=program)
     _start_and_stop(block, program=program)
     low = value <= block.real("LowInCutoff")
     block.set(LowInCutoffFlag=low)
     runs, ran_before = block.on("RunStop"), block.on("~running")
     if not unusable:
         if runs and ran_before and not low and block.delta_t > 0:
-            _add(block, value, block.delta_t / _UNIT_S[base])
+            _add_flow(block, value, block.delta_t / _UNIT_S[base])
         if math.isfinite(value):
             block.set(**{"~x1": 0.0 if low else value})
     block.set(**{"~running": runs})
@@ -192,7 +199,7 @@ def _total(block: FunctionBlock) -> float:
     return total
 
 
-def _add(block: FunctionBlock, value: float, units: float) -> None:
+def _add_flow(block: FunctionBlock, value: float, units: float) -> None:
     """Add the flow during a time, given in units of TimeBase, to the total."""
     total = block.real("~exact") + block.real("Gain") * units * (value + block.real("~x1")) / 2
     if math.isfinite(total):
@@ -200,8 +207,8 @@ def _add(block: FunctionBlock, value: float, units: float) -> None:
     block.set(Total=block.real("~exact"))
 
 
-def _reset(block: FunctionBlock, *, program: bool) -> None:
-    """Reset the total on a request of the side in control; a request of the program has to rise."""
+def _reset_total(block: FunctionBlock, *, program: bool) -> None:
+    """Reset the total on a request of the side in control; the program's request must rise."""
     requested = block.on("ProgResetReq")
     by_program = program and requested and not block["~asked"]
     block.set(**{"~asked": requested}, ProgResetDone=by_program or (requested and block.on("ProgResetDone")))
@@ -211,15 +218,15 @@ def _reset(block: FunctionBlock, *, program: bool) -> None:
 
 
 def _start_and_stop(block: FunctionBlock, *, program: bool) -> None:
-    who = "Prog" if program else "Oper"
-    if block[f"{who}StopReq"]:
+    side = "Prog" if program else "Oper"
+    if block[f"{side}StopReq"]:
         block.set(RunStop=False)
-    elif block[f"{who}StartReq"]:
+    elif block[f"{side}StartReq"]:
         block.set(RunStop=True)
 
 
 ALM = block_row("ALM", _alarm)
-ESEL = block_row("ESEL", _choose)
+ESEL = block_row("ESEL", _select_input)
 MAVE = block_row("MAVE", _average, optional=1)
 MSTD = block_row("MSTD", _deviation)
 TOT = block_row("TOT", _total)

@@ -6,9 +6,9 @@
     CV = MINCV + OUT% (MAXCV - MINCV)
 
 OUT stays between MINO and MAXO [1756-RM003N p. 511-526]. PV and the tieback are scaled first, from the ranges
-MINI to MAXI and MINTIE to MAXTIE. The derivative is of -PV, or of the error with DOE. The sum stops while OUT
-is at a limit. In manual (MO: the tieback; SWM: SO), it follows OUT, for a bumpless change to automatic. Each
-scan with a true rung is one update of UPD seconds, so run it in a periodic task or with a timer.
+MINI to MAXI and MINTIE to MAXTIE. The derivative is of -PV, or with DOE of the error. The sum stops while OUT
+is at a limit. In manual (MO: the tieback; SWM: SO), the sum follows OUT, for a bumpless change to automatic.
+Each scan with a true rung is one update of UPD seconds, so run it in a periodic task or with a timer.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ def _pid(
     machine: Interpreter,
     power: bool,
     group: Group,
-    process: Resolved,
+    process_variable: Resolved,
     tieback: Resolved,
     target: Place | Constant,
     _master: Resolved,
     hold: Resolved,
-    held: Resolved,
+    hold_value: Resolved,
 ) -> None:
     loop = _Loop(machine, group)
     loop.set(EN=power)
@@ -53,12 +53,13 @@ def _pid(
         return
     if loop.real("MAXO") == loop.real("MINO"):
         loop.set(MAXO=100.0, MINO=0.0)
-    _measure(machine, loop, float(machine.number(process, 0)))
-    tie = float(machine.number(tieback, 0))
-    loop.set(TIE=scaled(tie, loop.real("MINTIE"), loop.real("MAXTIE"), 0.0, 100.0))
+    _measure(machine, loop, float(machine.number(process_variable, 0)))
+    raw_tieback = float(machine.number(tieback, 0))
+    loop.set(TIE=scaled(raw_tieback, loop.real("MINTIE"), loop.real("MAXTIE"), 0.0, 100.0))
     output = _output(loop)
     if machine.condition(hold):
-        output = scaled(float(machine.number(held, 0)), loop.real("MINCV"), loop.real("MAXCV"), 0.0, 100.0)
+        raw_hold = float(machine.number(hold_value, 0))
+        output = scaled(raw_hold, loop.real("MINCV"), loop.real("MAXCV"), 0.0, 100.0)
         _track(loop, output)
     loop.set(OUT=output)
     if isinstance(target, Place):
@@ -132,11 +133,11 @@ def _percent(loop: _Loop, value: float) -> float:
 def _change(loop: _Loop) -> float:
     """Return the rate of change of the error, or of -PV, in percent per second."""
     sign = 1.0 if loop.bit("CA") else -1.0
-    now = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
-    before = loop.real("~last") if loop.bit("INI") else now
-    loop.set(**{"~last": now})
+    present = loop.real("ERR") if loop.bit("DOE") else sign * loop.real("PV")
+    previous = loop.real("~last") if loop.bit("INI") else present
+    loop.set(**{"~last": present})
     loop.set(INI=True)
-    return _percent(loop, now - before) / loop.real("UPD")
+    return _percent(loop, present - previous) / loop.real("UPD")
 
 
 def _track(loop: _Loop, output: float) -> None:

@@ -9,7 +9,7 @@ POSP: Deadtime is added to a pulse if the previous pulse was shorter than the cy
 
 The manual's equations are pictures, so the equations here are interpretations. The timers count whole ms, and
 carry over the excess at the end of a cycle. They start in the first scan, and POSP pulses from its second
-cycle. With a span of 0, the percentages of POSP stay, and there is no pulse. A maximum of 0 means CycleTime.
+cycle. With a span of 0, POSP keeps its percentages and does not pulse. A maximum of 0 is CycleTime.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ def _ms(seconds: float) -> int:
     return round(min(seconds, _MOST_S) * MS_PER_S) if seconds > 0 else 0
 
 
-def _time(block: FunctionBlock, name: str, most: float) -> float:
-    """Return a time in s; an invalid time is 0, and a maximum that is 0 or invalid is `most`."""
+def _time(block: FunctionBlock, name: str, default: float) -> float:
+    """Return a time of 0 to `default` s; an invalid time is 0, an invalid or zero maximum is `default`."""
     value = block.real(name)
-    invalid = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
+    invalid = block.wrong(**{f"{name}Inv": not 0 <= value <= default})
     if name.startswith("Max"):
-        return most if invalid or value == 0 else value
+        return default if invalid or value == 0 else value
     return 0.0 if invalid else value
 
 
@@ -38,13 +38,13 @@ def _cycle(block: FunctionBlock) -> tuple[float, int, bool]:
     """Advance the cycle timer.
 
     Returns:
-        (CycleTime in s, the timer in ms, whether it has begun a cycle)
+        (CycleTime in s, the timer in ms, whether a cycle begins)
     """
     cycle = block.limited("CycleTime", 0.0, math.inf)
-    passed = 0 if block.first or cycle <= 0 else int(block["~timer"]) + block.elapsed_ms
-    period = max(_ms(cycle), 1)
-    block.set(**{"~timer": passed % period})
-    return cycle, passed % period, passed >= period
+    elapsed_ms = 0 if block.first or cycle <= 0 else int(block["~timer"]) + block.elapsed_ms
+    period_ms = max(_ms(cycle), 1)
+    block.set(**{"~timer": elapsed_ms % period_ms})
+    return cycle, elapsed_ms % period_ms, elapsed_ms >= period_ms
 
 
 # --- POSP
@@ -66,27 +66,27 @@ def _position(block: FunctionBlock) -> float:
         block.set(OpenTime=0.0, CloseTime=0.0)
     cycle, timer, begins = _cycle(block)
     valid = _percents(block) and cycle > 0
-    most = _time(block, "MaxOnTime", cycle)
-    least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
+    longest = _time(block, "MaxOnTime", cycle)
+    shortest, deadtime = _time(block, "MinOnTime", longest), _time(block, "Deadtime", longest)
     position, target = block.real("PositionPercent"), block.real("SPPercent")
-    for side, distance, ended in (
+    for side, distance, at_end in (
         ("Open", target - position, block.on("OpenedFB") or position >= 100),
         ("Close", position - target, block.on("ClosedFB") or position <= 0),
     ):
         rate = block.limited(f"{side}Rate", 0.0, math.inf)
         pulse = block.real(f"{side}Time")
-        if ended or rate <= 0 or not valid:
+        if at_end or rate <= 0 or not valid:
             pulse = 0.0
         elif begins:
-            pulse = _pulse(distance / rate, dead if pulse < cycle else 0.0, least, most)
+            pulse = _pulse(distance / rate, deadtime if pulse < cycle else 0.0, shortest, longest)
         block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
     return position
 
 
-def _pulse(needed: float, dead: float, least: float, most: float) -> float:
+def _pulse(needed: float, deadtime: float, shortest: float, longest: float) -> float:
     """Return the time of a pulse in s; 0 if it is not needed or too short."""
-    pulse = min(needed + dead, most) if needed > 0 else 0.0
-    return pulse if pulse >= least else 0.0
+    pulse = min(needed + deadtime, longest) if needed > 0 else 0.0
+    return pulse if pulse >= shortest else 0.0
 
 
 # --- SRTP
@@ -96,13 +96,13 @@ def _split_range(block: FunctionBlock) -> float:
     cycle, timer, _ = _cycle(block)
     value, total = block.real("In"), 0.0
     for side in ("Heat", "Cool"):
-        most = _time(block, f"Max{side}Time", cycle)
-        least = _time(block, f"Min{side}Time", most)
-        full, none = block.real(f"Max{side}In"), block.real(f"Min{side}In")
+        longest = _time(block, f"Max{side}Time", cycle)
+        shortest = _time(block, f"Min{side}Time", longest)
+        full_in, zero_in = block.real(f"Max{side}In"), block.real(f"Min{side}In")
         pulse = 0.0
-        if not block.wrong(**{f"{side}SpanInv": full == none}):
-            pulse = (value - none) / (full - none) * cycle
-        pulse = 0.0 if pulse < least or pulse < 0 else min(pulse, most)
+        if not block.wrong(**{f"{side}SpanInv": full_in == zero_in}):
+            pulse = (value - zero_in) / (full_in - zero_in) * cycle
+        pulse = 0.0 if pulse < shortest or pulse < 0 else min(pulse, longest)
         percent = pulse / cycle * 100 if cycle > 0 else 0.0
         block.set(**{f"{side}TimePercent": percent, f"{side}Out": timer < _ms(pulse)})
         total += percent

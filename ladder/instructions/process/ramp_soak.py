@@ -4,9 +4,9 @@ r"""RMPS: a profile of ramps and soaks, such as for the temperature of a batch [
          /    \     then soak for SoakTime[n] min, then segment n + 1
         /      \___
 
-With guaranteed ramp and soak, Out or the time waits while PV is farther from Out than a deadband. In a single
-profile, the mode after the last segment is Operator Manual or Program Hold. In a cyclic profile, segment 0
-follows.
+With guaranteed ramp, Out waits while PV is farther from Out than a deadband; with guaranteed soak, the time
+does. In a single profile, the mode after the last segment is Operator Manual or Program Hold. In a cyclic
+profile, segment 0 follows.
 
 Where the manual is silent: a soak begins in the call after Out reaches its value. In Auto, a fault of PV, an
 array or NumberOfSegs changes the mode as the end of a single profile does.
@@ -21,7 +21,7 @@ from .function_block import FunctionBlock, block_row
 _MS_PER_MIN = 60_000
 
 
-_OF_CONTROL = {True: ("Prog", "Hold"), False: ("Oper", "Manual")}
+_SIDES = {True: ("Prog", "Hold"), False: ("Oper", "Manual")}
 """The prefix of inputs and the mode after an end or a fault, by whether the program has control."""
 
 
@@ -47,7 +47,7 @@ def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
 
 
 def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate: float) -> float:
-    """Return Out after it has ramped for some time."""
+    """Return Out after some minutes of ramp; `rate` is in units/min, or with TimeRate a time in min."""
     if block["TimeRate"]:
         rate = math.inf if rate == 0 else abs(target - block.real("~origin")) / rate
     step = rate * minutes if minutes > 0 else 0.0
@@ -62,9 +62,9 @@ def _automatic(block: FunctionBlock, count: int) -> bool:
     if segment not in range(count):
         return False
     out, target = block.real("~exact"), float(soaks[segment])
-    difference = abs(out - block.real("PV"))
+    deviation = abs(out - block.real("PV"))
     if not block["~soaking"]:
-        waits = block.on("GuarRamp") and difference > block.limited("RampDeadband", 0.0, math.inf)
+        waits = block.on("GuarRamp") and deviation > block.limited("RampDeadband", 0.0, math.inf)
         block.set(GuarRampOn=waits)
         if not waits:
             out = _ramp(block, out, target, minutes, float(ramps[segment]))
@@ -72,11 +72,11 @@ def _automatic(block: FunctionBlock, count: int) -> bool:
         block.set(**{"~soaking": out == target})
         return True
     block.set(GuarRampOn=False)
-    waits = block.on("GuarSoak") and difference > block.limited("SoakDeadband", 0.0, math.inf)
+    waits = block.on("GuarSoak") and deviation > block.limited("SoakDeadband", 0.0, math.inf)
     block.set(GuarSoakOn=waits)
-    left = block.real("~left") - (0.0 if waits else minutes)
-    block.set(**{"~left": max(left, 0.0)})
-    if left > 1e-9:
+    soak_left = block.real("~left") - (0.0 if waits else minutes)
+    block.set(**{"~left": max(soak_left, 0.0)})
+    if soak_left > 1e-9:
         return True
     if segment + 1 < count or block["CyclicSingle"]:
         _begin_segment(block, (segment + 1) % count, out)
@@ -84,27 +84,27 @@ def _automatic(block: FunctionBlock, count: int) -> bool:
     return False
 
 
-def _manual(block: FunctionBlock, who: str, count: int) -> None:
+def _manual(block: FunctionBlock, side: str, count: int) -> None:
     """Set segment, Out and soak time from the inputs of the side in control."""
-    segment, left = int(block[f"CurrentSeg{who}"]), block.real(f"SoakTime{who}")
-    out_of_range = block.wrong(**{f"CurrSeg{who}Inv": not 0 <= segment < count})
-    invalid = block.wrong(**{f"SoakTime{who}Inv": not 0 <= left < math.inf})
-    out = block.real(f"Out{who}")
+    segment, soak_time = int(block[f"CurrentSeg{side}"]), block.real(f"SoakTime{side}")
+    out_of_range = block.wrong(**{f"CurrSeg{side}Inv": not 0 <= segment < count})
+    invalid = block.wrong(**{f"SoakTime{side}Inv": not 0 <= soak_time < math.inf})
+    out = block.real(f"Out{side}")
     if not out_of_range:
         _begin_segment(block, segment, out)
         block.set(**{"~soaking": out == float(block.arrays[1][segment])})
     if not invalid:
-        block.set(**{"~left": left})
+        block.set(**{"~left": soak_time})
     if math.isfinite(out):
         block.set(**{"~exact": out})
 
 
 def _initialize(block: FunctionBlock) -> bool:
-    """With Initialize, reset the inputs for segment and soak time; return whether this ends Manual."""
+    """On Initialize, reset the inputs for segment and soak time; return whether Manual ends."""
     if not block["Initialize"]:
         return False
-    for who in ("Prog", "Oper"):
-        block.set(**{f"CurrentSeg{who}": 0, f"SoakTime{who}": block.arrays[2][0]})
+    for side in ("Prog", "Oper"):
+        block.set(**{f"CurrentSeg{side}": 0, f"SoakTime{side}": block.arrays[2][0]})
     return block.on("ManHoldAftInit")
 
 
@@ -140,7 +140,7 @@ def _step(block: FunctionBlock) -> float:
     if block.new and _is_usable(times[0]):
         block.set(CurrentSeg=0, SoakTimeProg=times[0], SoakTimeOper=times[0])
     program = block.control()
-    who, stopped = _OF_CONTROL[program]
+    side, stopped = _SIDES[program]
     mode = _mode(block, program=program)
     count, valid, runnable = _check(block)
     if mode == "Auto" and not runnable:
@@ -149,7 +149,7 @@ def _step(block: FunctionBlock) -> float:
         mode = stopped
     block.set(Initialize=False)
     if mode == "Manual":
-        _manual(block, who, count)
+        _manual(block, side, count)
     if mode != "Auto":
         block.set(GuarRampOn=False, GuarSoakOn=False)
     elif not _automatic(block, count):

@@ -4,11 +4,11 @@
 |---|---|
 | SCL | scales raw units to engineering units; `Limiting` keeps the result in range |
 | HLL | keeps a value within limits; SelectLimit: 0 both, 1 the high limit, 2 the low limit |
-| SEL, SNEG | one of two values; a value with or without its sign changed |
+| SEL, SNEG | one of two values; a value, or its negative |
 | SSUM | the sum of selected values, each with a gain |
 | MAXC, MINC | the highest or lowest value since Reset |
 | SETD, RESD | a latch that Set, or Reset, dominates |
-| DFF, JKFF | on a rising Clock: takes the value of D; toggles |
+| DFF, JKFF | on a rising Clock, DFF copies D to Q, and JKFF toggles Q |
 | UPDN | adds InPlus and subtracts InMinus at each call, unless Hold |
 | BTDT | Target with a field of bits of Source; bits beyond the width are lost |
 | FGEN | a value on a piecewise linear curve of points (X, Y) in one of two tables |
@@ -28,11 +28,13 @@ from .function_block import FunctionBlock, block_row
 
 
 def _scale(block: FunctionBlock) -> Any:
-    low, high, first, last = (block[name] for name in ("InRawMin", "InRawMax", "InEUMin", "InEUMax"))
-    if block.wrong(InRawRangeInv=high <= low):
+    raw_min, raw_max, eu_min, eu_max = (
+        block[name] for name in ("InRawMin", "InRawMax", "InEUMin", "InEUMax")
+    )
+    if block.wrong(InRawRangeInv=raw_max <= raw_min):
         return None
-    value = (block["In"] - low) * (last - first) / (high - low) + first
-    bottom, top = min(first, last), max(first, last)
+    value = (block["In"] - raw_min) * (eu_max - eu_min) / (raw_max - raw_min) + eu_min
+    bottom, top = min(eu_min, eu_max), max(eu_min, eu_max)
     block.set(MaxAlarm=value > top, MinAlarm=value < bottom)
     block.set(Out=min(max(value, bottom), top) if block["Limiting"] else value)
     return block["Out"]
@@ -66,7 +68,7 @@ def _add_selected(block: FunctionBlock) -> Any:
     return block["Out"]
 
 
-def _capture(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock], None]:
+def _keep_extreme(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock], None]:
     def step(block: FunctionBlock) -> None:
         if block["Reset"]:
             block.set(Out=block["ResetValue"])
@@ -111,9 +113,9 @@ def _follow(block: FunctionBlock) -> float:
     block.wrong(**{f"{name}Inv": block[name] < 0 for name in ("IncRate", "DecRate")})
     value = block.real("In")
     if not block["ByPass"] and not block.first and math.isfinite(value):
-        before = block.real("~exact")
+        previous_out = block.real("~exact")
         up, down = (max(block.real(name), 0.0) * block.delta_t for name in ("IncRate", "DecRate"))
-        value = min(max(value, before - down), before + up)
+        value = min(max(value, previous_out - down), previous_out + up)
     block.set(Out=value)
     if math.isfinite(value):  # an overflow is not stored
         block.set(**{"~exact": value})
@@ -121,12 +123,14 @@ def _follow(block: FunctionBlock) -> float:
 
 
 def _distribute(block: FunctionBlock) -> None:
-    source, first, length, place, target = (
+    source, source_bit, length, target_bit, target = (
         block.machine.whole(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
     )
     bits = DINT.bits
-    if 0 <= first < bits and 0 <= place < bits and 1 <= length <= bits:
-        target = arithmetic.distributed(source & (1 << bits) - 1, first, target, place, length, bits)
+    if 0 <= source_bit < bits and 0 <= target_bit < bits and 1 <= length <= bits:
+        target = arithmetic.distributed(
+            source & (1 << bits) - 1, source_bit, target, target_bit, length, bits
+        )
     block.set(Dest=target)
 
 
@@ -135,8 +139,8 @@ def _generate(block: FunctionBlock) -> float:
     table = 2 if block["Select"] else 1
     points = block.arrays[2 * table - 2 : 2 * table]
     size = int(block[f"XY{table}Size"])
-    most = min(map(len, points)) if len(points) > 1 else 0
-    if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= most}):
+    capacity = min(map(len, points)) if len(points) > 1 else 0
+    if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= capacity}):
         return block.real("Out")
     xs, ys = ([float(point[n]) for n in range(size)] for point in points)
     if block.wrong(XisOutofOrder=any(not a <= b for a, b in pairwise(xs))):
@@ -147,14 +151,15 @@ def _generate(block: FunctionBlock) -> float:
 
 
 def _interpolated(xs: list[float], ys: list[float], value: float) -> float:
-    """Return y for a value; beyond the ends, y of the first or last point; for NaN, NaN."""
-    after = next((n for n, x in enumerate(xs) if value <= x), None)
-    if after is None:
+    """Return y at x = `value`; beyond the ends, y of the first or last point; for NaN, NaN."""
+    right = next((n for n, x in enumerate(xs) if value <= x), None)
+    if right is None:
         return ys[-1] if value > xs[-1] else value
-    if after == 0:
+    if right == 0:
         return ys[0]
-    slope = (ys[after] - ys[after - 1]) / (xs[after] - xs[after - 1])
-    return slope * (value - xs[after - 1]) + ys[after - 1]
+    left = right - 1
+    slope = (ys[right] - ys[left]) / (xs[right] - xs[left])
+    return slope * (value - xs[left]) + ys[left]
 
 
 SCL = block_row("SCL", _scale)
@@ -166,8 +171,8 @@ SEL = block_row("SEL", _select)
 SSUM = block_row("SSUM", _add_selected)
 SNEG = block_row("SNEG", _negate)
 HLL = block_row("HLL", _limit)
-MAXC = block_row("MAXC", _capture(max))
-MINC = block_row("MINC", _capture(min))
+MAXC = block_row("MAXC", _keep_extreme(max))
+MINC = block_row("MINC", _keep_extreme(min))
 DFF = block_row("DFF", _flip_flop(lambda block: block.on("D")))
 JKFF = block_row("JKFF", _flip_flop(lambda block: not block["Q"]))
 RESD = block_row("RESD", _latch(set_dominates=False))

@@ -3,23 +3,21 @@
 The manual, 1756-RM095, was not available. Operands and members come from exports; codes, and the conditions
 that reset a fault, are from memory.
 
-
     DCS     channels  ____|‾‾‾‾‾‾‾‾‾‾‾‾‾|_____     active as the input type says
             Reset     ________|‾|_____________     restart MANUAL; AUTOMATIC needs none
             O1        ________|‾‾‾‾‾‾‾‾‾|_____
     CROUT   Actuate   ____|‾‾‾‾‾‾‾‾‾|_________
             O1, O2    ____|‾‾‾‾‾‾‾‾‾|_________
-            feedback  _______|‾‾‾‾‾‾‾‾‾|______     within the reaction time; NEGATIVE the other way round
+            feedback  _______|‾‾‾‾‾‾‾‾‾|______     within the reaction time; NEGATIVE is inverted
 
 A fault sets FP and FaultCode and turns the outputs off until Reset rises after the cause is gone. Channels
-that differed must both have been safe in between. On a false rung, all outputs are off and the fault is
-cleared.
+that differed must both be safe before that. A false rung turns all outputs off and clears the fault.
 
 | FaultCode of DCS | channels |
 |---|---|
 | 16#20 | InputStatus turned off |
 | 16#4000, 16#4001 | differed for the discrepancy time, channel A active, channel B active |
-| 16#4002, 16#4003 | channel A, B, went to safe and back while the other channel stayed active |
+| 16#4002, 16#4003 | channel A, channel B, went to safe and back while the other channel stayed active |
 
 | FaultCode of CROUT | feedback 1 and 2, 1, 2 |
 |---|---|
@@ -79,29 +77,34 @@ def _fault(block: Members, code: int) -> None:
 def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
     block = Members(machine, group)
     function, kind, limit, restart, cold = operands[:5]
-    first, second, status, reset = _truths(machine, operands[5:])
+    channel_a, channel_b, status, reset = _truths(machine, operands[5:])
     complementary = bool(_number(machine, kind, INPUT_TYPES))
-    automatic, at_once = bool(_number(machine, restart, STARTS)), bool(_number(machine, cold, STARTS))
-    wait = machine.integer(limit)
-    block.set(EnableIn=power, EnableOut=power, ChannelA=first, ChannelB=second)
+    automatic, cold_automatic = bool(_number(machine, restart, STARTS)), bool(_number(machine, cold, STARTS))
+    discrepancy_ms = machine.integer(limit)
+    block.set(EnableIn=power, EnableOut=power, ChannelA=channel_a, ChannelB=channel_b)
     block.set(InputStatus=status, Reset=reset)
-    block.set(RestartType=automatic, ColdStartType=at_once, InputType=complementary, DiscrepancyTime=wait)
+    block.set(
+        RestartType=automatic,
+        ColdStartType=cold_automatic,
+        InputType=complementary,
+        DiscrepancyTime=discrepancy_ms,
+    )
     block.set(SafetyFunction=_number(machine, function, FUNCTIONS))
     if not power:
         _forget(machine, group)
         return
     rises = _rises(block, "reset", reset)
-    channels = first, second != complementary
+    channels = channel_a, channel_b != complementary
     clears = rises and status and _is_clearable(block)
     if clears:
         block.set(FP=False, FaultCode=0, **{"~apart": False, "~left": 0})
-    _status(block, status, at_once)
+    _monitor_status(block, status, cold_automatic)
     if status:
-        _channels(machine, block, channels, wait)
+        _monitor_channels(machine, block, channels, discrepancy_ms)
     if not any(channels):
         block.set(**{"~tested": True, "~free": automatic})
     restarts = bool(block["~free"]) or (rises and not clears)
-    _switch_dcs(block, active=all(channels), status=status, restarts=restarts, reset=reset)
+    _set_dcs_output(block, active=all(channels), status=status, restarts=restarts, reset=reset)
 
 
 def _is_clearable(block: Members) -> bool:
@@ -109,7 +112,7 @@ def _is_clearable(block: Members) -> bool:
     return bool(block["FP"] and (block["FaultCode"] == INPUT_OFF or block["~tested"]))
 
 
-def _switch_dcs(block: Members, *, active: bool, status: bool, restarts: bool, reset: bool) -> None:
+def _set_dcs_output(block: Members, *, active: bool, status: bool, restarts: bool, reset: bool) -> None:
     """Set O1, and DiagnosticCode to the missing condition."""
     ready = active and status and not block["FP"] and bool(block["~tested"])
     on = ready and bool(block["O1"] or restarts)
@@ -117,10 +120,10 @@ def _switch_dcs(block: Members, *, active: bool, status: bool, restarts: bool, r
     block.set(O1=on, DiagnosticCode=RESET_HELD if held else 0 if status or block["FP"] else INPUT_OFF)
 
 
-def _status(block: Members, status: bool, at_once: bool) -> None:
-    """Note that the inputs became valid; fault when they turn invalid."""
+def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
+    """Store that the inputs became valid; fault if they turn invalid."""
     if status and not block["~valid"] and not block["FP"]:
-        block.set(**{"~valid": True, "~tested": at_once, "~free": at_once})
+        block.set(**{"~valid": True, "~tested": cold_automatic, "~free": cold_automatic})
         block.set(**{"~both": False, "~apart": False, "~left": 0})
     elif not status and block["~valid"]:
         block.set(**{"~valid": False})
@@ -128,27 +131,30 @@ def _status(block: Members, status: bool, at_once: bool) -> None:
             _fault(block, INPUT_OFF)
 
 
-def _channels(machine: Interpreter, block: Members, channels: tuple[bool, bool], wait: int) -> None:
+def _monitor_channels(
+    machine: Interpreter, block: Members, channels: tuple[bool, bool], discrepancy_ms: int
+) -> None:
     """Fault if the channels differ too long, or if one cycles while the other stays active."""
-    first, second = channels
-    if first == second:
-        if first and block["~left"] and not block["FP"]:
-            _differ(block, LEFT + int(block["~left"]) - 1)
-        block.set(**{"~apart": False, "~both": first, "~left": 0})
+    channel_a, channel_b = channels
+    if channel_a == channel_b:
+        if channel_a and block["~left"] and not block["FP"]:
+            _fault_until_safe(block, LEFT + int(block["~left"]) - 1)
+        block.set(**{"~apart": False, "~both": channel_a, "~left": 0})
         return
     if block["~both"]:
-        block.set(**{"~both": False, "~left": 1 + first})
+        block.set(**{"~both": False, "~left": 1 + channel_a})
     if not block["~apart"]:
         block.set(**{"~apart": True, "~since_ns": machine.now_ns})
-    if not block["FP"] and _lasts(machine, block, wait):
-        _differ(block, DIFFERED + second)
+    if not block["FP"] and _lasts(machine, block, discrepancy_ms):
+        _fault_until_safe(block, DIFFERED + channel_b)
 
 
 def _lasts(machine: Interpreter, block: Members, limit_ms: int) -> bool:
     return machine.now_ns - int(block["~since_ns"]) >= limit_ms * _NS_PER_MS
 
 
-def _differ(block: Members, code: int) -> None:
+def _fault_until_safe(block: Members, code: int) -> None:
+    """Fault, and require that both channels are safe before a reset."""
     _fault(block, code)
     block.set(**{"~tested": False})
 
@@ -158,25 +164,25 @@ def _differ(block: Members, code: int) -> None:
 
 def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
     block = Members(machine, group)
-    positive, limit = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
-    actuate, first, second, inputs, outputs, reset = _truths(machine, operands[2:])
+    positive, reaction_ms = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
+    actuate, feedback_1, feedback_2, inputs, outputs, reset = _truths(machine, operands[2:])
     block.set(EnableIn=power, EnableOut=power, Actuate=actuate, Reset=reset)
-    block.set(Feedback1=first, Feedback2=second, InputStatus=inputs, OutputStatus=outputs)
-    block.set(FeedbackType=positive, FeedbackReactionTime=limit)
+    block.set(Feedback1=feedback_1, Feedback2=feedback_2, InputStatus=inputs, OutputStatus=outputs)
+    block.set(FeedbackType=positive, FeedbackReactionTime=reaction_ms)
     if not power:
         _forget(machine, group)
         return
     rises = _rises(block, "reset", reset)
-    off = _status_off(inputs, outputs)
+    off_code = _status_off(inputs, outputs)
     expected = bool(block["O1"]) == positive
-    if rises and block["FP"] and (off, first, second) == (0, expected, expected):
+    if rises and block["FP"] and (off_code, feedback_1, feedback_2) == (0, expected, expected):
         block.set(FP=False, FaultCode=0, **{"~held": actuate})
     if not block["FP"]:
-        _monitor(machine, block, (first, second), expected, off, limit)
-    held = actuate and bool(block["~held"])
-    _switch(machine, block, actuate and not (off or block["FP"] or held))
-    code = 0 if block["FP"] else off or ACTUATE_HELD * held
-    block.set(DiagnosticCode=code, **{"~valid": not off, "~held": held})
+        _monitor(machine, block, (feedback_1, feedback_2), expected, off_code, reaction_ms)
+    must_restart = actuate and bool(block["~held"])
+    _set_outputs(machine, block, actuate and not (off_code or block["FP"] or must_restart))
+    code = 0 if block["FP"] else off_code or ACTUATE_HELD * must_restart
+    block.set(DiagnosticCode=code, **{"~valid": not off_code, "~held": must_restart})
 
 
 def _status_off(inputs: bool, outputs: bool) -> int:
@@ -186,17 +192,22 @@ def _status_off(inputs: bool, outputs: bool) -> int:
     return 0 if outputs else OUTPUT_OFF
 
 
-def _switch(machine: Interpreter, block: Members, on: bool) -> None:
-    if on != block["O1"]:
-        block.set(O1=on, O2=on, **{"~settled": False, "~moved": True, "~since_ns": machine.now_ns})
+def _set_outputs(machine: Interpreter, block: Members, active: bool) -> None:
+    if active != block["O1"]:
+        block.set(O1=active, O2=active, **{"~settled": False, "~moved": True, "~since_ns": machine.now_ns})
 
 
 def _monitor(
-    machine: Interpreter, block: Members, feedback: tuple[bool, bool], expected: bool, off: int, limit: int
+    machine: Interpreter,
+    block: Members,
+    feedback: tuple[bool, bool],
+    expected: bool,
+    off_code: int,
+    reaction_ms: int,
 ) -> None:
     """Fault if a status turns off, or if a feedback does not follow the outputs in time."""
-    if block["~valid"] and off:
-        _fault(block, off)
+    if block["~valid"] and off_code:
+        _fault(block, off_code)
         return
     if not block["~powered"]:
         block.set(**{"~powered": True, "~since_ns": machine.now_ns})
@@ -204,7 +215,7 @@ def _monitor(
         block.set(**{"~settled": True})
         return
     reason = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
-    late = _lasts(machine, block, limit)
+    late = _lasts(machine, block, reaction_ms)
     if block["~settled"] or (late and not block["~moved"]):
         _fault(block, (TURNED_OFF if expected else TURNED_ON) + reason)
     elif late:
@@ -228,12 +239,14 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
         members.set(O2=False)
 
 
-def _checks(name: str, time: int, most: int) -> Callable[..., None]:
+def _check_time(name: str, time_index: int, longest_ms: int) -> Callable[..., None]:
     def check(block: Group, *operands: Resolved) -> None:
         require_type(block, SAFETY[name])
-        limit = operands[time]
-        if isinstance(limit, Constant) and not 5 <= limit.value <= most:
-            raise OperandError(f"{limit.value} ms is not 5 to {most} ms", "write a time within this range")
+        limit = operands[time_index]
+        if isinstance(limit, Constant) and not 5 <= limit.value <= longest_ms:
+            raise OperandError(
+                f"{limit.value} ms is not 5 to {longest_ms} ms", "write a time within this range"
+            )
 
     return check
 
@@ -244,7 +257,7 @@ DCS = always(
     *[Use.SWITCH] * 4,
     run=_dcs,
     prescan=_forget,
-    check=_checks("DCS", 2, 3000),
+    check=_check_time("DCS", 2, 3000),
 )
 CROUT = always(
     "CROUT",
@@ -252,5 +265,5 @@ CROUT = always(
     *[Use.SWITCH] * 6,
     run=_crout,
     prescan=_forget,
-    check=_checks("CROUT", 1, 1000),
+    check=_check_time("CROUT", 1, 1000),
 )

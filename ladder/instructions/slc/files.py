@@ -1,7 +1,7 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
-An operand is the first word of a file. Shifts move LEN bits; the bit that is shifted out goes to UL. A
-sequencer starts at step 0, and step 1 follows step LEN.
+An operand is the first word of a file. Shifts move LEN bits, and the bit that leaves goes to UL. A sequencer
+starts at step 0, and step 1 follows step LEN.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ def shift(left: bool) -> Callable[..., None]:
         control.check()
         length = control["LEN"]
         words = Elements(machine, file)
-        count = -(-length // _BITS)
-        pattern = sum((machine.whole(words[place]) & 0xFFFF) << place * _BITS for place in range(count))
-        inside = pattern & (1 << length) - 1
-        entering = machine.whole(machine.truth(machine.get(source)))
-        leaving = inside >> length - 1 & 1 if left and length else inside & 1
-        moved = (inside << 1 | entering) if left else (inside >> 1 | entering << max(length - 1, 0))
+        word_count = -(-length // _BITS)
+        pattern = sum((machine.whole(words[index]) & 0xFFFF) << index * _BITS for index in range(word_count))
+        bits = pattern & (1 << length) - 1
+        bit_in = machine.whole(machine.truth(machine.get(source)))
+        bit_out = bits >> length - 1 & 1 if left and length else bits & 1
+        moved = (bits << 1 | bit_in) if left else (bits >> 1 | bit_in << max(length - 1, 0))
         pattern = pattern & ~((1 << length) - 1) | moved & (1 << length) - 1
-        for place in range(count):
-            words[place] = wrap(pattern >> place * _BITS & 0xFFFF, _BITS)
-        control.set(EN=True, DN=True, UL=machine.truth(leaving))
+        for index in range(word_count):
+            words[index] = wrap(pattern >> index * _BITS & 0xFFFF, _BITS)
+        control.set(EN=True, DN=True, UL=machine.truth(bit_out))
 
     return run
 
@@ -50,7 +50,7 @@ def shift(left: bool) -> Callable[..., None]:
 # --- sequencers
 
 
-def _step(control: Control) -> bool:
+def _advance(control: Control) -> bool:
     """Advance POS on a rising rung; return whether LEN and POS are valid."""
     if control["LEN"] <= 0 or control["POS"] < 0 or control["POS"] > control["LEN"]:
         control.set(ER=True)
@@ -62,8 +62,8 @@ def _step(control: Control) -> bool:
     return True
 
 
-sequence_output = partial(sequencer_output, step=_step)
-sequence_load = partial(sequencer_load, step=_step)
+sequence_output = partial(sequencer_output, step=_advance)
+sequence_load = partial(sequencer_load, step=_advance)
 
 
 def sequence_compare(
@@ -79,6 +79,6 @@ def sequence_compare(
     control = Control(machine, group)
     if not power:
         control.set(EN=False, FD=False)
-    elif _step(control):
+    elif _advance(control):
         entry = machine.whole(Elements(machine, file)[control["POS"]])
         control.set(FD=(machine.integer(source) ^ entry) & machine.integer(mask) & 0xFFFF == 0)

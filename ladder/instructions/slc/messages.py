@@ -55,8 +55,8 @@ def _run(machine: Interpreter, power: bool, control: Place | Group, *started: Pl
     run_message(machine, power, block, control.path if isinstance(control, Group) else control.text)
 
 
-def _resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:
-    for operand in given:
+def _resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Any, ...]:
+    for operand in operands:
         message = resolver.any(operand) if isinstance(operand, Address) else None
         if isinstance(message, Group) and message.type == MESSAGE:
             return (message,)

@@ -129,13 +129,13 @@ def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
 
 def _whole_quotient(machine: Interpreter, x: int, y: int, target: Place) -> None:
     status = Status(machine)
-    cut = abs(x) // abs(y) * (1 if (x < 0) == (y < 0) else -1)
-    status[14], status[13] = cut, x - cut * y
+    truncated = abs(x) // abs(y) * (1 if (x < 0) == (y < 0) else -1)
+    status[14], status[13] = truncated, x - truncated * y
     store(machine, target, quotient(x, y))
 
 
 def power(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """Run XPY; without a real result, the destination stays, and this is an overflow."""
+    """Run XPY; a result that is not a real number is an overflow."""
     try:
         value = float(number(machine, a)) ** float(number(machine, b))
     except (OverflowError, ZeroDivisionError):
@@ -146,8 +146,8 @@ def power(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None
 # --- one operand
 
 
-def of_one(function: Callable[[float], float]) -> Callable[[Interpreter, Resolved, Place], None]:
-    """Return an instruction that stores a function of its source."""
+def one_source(function: Callable[[float], float]) -> Callable[[Interpreter, Resolved, Place], None]:
+    """Return the executor of an instruction that stores a function of its source."""
 
     def run(machine: Interpreter, source: Resolved, target: Place) -> None:
         try:
@@ -184,13 +184,13 @@ def compute(machine: Interpreter, target: Place, expression: Resolved) -> None:
 
 def masked_move(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
     """Run MVM."""
-    bits = machine.whole(number(machine, mask))
-    before = machine.whole(machine.get(target))
-    store_bits(machine, target, before & ~bits | machine.whole(number(machine, source)) & bits)
+    mask_bits = machine.whole(number(machine, mask))
+    old_value = machine.whole(machine.get(target))
+    store_bits(machine, target, old_value & ~mask_bits | machine.whole(number(machine, source)) & mask_bits)
 
 
 def logic(function: Callable[[int, int], int]) -> Callable[[Interpreter, Resolved, Resolved, Place], None]:
-    """Return an instruction that combines the bits of two integers."""
+    """Return the executor of an instruction that combines the bits of two integers."""
 
     def run(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
         left, right = (machine.whole(number(machine, operand)) for operand in (a, b))
@@ -207,9 +207,9 @@ def invert(machine: Interpreter, source: Resolved, target: Place) -> None:
 def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
     """Run SWP: exchange the bytes of words."""
     words = Elements(machine, first)
-    for place in range(min(machine.integer(length), len(words))):
-        value = machine.whole(words[place]) & 0xFFFF
-        words[place] = wrap(value << 8 | value >> 8, 16)
+    for index in range(min(machine.integer(length), len(words))):
+        value = machine.whole(words[index]) & 0xFFFF
+        words[index] = wrap(value << 8 | value >> 8, 16)
 
 
 # --- scaling
@@ -247,11 +247,11 @@ def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
     """Run TOD for four digits; a larger or a negative number is an overflow."""
     value = machine.whole(number(machine, source))
     fits = 0 <= value <= 9_999
-    shown = _digits(machine.least(abs(value), 32_768))
-    digits = shown if fits else 0x9999
-    machine.put(target, wrap(digits, target.type.bits))
-    Status(machine).set_flags(digits, overflow=not fits)
-    Status(machine).register = shown
+    all_digits = _digits(machine.least(abs(value), 32_768))
+    stored = all_digits if fits else 0x9999
+    machine.put(target, wrap(stored, target.type.bits))
+    Status(machine).set_flags(stored, overflow=not fits)
+    Status(machine).register = all_digits
 
 
 def _digits(value: int) -> int:

@@ -1,6 +1,6 @@
 """The processor's access to the status file before and after a scan [1747-RM001, "System status file"].
 
-| word | holds |
+| word | content |
 |---|---|
 | S:1, bits 0 to 4 | mode: 6, remote run |
 | S:1/13 | major error halted |
@@ -35,12 +35,12 @@ _POWER_UP = datetime.datetime(1970, 1, 1)
 
 
 def has_status(engine: Any) -> bool:
-    """Whether a program has a status file."""
+    """Return whether a program has a status file."""
     return engine.lowered.layout.find(STATUS) is not None
 
 
 def before_scan(engine: Any, first: bool) -> None:
-    """Set first pass, mode, clock and date."""
+    """Set first pass, mode, clock and date in the status file."""
     if not has_status(engine):
         return
     status = Status(engine.interpreter)

@@ -1,7 +1,7 @@
 """The rows of the SLC dialect, with operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
 
 PRE, ACC, LEN and POS after a timer or control in a rung show values of the data file. They are used only if
-the export has no data for it, see `rockwell.slc`.
+the export has no data for the file, see `rockwell.slc`.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ _SHOWN = (Use.SHOWN, Use.SHOWN)
 
 
 def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
-    def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:
-        timer = resolver.checked(Use.SLC_TIMER, given[0])
-        base = resolver.value(given[1])
+    def resolve(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Any, ...]:
+        timer = resolver.checked(Use.SLC_TIMER, operands[0])
+        base = resolver.value(operands[1])
         if not isinstance(base, Constant) or float(base.value) not in timing.BASES_NS:
-            raise OperandError(f"{given[1]} is not a time base", "write 1.0, 0.01 or 0.001")
+            raise OperandError(f"{operands[1]} is not a time base", "write 1.0, 0.01 or 0.001")
         return timer, base
 
     return Spec(
@@ -84,7 +84,7 @@ def _counter(name: str, bit: str, step: int, beyond: str) -> Spec:
 
 
 def _run_with_first(count: int, spec: Spec) -> Callable[..., Any]:
-    """Return the executor of a row that uses only its first operands."""
+    """Return the executor of a row that uses only its first `count` operands."""
     power_arguments = 1 if spec.kind is InstructionKind.BOTH else 0
     return lambda machine, *arguments: spec.run(machine, *arguments[: power_arguments + count])
 
@@ -104,8 +104,8 @@ def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
     return always(name, *uses, *_SHOWN[:shown], optional=shown, run=run, prescan=prescan)
 
 
-def _of_one(name: str, function: Callable[[float], float]) -> Spec:
-    return action(name, Use.NUMBER, Use.TARGET, run=numbers.of_one(function))
+def _one_source(name: str, function: Callable[[float], float]) -> Spec:
+    return action(name, Use.NUMBER, Use.TARGET, run=numbers.one_source(function))
 
 
 def _log(function: Callable[[float], float]) -> Callable[[float], float]:
@@ -147,18 +147,18 @@ _ROWS: tuple[Spec, ...] = (
     action("NEG", Use.NUMBER, Use.TARGET, run=numbers.negate),
     action("CLR", Use.TARGET, run=numbers.clear),
     action("CPT", Use.TARGET, Use.EXPRESSION, run=numbers.compute),
-    _of_one("SQR", lambda value: math.sqrt(abs(value))),
-    _of_one("ABS", abs),
-    _of_one("SIN", math.sin),
-    _of_one("COS", math.cos),
-    _of_one("TAN", math.tan),
-    _of_one("ASN", math.asin),
-    _of_one("ACS", math.acos),
-    _of_one("ATN", math.atan),
-    _of_one("LN", _log(math.log)),
-    _of_one("LOG", _log(math.log10)),
-    _of_one("DEG", math.degrees),
-    _of_one("RAD", math.radians),
+    _one_source("SQR", lambda value: math.sqrt(abs(value))),
+    _one_source("ABS", abs),
+    _one_source("SIN", math.sin),
+    _one_source("COS", math.cos),
+    _one_source("TAN", math.tan),
+    _one_source("ASN", math.asin),
+    _one_source("ACS", math.acos),
+    _one_source("ATN", math.atan),
+    _one_source("LN", _log(math.log)),
+    _one_source("LOG", _log(math.log10)),
+    _one_source("DEG", math.degrees),
+    _one_source("RAD", math.radians),
     action("SCL", Use.NUMBER, Use.NUMBER, Use.NUMBER, Use.TARGET, run=numbers.scale),
     action("SCP", *[Use.NUMBER] * 5, Use.TARGET, run=numbers.scale_with_parameters),
     # moves and logic

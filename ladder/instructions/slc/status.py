@@ -1,6 +1,6 @@
 """The parts of status file S that instructions use [1747-RM001, appendix "System status file"].
 
-| word | holds |
+| word | content |
 |---|---|
 | S:0/0 to 3 | carry, overflow, zero, sign of the last result |
 | S:2/14 | a result that does not fit becomes: 0 the nearest limit, 1 its low bits |

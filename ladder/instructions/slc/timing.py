@@ -18,7 +18,7 @@ BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
 """Time bases in ns, by operand; 0.001 s is for MicroLogix."""
 
 
-def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
+def _count_time(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
     """Add the elapsed time bases to ACC."""
     assert isinstance(base, Constant)
     preset, accumulated = machine.whole(timer["PRE"]), machine.whole(timer["ACC"])
@@ -28,7 +28,7 @@ def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -
     timer.set(ACC=min(accumulated + units, max(preset, accumulated)))
 
 
-def _begin(machine: Interpreter, group: Group) -> None:
+def _start_clock(machine: Interpreter, group: Group) -> None:
     machine.start_clock(group.member("~last_ns"))
 
 
@@ -46,8 +46,8 @@ def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *
         timer.set(EN=False, TT=False)
         return
     if not timer["EN"]:
-        _begin(machine, group)
-    _count(machine, group, timer, base)
+        _start_clock(machine, group)
+    _count_time(machine, group, timer, base)
     done = timer["ACC"] >= timer["PRE"]
     timer.set(EN=True, DN=done, TT=not done)
 
@@ -59,10 +59,10 @@ def off_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *
         timer.set(EN=True, TT=False, DN=True, ACC=0)
         return
     if timer["EN"]:
-        _begin(machine, group)
+        _start_clock(machine, group)
     elif not timer["TT"]:
         return
-    _count(machine, group, timer, base)
+    _count_time(machine, group, timer, base)
     done = timer["ACC"] >= timer["PRE"]
     timer.set(EN=False, TT=not done, DN=not done)
 
@@ -77,7 +77,7 @@ def prescan_off_delay(machine: Interpreter, group: Group, *_others: Resolved) ->
 
 
 def count(machine: Interpreter, power: bool, group: Group, bit: str, step: int, beyond: str) -> None:
-    """Run CTU or CTD: after 32,767 comes -32,768, and OV or UN is set."""
+    """Run CTU or CTD; ACC wraps from 32,767 to -32,768 or back, and sets OV or UN."""
     counter = Members(machine, group)
     if power and not counter[bit]:
         value = machine.whole(counter["ACC"]) + step

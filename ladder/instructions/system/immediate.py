@@ -1,7 +1,7 @@
 """IOT, UID, UIE and HMIBC [1756-RM003N].
 
-Images are exchanged at the times of the rack's controller (`micrologix`: the ends of the scan,
-`compactlogix`: every RPI), which an IOT does not change. A task interrupts others as `Task.preempt` says,
+The rack's controller decides when images are exchanged (`micrologix`: at the ends of the scan,
+`compactlogix`: every RPI). An IOT does not change that. A task interrupts others according to `Task.preempt`,
 even between UID and UIE.
 """
 

@@ -5,10 +5,10 @@
     DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
 
 In structured text, a call begins a message unless it is already under way. The message ends after a scan,
-whether or not it is called again, and EN ends with it.
+even without another call, and then clears EN.
 
-Nothing is sent. The data of a read come from the stub's reply, if it has one. When DN is set, they are in the
-tag that the export or the stub names.
+Nothing is sent. The data of a read come from the stub's reply, if it has one. When DN is set, the data are in
+the tag that the export or the stub names.
 """
 
 from __future__ import annotations
@@ -43,12 +43,13 @@ def run_message(machine: Interpreter, power: bool, message: Members, path: str) 
             message.set(**{"~waiting": True})
     elif not in_text:
         if not (message["DN"] or message["ER"]):
-            _go_on(machine, message, path)
+            _end_if_due(machine, message, path)
         if not power and (message["DN"] or message["ER"]):
             message.set(EN=False)
 
 
-def _go_on(machine: Interpreter, message: Members, path: str) -> None:
+def _end_if_due(machine: Interpreter, message: Members, path: str) -> None:
+    """End a message under way if its time has elapsed or its TO bit is set."""
     stub = stub_of(machine.lowered.stubs, path)
     assert stub is not None  # `checks` refuses a program without a stub
     if not message["TO"] and machine.now_ns - machine.whole(message["~started_ns"]) < stub.after_ns:
@@ -81,7 +82,7 @@ def _end_messages(waiting: Sequence[Leaf], engine: Any) -> None:
                 subscripts = subscripts_of(leaf.dims, index)
                 group = Group(MESSAGE, path, subscripts, (), machine.lowered.layout, path)
                 message = Members(machine, group)
-                _go_on(machine, message, path)
+                _end_if_due(machine, message, path)
                 if message["DN"] or message["ER"]:
                     message.set(EN=False, **{"~waiting": False})
 

@@ -1,7 +1,8 @@
 """Attributes for GSV and SSV that the runtime only stores.
 
 Each attribute is a number in the program's memory, with the initial value in its row. SSV and tests may set
-it; GSV reads it. Modules run without faults, and a scan takes no time [1756-RM003N, GSV/SSV objects].
+the number, and GSV reads it. Modules run without faults, and a scan takes no time [1756-RM003N, GSV/SSV
+objects].
 """
 
 from __future__ import annotations
@@ -193,5 +194,5 @@ ANY_NAME: Mapping[str, StoredValue] = {"DATALOG": StoredValue(DINT, set=True)}
 
 
 def stored_value(kind: str, name: str) -> StoredValue | None:
-    """Return a stored attribute by class and name in capitals; None if there is none."""
+    """Return a stored attribute by class and name in capitals; None for an unknown attribute."""
     return OBJECTS.get(kind, {}).get(name) or ANY_NAME.get(kind)

@@ -1,7 +1,7 @@
 """Equipment phases and sequences [LOGIX-UM001, 1756-RM003N].
 
-There is no phase manager, so instructions report that a phase is not scheduled, result 24594, and its state
-does not change. PSC, PPD, PRNP and other instructions without a result do nothing.
+The simulation has no phase manager. Instructions return result 24594, "phase not scheduled", and phases keep
+their states. PSC, PPD, PRNP and other instructions without a result do nothing.
 """
 
 from __future__ import annotations

@@ -21,13 +21,13 @@ def _chart_of(resolver: OperandResolver, name: Operand) -> str:
     return routine_named(resolver, name, "write the name of a sequential function chart")
 
 
-def _resolve_sfr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
-    routine = _chart_of(resolver, given[0])
-    if isinstance(given[1], Number) and given[1].value == 0:
+def _resolve_sfr(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    routine = _chart_of(resolver, operands[0])
+    if isinstance(operands[1], Number) and operands[1].value == 0:
         return routine, Constant(0, DINT)
-    step = resolver.any(given[1])
+    step = resolver.any(operands[1])
     if not isinstance(step, Group) or step.dims or step.type.name not in (STEP_TYPE, STOP_TYPE):
-        raise mismatch(given[1], step, "a step", "name a step or a stop, or 0")
+        raise mismatch(operands[1], step, "a step", "name a step or a stop, or 0")
     return routine, step
 
 
@@ -42,11 +42,11 @@ def _sfr(machine: Interpreter, routine: str, step: Group | Constant) -> None:
 _STATES = {"EXECUTING": False, "0": False, "PAUSED": True, "1": True}
 
 
-def _resolve_sfp(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
-    word = str(given[1]).upper()
+def _resolve_sfp(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[object, ...]:
+    word = str(operands[1]).upper()
     if word not in _STATES:
-        raise OperandError(f"{given[1]} is not a state of a chart", "write Executing or Paused")
-    return _chart_of(resolver, given[0]), word
+        raise OperandError(f"{operands[1]} is not a state of a chart", "write Executing or Paused")
+    return _chart_of(resolver, operands[0]), word
 
 
 def _sfp(machine: Interpreter, routine: str, word: str) -> None:
@@ -58,11 +58,11 @@ def _sfp(machine: Interpreter, routine: str, word: str) -> None:
         machine.put(chart.state, EXECUTING if machine.get(chart.seen) else NEW)
 
 
-def _resolve_eot(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Resolved, ...]:
+def _resolve_eot(resolver: OperandResolver, operands: tuple[Operand, ...]) -> tuple[Resolved, ...]:
     resolver.kept(EOT_STATE, 0)
-    bit = resolver.any(given[0])
+    bit = resolver.any(operands[0])
     if not is_logical(bit):
-        raise mismatch(given[0], bit, "a bit", "name a BOOL")
+        raise mismatch(operands[0], bit, "a bit", "name a BOOL")
     return (bit,)
 
 

@@ -1,9 +1,10 @@
 """EVENT, and GSV and SSV for the objects of a controller [1756-RM003N, system values].
 
-An attribute is a row of `ATTRIBUTES`, with a function that returns it as bytes and, if it can be set, a
-function that sets it from bytes. The tag of GSV and SSV may be a structure, an array, or the first member of
-a structure, as in exports. WallClockTime is the virtual time, which is 1970-01-01 00:00 at power-up, until
-SSV sets it. Attributes that the runtime does not compute are stored in memory, see `objects`.
+An attribute is a row of `ATTRIBUTES`. The row has a function that returns the attribute as bytes and, unless
+it is read-only, a function that sets it from bytes. The tag of GSV and SSV may be a structure, an array, or
+the first member of a structure, as in exports. WallClockTime is the virtual time, which is 1970-01-01 00:00
+at power-up, until SSV sets it. Attributes that the runtime does not compute are stored in memory, see
+`objects`.
 """
 
 from __future__ import annotations
@@ -190,10 +191,10 @@ def _name_of(_machine: Interpreter, name: str) -> bytes:
 
 ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("PROGRAM", "MAJORFAULTRECORD"): Attribute(_read_major_fault, _write_major_fault),
-    ("TASK", "RATE"): Attribute(_of_task("<i", lambda _machine, each: each.task.rate_ns // 1_000)),
-    ("TASK", "PRIORITY"): Attribute(_of_task("<h", lambda _machine, each: each.task.priority)),
+    ("TASK", "RATE"): Attribute(_of_task("<i", lambda _machine, row: row.task.rate_ns // 1_000)),
+    ("TASK", "PRIORITY"): Attribute(_of_task("<h", lambda _machine, row: row.task.priority)),
     ("TASK", "OVERLAPCOUNT"): Attribute(
-        _of_task("<i", lambda machine, each: machine.whole(machine.memory.read(each.overlaps))),
+        _of_task("<i", lambda machine, row: machine.whole(machine.memory.read(row.overlaps))),
         _write_overlaps,
     ),
     (CLOCK, "CURRENTVALUE"): Attribute(_of_clock(_wall_us), _write_microseconds),
@@ -208,62 +209,66 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
 """Attributes that the runtime computes, by class and name in capitals."""
 
 
-def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
+def _attribute_of(kind: str, name: str, stored: StoredValue) -> Attribute:
     """Return an attribute that is stored in memory."""
 
     def read(machine: Interpreter, instance: str) -> bytes:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
-        return machine.bytes_of(machine.whole(machine.memory.read(leaf)), kept.size)
+        return machine.bytes_of(machine.whole(machine.memory.read(leaf)), stored.size)
 
     def write(machine: Interpreter, instance: str, data: bytes) -> None:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
-        number = machine.integer_in(data[: min(8, kept.size)])
+        number = machine.integer_in(data[: min(8, stored.size)])
         machine.memory.write(leaf, 0, wrap(number, 64))
 
-    return Attribute(read, write if kept.set else None)
+    return Attribute(read, write if stored.set else None)
 
 
 @lru_cache(maxsize=256)
 def _attribute(kind: str, name: str) -> Attribute | None:
-    kept = stored_value(kind, name)
-    return ATTRIBUTES.get((kind, name)) or (None if kept is None else _kept(kind, name, kept))
+    stored = stored_value(kind, name)
+    return ATTRIBUTES.get((kind, name)) or (None if stored is None else _attribute_of(kind, name, stored))
 
 
-def _known(kind: str, *, written: bool) -> str:
-    """List the classes, or a class's attributes; only settable ones unless a tag is `written` (GSV)."""
+def _choices(kind: str, *, written: bool) -> str:
+    """List the attributes of a class, or the classes if it has none.
+
+    For SSV, which does not write a tag, list only attributes that can be set.
+    """
     rows = [attribute for attribute, row in ATTRIBUTES.items() if written or row.write]
     for owner, stored in OBJECTS.items():
         rows += [(owner, name) for name, row in stored.items() if written or row.set]
-    names = [name for class_name, name in rows if class_name == kind] or list(
-        dict.fromkeys(class_name for class_name, _ in rows)
-    )
-    return ", ".join(names)
+    names = [name for class_name, name in rows if class_name == kind]
+    return ", ".join(names or dict.fromkeys(class_name for class_name, _ in rows))
 
 
 def _resolve(
-    resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
+    resolver: OperandResolver, operands: tuple[Operand, ...], *, written: bool
 ) -> tuple[str, str | Place, str, Place | Group]:
-    """Return class, instance and attribute in capitals, and the tag; an axis's instance is a member."""
-    kind, instance, name = (str(word).upper() for word in given[:3])
-    tag = given[3]
-    if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(tag, Address):
-        member = _member(resolver, given[1], str(given[2]))
+    """Return class, instance and attribute in capitals, and the tag.
+
+    The instance of an axis is the member of its tag that is the attribute.
+    """
+    kind, instance, name = (str(word).upper() for word in operands[:3])
+    tag = operands[3]
+    if kind in BY_CLASS and isinstance(operands[1], Address) and isinstance(tag, Address):
+        member = _member(resolver, operands[1], str(operands[2]))
         return kind, member, name, resolver.memory(tag, written=written)
     attribute = _attribute(kind, name)
     if attribute is None or not (written or attribute.write):
-        known = _known(kind, written=written)
-        raise OperandError(f"no attribute {name} of {kind} here", f"choose from {known}")
+        choices = _choices(kind, written=written)
+        raise OperandError(f"no attribute {name} of {kind}", f"choose from {choices}")
     if kind == "CONTROLLER":
         instance = ""  # the controller is the only instance
     if instance == THIS:
         instance = program_of(resolver.named(""))
-    _keep(resolver, kind, instance, name)
+    _reserve(resolver, kind, instance, name)
     if not isinstance(tag, Address):
         raise OperandError(f"{tag} is not a tag", "name a tag")
     return kind, instance, name, resolver.memory(tag, written=written)
 
 
-def _keep(resolver: OperandResolver, kind: str, instance: str, name: str) -> None:
+def _reserve(resolver: OperandResolver, kind: str, instance: str, name: str) -> None:
     """Reserve a place in memory for a stored attribute, and for the offset of the clock."""
     stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)
     if stored is not None:
@@ -278,7 +283,7 @@ def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:
     except LadderError:
         member = None
     if not isinstance(member, Place) or member.type.is_bool:
-        raise OperandError(f"{tag} has no attribute {name} here", "name a member of the tag")
+        raise OperandError(f"{tag} has no attribute {name}", "name a member of the tag")
     return member
 
 
@@ -291,7 +296,7 @@ def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> 
     return attribute.read(machine, instance)
 
 
-def _count(end: End, size: int) -> int:
+def _element_count(end: End, size: int) -> int:
     """Return the number of elements in `size` bytes, limited to the array."""
     store, region, first = end
     return min(region.left(first, store), -(-size // region.size))
@@ -300,10 +305,10 @@ def _count(end: End, size: int) -> int:
 def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, target: Place | Group) -> None:
     data = _read(machine, kind, instance, name)
     store, region, first = end = machine.end(target)
-    count = _count(end, len(data))
+    count = _element_count(end, len(data))
     room = count * region.size
     data = data[:room]
-    if len(data) < room:
+    if len(data) < room:  # the last element keeps its other bytes
         data += machine.take_bytes(store, region, first, count)[len(data) :]
     machine.put_bytes(store, region, first, count, data)
 
@@ -311,7 +316,7 @@ def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, targ
 def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
     store, region, first = end = machine.end(source)
     size = len(_read(machine, kind, instance, name))
-    data = machine.take_bytes(store, region, first, _count(end, size))[:size]
+    data = machine.take_bytes(store, region, first, _element_count(end, size))[:size]
     if isinstance(instance, Place):
         store, region, first = machine.end(instance)
         if len(data) == size:

@@ -1,1 +1,1 @@
-"""Terms: Booleans, whole numbers and floats, their meaning, and their evaluation for many values at once."""
+"""Terms of Booleans, whole numbers and floats: operations, and evaluation for many values at once."""

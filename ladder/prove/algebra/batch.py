@@ -21,7 +21,7 @@ from .terms import T
 Array = np.ndarray[Any, np.dtype[Any]]
 
 _wrap: Callable[..., Any] = arithmetic.wrap
-"""Keeps at most 62 low bits of each element; arrays have the operators that it uses."""
+"""`wrap` for each element of an array, up to 62 bits; arrays have the operators that it uses."""
 
 LANES = 256
 """Default number of runs at once."""
@@ -64,7 +64,7 @@ def filled(t: T, value: Any, lanes: int = LANES) -> Array:
 
 
 def is_wide(t: T) -> bool:
-    """Whether a whole number needs more bits than an array element has."""
+    """Return whether a whole number needs more bits than an array element has."""
     return t.kind == INT and not -FAR < t.lo <= t.hi < FAR
 
 
@@ -76,6 +76,7 @@ def dtype_of(t: T) -> Any:
 
 
 def _function(t: T) -> Callable[..., Array]:
+    """Return the function that computes a term's operation on arrays."""
     if is_wide(t) or any(map(is_wide, t.args)):
         return _wide(t)
     if t.op in _PLAIN:
@@ -93,7 +94,7 @@ def _function(t: T) -> Callable[..., Array]:
     if t.op in ("f2f", "i2f"):
         kind = dtype_of(t)
         return lambda a: a.astype(np.float64).astype(kind)
-    return _each(t)
+    return _per_run(t)
 
 
 def _wide(t: T) -> Callable[..., Array]:
@@ -104,7 +105,7 @@ def _wide(t: T) -> Callable[..., Array]:
     elif t.op in _WIDE:
         function = _PLAIN[t.op]
     else:
-        return _each(t)
+        return _per_run(t)
     kind = dtype_of(t)
 
     def computed(*operands: Array) -> Array:
@@ -114,7 +115,7 @@ def _wide(t: T) -> Callable[..., Array]:
     return computed
 
 
-def _each(t: T) -> Callable[..., Array]:
+def _per_run(t: T) -> Callable[..., Array]:
     """Return a function that computes run by run, as `meaning` defines."""
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 

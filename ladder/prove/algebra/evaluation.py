@@ -1,4 +1,4 @@
-"""Computes terms for given values of their variables."""
+"""Computes terms from the values of their variables."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from .terms import T, reach
 class Evaluator:
     """Computes the same terms for different values of their variables.
 
+    Each subterm has a slot; operands come first, so that one pass over the slots computes all terms.
+
     Args:
         roots: the terms to compute.
     """
@@ -19,14 +21,14 @@ class Evaluator:
     def __init__(self, roots: Sequence[T]) -> None:
         order = reach(roots)
         slots = {node.id: number for number, node in enumerate(order)}
-        self._found: list[Any] = [None] * len(order)
-        self._variables: list[tuple[int, str, int]] = []
-        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []
+        self._results: list[Any] = [None] * len(order)
+        self._variables: list[tuple[int, str, int]] = []  # slot, name, default
+        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []  # slot, function, operands' slots
         for slot, term in enumerate(order):
             if term.op == "var":
                 self._variables.append((slot, term.val, False if term.kind == BOOL else 0))
             elif term.op == "const":
-                self._found[slot] = self._constant(term)
+                self._results[slot] = self._constant(term)
             else:
                 self._steps.append(
                     (slot, self._function(term), [slots[argument.id] for argument in term.args])
@@ -41,7 +43,7 @@ class Evaluator:
 
     def __call__(self, values: Mapping[str, Any]) -> list[Any]:
         """Return the values of the roots; `values` has the variables by name, a missing variable is 0."""
-        results = self._found
+        results = self._results
         for slot, name, default in self._variables:
             results[slot] = values.get(name, default)
         for slot, function, operands in self._steps:

@@ -43,11 +43,11 @@ def rem(a: int, b: int) -> int:
     return remainder(a, b) if b else 0
 
 
-def to_whole(value: float, how: str) -> int:
+def to_whole(value: float, rounding: str) -> int:
     """Round a float to a whole number: half to even (`rne`) or toward zero (`rtz`)."""
     if not finite(value) or abs(value) >= FAR:
         return 0
-    return round(value) if how == "rne" else math.trunc(value)
+    return round(value) if rounding == "rne" else math.trunc(value)
 
 
 def to_nearest(a: float, b: float) -> float:
@@ -76,7 +76,7 @@ def write_bit(word: int, truth: bool, number: int, width: int) -> int:
 
 
 def same_float(a: float, b: float) -> bool:
-    """Whether two floats are the same value, NaN and the sign of zero included.
+    """Return whether two floats are the same value, NaN and the sign of zero included.
 
     >>> same_float(0.0, -0.0), same_float(math.nan, math.nan)
     (False, True)

@@ -1,4 +1,4 @@
-"""Operations on whole numbers and floats, simplified as far as intervals and constants allow."""
+"""Operations on whole numbers and floats, simplified by means of intervals and constants."""
 
 from __future__ import annotations
 
@@ -111,7 +111,10 @@ def greatest(a: T, least: int) -> T:
 
 
 def clip(a: T, lo: int, hi: int) -> T:
-    """Clamp a number to an interval; wherever its value matters, it must lie in the interval already."""
+    """Clamp a number to an interval.
+
+    The caller ensures that the number is in the interval wherever its value matters.
+    """
     if a.hi < lo or a.lo > hi:
         return const(lo if a.hi < lo else hi)
     return greatest(least(a, hi), lo)
@@ -130,17 +133,17 @@ def bit(a: T, k: int) -> T:
     if a.op == "setbit":
         return a.args[1] if a.val[0] == k else bit(a.args[0], k)
     if a.op == "ite":
-        known = memo.get((a.id, k))
-        if known is None:
-            known = memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
-        return known
+        simplified = memo.get((a.id, k))
+        if simplified is None:
+            simplified = memo[a.id, k] = ite(a.args[0], bit(a.args[1], k), bit(a.args[2], k))
+        return simplified
     if a.lo >= 0 and k == bits_of(a.lo, a.hi) - 1:
         return FALSE
     return mk("bit", (a,), BOOL, k)
 
 
 def setbit(a: T, k: int, b: T, n: int) -> T:
-    """Return `a`, a word of |n| bits that is signed for positive n, with bit k set to b."""
+    """Return a word of |n| bits, signed for positive n, with bit k set to b."""
     if a.op == "setbit" and a.val[0] == k:
         a = a.args[0]
     lo, hi = interval_of(n)
@@ -158,11 +161,11 @@ def eq(a: T, b: T) -> T:
     if a.hi < b.lo or b.hi < a.lo:
         return FALSE
     if b.op == "const" and a.op == "ite" and "const" in (a.args[1].op, a.args[2].op):
-        known = memo.get((a.id, b.id, "eq"))
-        if known is None:
-            known = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))
-            memo[a.id, b.id, "eq"] = known
-        return known
+        simplified = memo.get((a.id, b.id, "eq"))
+        if simplified is None:
+            simplified = ite(a.args[0], eq(a.args[1], b), eq(a.args[2], b))
+            memo[a.id, b.id, "eq"] = simplified
+        return simplified
     return mk("eq", (a, b), BOOL)
 
 
@@ -214,8 +217,8 @@ def fop(op: str, *args: T) -> T:
     return mk(op, args, kind)
 
 
-def to_int(a: T, how: str) -> T:
+def to_int(a: T, rounding: str) -> T:
     """Round a float half to even (`rne`) or cut it off (`rtz`); for large floats, see `meaning`."""
     if a.op == "const":
-        return const(meaning("f2i", INT, how)(a.val))
-    return mk("f2i", (a,), INT, how, -FAR, FAR)
+        return const(meaning("f2i", INT, rounding)(a.val))
+    return mk("f2i", (a,), INT, rounding, -FAR, FAR)

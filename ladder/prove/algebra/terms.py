@@ -1,11 +1,11 @@
 """Terms: Booleans, exact whole numbers with a known interval, and floats; simplified and shared.
 
-Whole numbers are mathematical integers. The interval determines how many bits they need, so only `wrap` and
+Whole numbers are mathematical integers. The interval determines how many bits they need. Only `wrap` and
 `setbit` cut bits off.
 
 Equal terms are the same object and are compared with `is`. `forget` empties the table of shared terms: call
 it at the beginning of a proof. Earlier terms stay valid, but equal new terms are different objects. Ids
-always increase, so an operand has a smaller id than its term.
+increase, so that an operand has a smaller id than its term.
 """
 
 from __future__ import annotations
@@ -20,7 +20,17 @@ from .meaning import BOOL, F32, F64, INT, meaning
 
 
 class T:
-    """A term: operation, operands, kind, setting or value, and the interval of a whole number."""
+    """A term.
+
+    Attributes:
+        op: its operation, see `meaning`; also "var" and "const".
+        args: its operands.
+        kind: `BOOL`, `INT`, `F32` or `F64`.
+        val: the setting of the operation, the value of a constant, or the name of a variable.
+        lo: the least value of a whole number.
+        hi: the greatest value of a whole number.
+        id: identifies the term.
+    """
 
     __slots__ = ("args", "hi", "id", "kind", "lo", "op", "val")
 
@@ -42,7 +52,7 @@ memo: dict[tuple[Any, ...], T] = {}
 
 
 def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi: int = 0) -> T:
-    """Return the one term with these parts; an interval of a single whole number gives a constant."""
+    """Return the term with these parts, always the same object; a constant for an interval of one number."""
     if kind == INT and lo == hi and op != "const":
         return const(lo)
     key = (
@@ -53,10 +63,10 @@ def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi
         hi,
         *[argument.id for argument in args],
     )
-    known = _table.get(key)
-    if known is None:
-        known = _table[key] = T(op, args, kind, val, lo, hi)
-    return known
+    existing = _table.get(key)
+    if existing is None:
+        existing = _table[key] = T(op, args, kind, val, lo, hi)
+    return existing
 
 
 def const(value: Any, kind: str | None = None) -> T:
@@ -73,18 +83,18 @@ TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
 
 
 def forget() -> None:
-    """Forget the terms made so far: new terms share nothing with them, and unused terms can be freed."""
+    """Empty the table of shared terms: new terms share nothing with earlier ones, which can be freed."""
     _table.clear()
     memo.clear()
 
 
 def var(name: str, kind: str = BOOL, lo: int = 0, hi: int = 0) -> T:
-    """Return a variable; for a whole number, give its interval."""
+    """Return a variable; a whole number needs its interval."""
     return mk("var", (), kind, name, lo, hi)
 
 
 def bits_of(lo: int, hi: int) -> int:
-    """Return how many bits the interval needs in two's complement.
+    """Return the number of bits that an interval needs in two's complement.
 
     >>> bits_of(0, 1), bits_of(-128, 127), bits_of(0, 255)
     (2, 8, 9)
@@ -141,16 +151,16 @@ def iff(a: T, b: T) -> T:
     """Return whether two Booleans are equal."""
     if a is b:
         return TRUE
-    for one, other in ((a, b), (b, a)):
-        if one.op == "const":
-            return other if one.val else not_(other)
+    for constant, partner in ((a, b), (b, a)):
+        if constant.op == "const":
+            return partner if constant.val else not_(partner)
     if not_(a) is b:
         return FALSE
     return mk("iff", (a, b) if a.id < b.id else (b, a), BOOL)
 
 
 def ite(c: T, a: T, b: T) -> T:
-    """Return a if c holds, else b; both have the same kind."""
+    """Return a if c is true, else b; both have the same kind."""
     if c is TRUE or a is b:
         return a
     if c is FALSE:
@@ -171,6 +181,7 @@ def ite(c: T, a: T, b: T) -> T:
 
 
 def _truth_of(c: T, a: T, b: T) -> T | None:
+    """Return a choice between Booleans without `ite`; None if it has no simpler form."""
     if a is TRUE or a is c:
         return or_(c, b)
     if a is FALSE:
@@ -185,20 +196,20 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 # --- walks
 
 
-def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
+def replaced(t: T, replacements: Mapping[str, T], memo: dict[int, T]) -> T:
     """Return a term with variables replaced by name; `memo` caches results by id."""
-    todo = [t]
-    while todo:
-        term = todo[-1]
+    unfinished = [t]
+    while unfinished:
+        term = unfinished[-1]
         missing = [] if term.id in memo else [argument for argument in term.args if argument.id not in memo]
         if missing:
-            todo += missing
+            unfinished += missing
             continue
-        todo.pop()
+        unfinished.pop()
         if term.id in memo:
             continue
         if term.op == "var":
-            memo[term.id] = of.get(term.val, term)
+            memo[term.id] = replacements.get(term.val, term)
         else:
             args = tuple(memo[argument.id] for argument in term.args)
             memo[term.id] = mk(term.op, args, term.kind, term.val, term.lo, term.hi)
@@ -207,14 +218,14 @@ def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
 
 def reach(roots: Iterable[T]) -> list[T]:
     """Return the roots and all terms in them, operands first."""
-    seen: dict[int, T] = {}
-    todo = list(roots)
-    while todo:
-        term = todo.pop()
-        if term.id not in seen:
-            seen[term.id] = term
-            todo.extend(term.args)
-    return [seen[number] for number in sorted(seen)]
+    reached: dict[int, T] = {}
+    open_terms = list(roots)
+    while open_terms:
+        term = open_terms.pop()
+        if term.id not in reached:
+            reached[term.id] = term
+            open_terms.extend(term.args)
+    return [reached[number] for number in sorted(reached)]
 
 
 def variables(roots: Iterable[T]) -> list[T]:

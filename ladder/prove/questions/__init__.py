@@ -1,4 +1,4 @@
-"""Questions that need no property: what is dead, stuck, in conflict, or never done, and what faults.
+"""Built-in questions about a program: is anything dead, stuck, in conflict or never done, and what can fault?
 
 | rule | reported if |
 |---|---|

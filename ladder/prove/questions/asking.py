@@ -1,8 +1,7 @@
 """Answers the built-in questions of a program, cheap questions first.
 
-Findings are reported in three rounds: decided by random scans and a single scan from any state, by
-inductions, and by inductions with invariants. Invariants take most of the time, so they are found once for
-all open questions.
+Three rounds report findings: random scans and a single scan from any state, inductions, and inductions with
+invariants. Invariants need most of the time, so that they are found once for all open questions.
 """
 
 from __future__ import annotations
@@ -36,10 +35,10 @@ Rung = tuple[str, int | None]
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A question: can a condition on the values before a scan ever hold?
+    """A question: can a condition on the values before a scan ever be true?
 
     Attributes:
-        rule: the rule that reports a finding if the condition can't hold, or if it can.
+        rule: the rule that reports a finding, either if the condition can be true, or if it can't.
         site: the instruction or rung.
         text: the finding, in words.
         bad: the condition.
@@ -63,7 +62,7 @@ class Question:
 
     @property
     def is_proof(self) -> bool:
-        """Whether a proof is the finding; otherwise a run is."""
+        """Whether a proof is a finding; otherwise a run is."""
         return self.rule in PROVED_RULES
 
 
@@ -108,7 +107,7 @@ class Listener(Generic[Found]):
 
 
 def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
-    """Return the conditions that are proved to hold in no scan."""
+    """Return the conditions that are proved to be true in no scan."""
     decider = TruthDecider(problem, limits, dict.fromkeys(truths, ""))
     decider.scan_at_random()
     decider.find_impossible()
@@ -129,11 +128,11 @@ class Questioning:
         self._questions, self._limits, self._listener = questions, limits, listener
         rules = {question.bad: question.rule for question in reversed(questions)}
         self._decider = TruthDecider(problem, limits, rules)
-        self._left = dict(enumerate(questions))  # by index of the question
+        self._open = dict(enumerate(questions))  # by index of the question
         self._findings: dict[int, Finding] = {}  # by index of the question
         self._reported: set[QuestionKey] = set()  # questions with a finding
         self._dead_rungs: set[Rung] = set()
-        self._after = 0  # number of questions after the current one
+        self._remaining = 0  # number of questions after the current one
 
     def answers(self, known_run: KnownRun | None) -> Answers:
         """Answer all questions; return the findings in the order of the questions."""
@@ -144,16 +143,16 @@ class Questioning:
         self._listener.begun(sum(answers.counts.values()))
         decider.scan_at_random(FIRST_SCANS)
         decider.find_impossible()
-        self._ask(self._known)
-        if self._left:
+        self._ask(self._without_solver)
+        if self._open:
             self._listener.left(self._count_left())
             self._decide_by_induction(known_run)
-        if self._left and self._limits.each.helped:
+        if self._open and self._limits.each.helped:
             self._listener.left(self._count_left())
             self._decide_with_invariants()
-        open_keys = {question.key for question in self._left.values()} - self._reported
+        open_keys = {question.key for question in self._open.values()} - self._reported
         answers.open.update(rule for rule, _, _ in open_keys)
-        answers.findings = [self._findings[place] for place in sorted(self._findings)]
+        answers.findings = [self._findings[index] for index in sorted(self._findings)]
         return answers
 
     def _decide_by_induction(self, known_run: KnownRun | None) -> None:
@@ -164,70 +163,70 @@ class Questioning:
         if known_run is not None:
             decider.possible |= known_run([truth for truth in decider.open if truth in proofs])
         decider.prove_jointly([truth for truth in decider.open if truth in proofs])
-        self._ask(self._known)
+        self._ask(self._without_solver)
         runs = dict.fromkeys(self._truths(is_proof=False))
         decider.prove_jointly([truth for truth in runs if truth not in decider.impossible], held=True)
-        self._ask(self._decided, is_last=not self._limits.each.helped)
+        self._ask(self._with_solver, is_last=not self._limits.each.helped)
 
     def _decide_with_invariants(self) -> None:
         free, held = self._truths(is_proof=True), self._truths(is_proof=False)
         with self._decider.with_invariants(free, held):
-            self._ask(self._decided, is_last=True)
+            self._ask(self._with_solver, is_last=True)
 
     def _truths(self, *, is_proof: bool) -> list[T]:
         """Return the conditions of the open questions that a proof, or a run, answers."""
-        return [question.bad for question in self._left.values() if question.is_proof is is_proof]
+        return [question.bad for question in self._open.values() if question.is_proof is is_proof]
 
     def _count_left(self) -> int:
-        return len({question.key for question in self._left.values()} - self._reported)
+        return len({question.key for question in self._open.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the open questions; those about legs of a rung that may be dead come in the next round."""
+        """Ask the open questions; questions about legs of a rung that may be dead wait for the next round."""
         waiting: set[Rung] = set()
-        self._after = len(self._left)
-        for place, question in [*self._left.items()]:
-            self._after -= 1
+        self._remaining = len(self._open)
+        for index, question in [*self._open.items()]:
+            self._remaining -= 1
             rung, is_leg = (question.site.routine, question.site.rung), question.rule == "dead-leg"
             if question.key in self._reported or (is_leg and rung in self._dead_rungs):
-                del self._left[place]
+                del self._open[index]
                 continue
             verdict = Verdict() if is_leg and rung in waiting else verdict_on(question)
             if verdict.kind is not VerdictKind.UNKNOWN:
-                del self._left[place]
+                del self._open[index]
                 if (verdict.kind is VerdictKind.PROVED) is question.is_proof:
-                    self._note_found(place, question, verdict)
+                    self._report(index, question, verdict)
             elif question.rule == "dead-rung" and not is_last:
                 waiting.add(rung)
 
-    def _note_found(self, place: int, question: Question, verdict: Verdict) -> None:
+    def _report(self, index: int, question: Question, verdict: Verdict) -> None:
         """Report an answer, unless another finding covers it."""
         if question.rule == "dead-rung":
             self._dead_rungs.add((question.site.routine, question.site.rung))
         if question.lives is TRUE or not self._decider.never(question.lives):
             finding = Finding(question.rule, question.site, question.text, verdict, question.coils)
-            self._findings[place] = finding
+            self._findings[index] = finding
             self._reported.add(question.key)
             self._listener.found(finding)
 
-    def _known(self, question: Question) -> Verdict:
-        """Return the verdict on a question as far as it is known without the solver."""
-        known = self._decider.known(question.bad)
+    def _without_solver(self, question: Question) -> Verdict:
+        """Return the verdict on a question without using the solver; unknown if it needs the solver."""
+        verdict_kind = self._decider.known(question.bad)
         if not question.is_proof:
-            return Verdict(known if known is VerdictKind.PROVED else VerdictKind.UNKNOWN)
-        if known is VerdictKind.UNKNOWN or (
-            known is VerdictKind.PROVED
+            return Verdict(verdict_kind if verdict_kind is VerdictKind.PROVED else VerdictKind.UNKNOWN)
+        if verdict_kind is VerdictKind.UNKNOWN or (
+            verdict_kind is VerdictKind.PROVED
             and question.lives is not TRUE
             and self._decider.known(question.lives) is VerdictKind.UNKNOWN
         ):
             return Verdict()
         return self._decider.never(question.bad)
 
-    def _decided(self, question: Question) -> Verdict:
+    def _with_solver(self, question: Question) -> Verdict:
         """Decide a single question."""
-        known = self._known(question)
-        if known.kind is not VerdictKind.UNKNOWN:
-            return known
-        self._listener.next(question, self._after)
+        verdict = self._without_solver(question)
+        if verdict.kind is not VerdictKind.UNKNOWN:
+            return verdict
+        self._listener.next(question, self._remaining)
         if question.is_proof:
             return self._decider.never(question.bad)
         return self._decider.find_run(question.bad, question.fault)

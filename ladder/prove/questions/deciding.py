@@ -1,4 +1,4 @@
-"""Decides which conditions of a program can hold in a scan, the cheapest method first.
+"""Decides which conditions of a program can be true in a scan, with the cheapest method first.
 
 1. A few random scans make most of the possible conditions true.
 2. The solver finds the conditions that no state, reachable or not, and no input makes true.
@@ -6,8 +6,8 @@
 4. Inductions of all remaining conditions at once, see `joint`.
 5. For each condition alone: a run that the compiled program confirms, or an induction with invariants.
 
-Proofs hold for any values of the numbers that nothing writes, so no proof depends on a recipe. The contracts
-of modules are assumed, as they are for properties.
+Proofs are valid for any values of numbers that nothing writes, so that no proof depends on a recipe. They
+assume the contracts of modules, as proofs of properties do.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Random scans: before the solver is used, at most of a large and a small program, and of one run."""
+"""Random scans: before the solver is used, maximum for a large and for a small program, and per run."""
 
 QUIET = 20
 """Random scans without a new result after which the solver decides the remaining conditions."""
@@ -68,7 +68,7 @@ class QuestionLimits:
 
 
 KnownRun = Callable[[Sequence[T]], set[T]]
-"""Returns which of the given conditions a known run makes true."""
+"""Returns the conditions, among some, that a known run makes true."""
 
 
 class TruthDecider:
@@ -76,11 +76,11 @@ class TruthDecider:
 
     Args:
         problem: a program.
-        limits: conditions that need more stay open.
-        rules: the rule to which the work on each condition is counted.
+        limits: limits of the work; conditions that need more stay open.
+        rules: the rule of each condition, whose limit its work counts against.
 
     Attributes:
-        system: the problem, with all numbers free that nothing writes.
+        system: the problem, in which all numbers that nothing writes are free.
         possible: conditions that some scan of the system makes true.
         impossible: the verdict on each condition that no scan makes true; `never` adds the certificates.
         impossible_held: conditions that no scan makes true while unwritten numbers keep their values.
@@ -96,7 +96,9 @@ class TruthDecider:
         self.spent: Counter[str] = Counter()
         self._random = _RandomScans(self.system, [truth for truth in rules if truth.op != "const"])
         self._with_invariants = False
-        self._undecided: set[tuple[bool, T]] = set()  # tried without invariants; whether in `system`
+        self._undecided: set[tuple[bool, T]] = (
+            set()
+        )  # tried without invariants: whether in `system`, condition
         self._without_invariants: set[bool] = set()  # systems that have no invariants
 
     @property
@@ -117,14 +119,16 @@ class TruthDecider:
         if not self._follows(self.system):
             return
         solver = Solver(self.limits.each.fuse)
-        left = [truth for truth in self.open if self.spent[self.rules[truth]] < self.limits.rule]
-        with self.system.narrowing(left):
+        affordable = [truth for truth in self.open if self.spent[self.rules[truth]] < self.limits.rule]
+        with self.system.narrowing(affordable):
             scan = Frame(self.system, solver)
         if solver.check() != SAT:
-            return  # perhaps no scan keeps the contracts
-        can, gave_up = satisfiable(solver, {truth: scan.term(truth) for truth in left})
-        self._note_impossible([truth for truth in left if truth not in can and truth not in gave_up], 0)
-        self._charge(left, solver.work)
+            return  # perhaps no scan satisfies the contracts
+        possible, gave_up = satisfiable(solver, {truth: scan.term(truth) for truth in affordable})
+        self._note_impossible(
+            [truth for truth in affordable if truth not in possible and truth not in gave_up], 0
+        )
+        self._charge(affordable, solver.work)
 
     def prove_jointly(self, truths: Iterable[T], *, held: bool = False) -> None:
         """Try an induction of many conditions at once.
@@ -133,15 +137,15 @@ class TruthDecider:
             held: whether numbers that nothing writes keep their values.
         """
         system = self.problem if held else self.system
-        left = [
+        affordable = [
             candidate
             for candidate in truths
             if candidate is not system.deep and self.spent[self.rules[candidate]] < self.limits.rule
         ]
-        if not left or not self._follows(system):
+        if not affordable or not self._follows(system):
             return
-        answers = decide_jointly(system, left, self._limits(held=held))
-        self._charge(left, answers.work)
+        answers = decide_jointly(system, affordable, self._limits(held=held))
+        self._charge(affordable, answers.work)
         if held:
             self.impossible_held |= answers.proved.keys()
         else:
@@ -149,7 +153,7 @@ class TruthDecider:
                 self._note_impossible([truth], k)
             self.possible |= answers.broken
         decided = answers.proved.keys() | answers.broken | answers.gave_up
-        self._undecided |= {(not held, candidate) for candidate in left if candidate not in decided}
+        self._undecided |= {(not held, candidate) for candidate in affordable if candidate not in decided}
 
     def _note_impossible(self, truths: Iterable[T], k: int) -> None:
         for truth in truths:
@@ -231,7 +235,7 @@ class TruthDecider:
             free: conditions to be proved for any numbers.
             held: conditions for which a run is searched.
         """
-        relations = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
+        saved = [(relation, relation.contract, relation.kept) for relation in (self.system, self.problem)]
         self._with_invariants = True
         try:
             for system, truths in ((self.system, free), (self.problem, held)):
@@ -240,19 +244,19 @@ class TruthDecider:
                     self._without_invariants.add(system is self.system)
             yield
         finally:
-            for system, contract, kept in relations:
-                system.contract, system.kept = contract, kept
+            for system, contract, contracts in saved:
+                system.contract, system.kept = contract, contracts
 
     def _find_invariants(self, system: System, truths: Sequence[T]) -> bool:
         """Find invariants for conditions, under the part of the contract that matters to them."""
         system.contract, system.kept = system.narrowed(truths), []
         cone = system.cone(truths)
-        known = invariants(system, cone, self.limits.each.fuse)
-        system.invariants[system.contract, frozenset(cone)] = known
-        return bool(known.found)
+        found = invariants(system, cone, self.limits.each.fuse)
+        system.invariants[system.contract, frozenset(cone)] = found
+        return bool(found.found)
 
     def _gets_invariants(self, system: System, t: T) -> bool:
-        """Whether states decide a condition, not counting contracts, but not too many."""
+        """Return whether states decide a condition, apart from contracts, but not too many of them."""
         contract, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
@@ -261,7 +265,7 @@ class TruthDecider:
 
 
 def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
-    """Return the problem with all numbers, and bits of numbers, free that nothing writes."""
+    """Return the problem as a system in which all numbers and bits that nothing writes are free."""
     return System(
         next=problem.next_of_any(roots),
         initial=problem.initial,
@@ -287,7 +291,12 @@ class _RandomScans:
     """
 
     def __init__(self, system: System, watched: Sequence[T]) -> None:
-        self._watched, self._seen, self._done, self._quiet = watched, [False] * len(watched), 0, 0
+        self._watched, self._was_true, self._scan_count, self._scans_without_news = (
+            watched,
+            [False] * len(watched),
+            0,
+            0,
+        )
         with system.narrowing(watched):
             cone = system.cone(watched)
             self._runs = Runs(system, cone, watched, seed=1, lanes=MANY_LANES)
@@ -297,14 +306,21 @@ class _RandomScans:
 
     def scan(self, most: int) -> set[T]:
         """Run scans, up to a total number; return the conditions that some scan made true."""
-        while self._done < min(most, self._most) and self._quiet < QUIET and not all(self._seen):
-            if self._done and self._done % RESTART == 0:
+        while (
+            self._scan_count < min(most, self._most)
+            and self._scans_without_news < QUIET
+            and not all(self._was_true)
+        ):
+            if self._scan_count and self._scan_count % RESTART == 0:
                 self._runs.restart()
-            truths, kept = self._runs.scan()
-            before = sum(self._seen)
-            self._seen = [
-                seen or bool((now & kept).any()) for seen, now in zip(self._seen, truths, strict=True)
+            truths, keeps_contract = self._runs.scan()
+            count_before = sum(self._was_true)
+            self._was_true = [
+                seen or bool((truth_values & keeps_contract).any())
+                for seen, truth_values in zip(self._was_true, truths, strict=True)
             ]
-            self._done += 1
-            self._quiet = 0 if sum(self._seen) > before else self._quiet + 1
-        return set(compress(self._watched, self._seen))
+            self._scan_count += 1
+            self._scans_without_news = (
+                0 if sum(self._was_true) > count_before else self._scans_without_news + 1
+            )
+        return set(compress(self._watched, self._was_true))

@@ -17,7 +17,7 @@ from ..system import ProgramSystem
 from .asking import Question
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
-"""Instructions that are meant to pass power never, always, or for one scan."""
+"""Instructions that by design pass power never, always, or for one scan."""
 
 COILS = frozenset(("OTE", "OTL", "OTU"))
 
@@ -86,25 +86,25 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
             passed = any_of(and_(passage.before, passage.after) for passage in passages)
             blocked = any_of(and_(passage.before, not_(passage.after)) for passage in passages)
             site = problem.lowered.sites[node.site]
-            always = f"{site.instruction} decides nothing: it passes whatever reaches it"
+            always = f"{site.instruction} decides nothing: it passes power whenever power reaches it"
             yield Question("dead-leg", site, always, blocked, passed)
             yield Question("dead-leg", site, f"{site.instruction} never passes", passed, blocked)
 
 
 def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
-    """Yield questions about redundant legs: another leg has power whenever they have."""
+    """Yield questions about redundant legs, which have power only when another leg has power."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
     for number, leg in enumerate(branch.legs):
         if leg:
-            alone = on = FALSE
+            adds_power = has_power = FALSE
             for active, powers in problem.machine.legs.get(id(branch), ()):
-                others = any_of(power for place, power in enumerate(powers) if place != number)
-                on = or_(on, and_(active, powers[number]))
-                alone = or_(alone, and_(and_(active, powers[number]), not_(others)))
+                other_power = any_of(power for index, power in enumerate(powers) if index != number)
+                has_power = or_(has_power, and_(active, powers[number]))
+                adds_power = or_(adds_power, and_(and_(active, powers[number]), not_(other_power)))
             site = problem.lowered.sites[steps_of(leg)[0].site]
-            text = f"the leg of {site.instruction} decides nothing: another one has power, too"
-            yield Question("dead-leg", site, text, alone, on)
+            text = f"the leg of {site.instruction} decides nothing: another leg also has power"
+            yield Question("dead-leg", site, text, adds_power, has_power)
 
 
 def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
@@ -117,30 +117,36 @@ def _of_timer(problem: ProgramSystem, step: LoweredStep) -> Iterator[Question]:
 def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Question]:
     place: Place = steps[0].operands[0]
     sites, after = problem.lowered.sites, bit_after(problem, place)
-    on = next((step for step in steps if step.name != "OTU"), None)
-    if on is not None:
-        site, text = sites[on.site], f"{place.text} is never off again once it is on"
+    setter = next((step for step in steps if step.name != "OTU"), None)
+    if setter is not None:
+        site, text = sites[setter.site], f"{place.text} is never off again once it is on"
         yield Question("never-on", site, f"{place.text} is never on", after)
         falls = and_(bit_before(problem, place), not_(_as_first(problem, after)))
         yield Question("stuck", site, text, falls, and_(after, not_(problem.stops)))
     for first, second in _pairs(problem, [step for step in steps if step.name == "OTE"]):
-        where = sites[first.site].place
-        text = f"{place.text}: the coils here and in {where} write different values in one scan"
+        other_place = sites[first.site].place
+        text = f"{place.text}: the coils here and in {other_place} write different values in one scan"
         pair = first.site, second.site
         yield Question("conflict", sites[second.site], text, _disagree(problem, first, second), coils=pair)
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
-    """Yield pairs of coils; coils with the same power, perhaps thousands, are paired only with the next."""
-    alike: dict[object, list[int]] = {}
+    """Yield pairs of coils; of coils with the same power, perhaps thousands, only neighbors are paired."""
+    by_kind: dict[object, list[int]] = {}
     kinds: list[object] = []
     for number, coil in enumerate(coils):
         states = {(passage.active, passage.power) for passage in problem.machine.passages.get(coil.site, ())}
         kinds.append(next(iter(states)) if len(states) == 1 else number)
-        alike.setdefault(kinds[-1], []).append(number)
-    following = {first: second for numbers in alike.values() for first, second in pairwise(numbers)}
+        by_kind.setdefault(kinds[-1], []).append(number)
+    following = {first: second for numbers in by_kind.values() for first, second in pairwise(numbers)}
     for number, kind in enumerate(kinds):
-        later = [n for other, numbers in alike.items() if other != kind for n in numbers if n > number]
+        later = [
+            later_number
+            for other_kind, numbers in by_kind.items()
+            if other_kind != kind
+            for later_number in numbers
+            if later_number > number
+        ]
         if number in following:
             later.append(following[number])
         for paired in sorted(later):
@@ -148,7 +154,7 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
-    """Return a term as it is if its scan may also be the first one after program mode."""
+    """Return the condition that a term is true, and would be true in a first scan after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
     for program in () if schedule is None else schedule.programs:
@@ -157,12 +163,15 @@ def _as_first(problem: ProgramSystem, t: T) -> T:
     return and_(t, first)
 
 
-def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:
+def _disagree(problem: ProgramSystem, first: LoweredStep, second: LoweredStep) -> T:
     passages = problem.machine.passages
     return any_of(
-        and_(and_(left.active, right.active), not_(iff(left.power, right.power)))
-        for left in passages.get(one.site, ())
-        for right in passages.get(other.site, ())
+        and_(
+            and_(first_passage.active, second_passage.active),
+            not_(iff(first_passage.power, second_passage.power)),
+        )
+        for first_passage in passages.get(first.site, ())
+        for second_passage in passages.get(second.site, ())
     )
 
 
@@ -182,7 +191,7 @@ def _faults(problem: ProgramSystem) -> Iterator[Question]:
 
 
 def _is_fixed(place: Any) -> bool:
-    """Whether an operand is a single bit at a fixed place in the program."""
+    """Return whether an operand is a single bit at a fixed place in the program."""
     return (
         isinstance(place, Place)
         and not place.leaf.root

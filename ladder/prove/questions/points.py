@@ -67,15 +67,15 @@ def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
 
 
 def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[PointState, T]]:
-    listed = list(passages)
+    all_passages = list(passages)
     if is_contact:
-        yield PointState.REACHED, any_of(passage.before for passage in listed)
-        yield PointState.ON, any_of(and_(passage.before, passage.after) for passage in listed)
-        yield PointState.OFF, any_of(and_(passage.before, not_(passage.after)) for passage in listed)
+        yield PointState.REACHED, any_of(passage.before for passage in all_passages)
+        yield PointState.ON, any_of(and_(passage.before, passage.after) for passage in all_passages)
+        yield PointState.OFF, any_of(and_(passage.before, not_(passage.after)) for passage in all_passages)
     else:
-        yield PointState.REACHED, any_of(passage.active for passage in listed)
-        yield PointState.ON, any_of(passage.before for passage in listed)
-        yield PointState.OFF, any_of(and_(passage.active, not_(passage.power)) for passage in listed)
+        yield PointState.REACHED, any_of(passage.active for passage in all_passages)
+        yield PointState.ON, any_of(passage.before for passage in all_passages)
+        yield PointState.OFF, any_of(and_(passage.active, not_(passage.power)) for passage in all_passages)
 
 
 def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint, ...]:
@@ -92,7 +92,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
 def run_to(
     problem: ProgramSystem, point: RungPoint, start: Engine | None = None, limits: Limits = SEARCH
 ) -> tuple[ScanOf, ...]:
-    """Return a run whose last scan reaches a point; () if none is found.
+    """Return a run whose last scan reaches a point; () if no run is found.
 
     Args:
         start: an engine of the same program in the state where the run begins; None to begin at power-up.
@@ -105,16 +105,16 @@ def run_to(
         raise LadderError(f"{problem.lowered.name} has no instruction {point.number}")
     if start is None:
         return prove(problem, truth, replace(limits, replays=True)).scans
-    kept = problem.initial, problem.late
+    saved = problem.initial, problem.late
     problem.initial, problem.late = _state_of(problem, start, [truth]), set()
     try:
         return prove(problem, truth, limits).scans
     finally:
-        problem.initial, problem.late = kept
+        problem.initial, problem.late = saved
 
 
 def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:
-    """Return the values in an engine of a problem's variables, by name."""
+    """Return the values of a problem's variables in an engine, by name."""
     state = dict(problem.initial)
     layout = start.lowered.layout
     for variable in variables([*problem.next.values(), *roots, problem.contract]):

@@ -20,7 +20,7 @@ MOST_PASSES = 64
 """Maximum passes of a loop with an unknown number of passes."""
 
 MOST_PASSES_OF_A_SCAN = 192
-"""The same maximum for all loops of a scan together."""
+"""Maximum passes of all such loops of a scan together."""
 
 MOST_KNOWN_PASSES = 2048
 """Maximum passes of any loop."""
@@ -42,14 +42,14 @@ class TermCalls(TermSteps):
             raise UnmodeledError("a routine in Python")
         if self._depth >= MOST_CALLS:
             raise UnmodeledError(f"calls more than {MOST_CALLS} deep")
-        kept = {attribute: getattr(self, attribute) for attribute in _OF_ROUTINE}
+        saved = {attribute: getattr(self, attribute) for attribute in _OF_ROUTINE}
         self._pending, self._labels, self._answers = {}, routine.labels, []
         self._depth += 1
         try:
             self._lines(routine, inputs)
             return self._answers
         finally:
-            for saved_name, value in kept.items():
+            for saved_name, value in saved.items():
                 setattr(self, saved_name, value)
             self.active = self._going_on(self.active)
 
@@ -72,24 +72,24 @@ class TermCalls(TermSteps):
             raise UnmodeledError("a jump backwards")
         before = self._pending.get(label, FALSE)
         self.log.put(self._pending, label, or_(before, and_(self.active, power)))
-        return self._left(power)
+        return self._leave(power)
 
     def return_from(self, power: T, values: tuple[Any, ...]) -> T:
         """Return from the routine with results where power holds."""
         self.log.add(self._answers, (and_(self.active, power), values))
-        return self._left(power)
+        return self._leave(power)
 
     def end_scan(self, power: T) -> T:
         """End the scan where power holds."""
         self._ended = or_(self._ended, and_(self.active, power))
-        return self._left(power)
+        return self._leave(power)
 
     def exit_loop(self, power: T) -> T:
         """Leave the innermost loop where power holds."""
         self._exits = or_(self._exits, and_(self.active, power))
-        return self._left(power)
+        return self._leave(power)
 
-    def _left(self, power: T) -> T:
+    def _leave(self, power: T) -> T:
         self.active = and_(self.active, not_(power))
         return FALSE
 
@@ -112,9 +112,9 @@ class TermCalls(TermSteps):
         """Call a routine where power holds, and take its results."""
         with self.when(power):
             if self.active is not FALSE:
-                answers = self.call_routine(call.routine, self.values_of(call.inputs))
-                for where, values in answers:
-                    with self.when(where):
+                results = self.call_routine(call.routine, self.values_of(call.inputs))
+                for condition, values in results:
+                    with self.when(condition):
                         self.take_values(call.returns, values)
         return power
 
@@ -130,21 +130,21 @@ class TermCalls(TermSteps):
                 passes += self.active is not entry
                 if self.active is FALSE or self._is_long(passes):
                     break
-                for where, values in self.call_routine(call.routine, ()):
+                for condition, values in self.call_routine(call.routine, ()):
                     if values is BROKEN:
-                        self.active = and_(self.active, not_(where))
+                        self.active = and_(self.active, not_(condition))
                 self._set_index(index, lambda: self.integer(index) + self.integer(step))
             self._cut_pass(self.site)
         return power
 
     def _is_long(self, passes: int) -> bool:
-        """Whether a loop, or the scan in all its loops, has made too many passes without a known end."""
+        """Return whether a loop, or all loops of the scan, made too many passes without a known end."""
         self._passes += passes > 0
         return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
     def _is_over(self, index: Place, terminal: Resolved, step: Resolved) -> T:
-        count, last, by = (term_of(self.integer(operand), INT) for operand in (index, terminal, step))
-        return ite(lt(by, const(0)), lt(count, last), lt(last, count))
+        count, last, increment = (term_of(self.integer(operand), INT) for operand in (index, terminal, step))
+        return ite(lt(increment, const(0)), lt(count, last), lt(last, count))
 
     def _set_index(self, index: Place, value: Callable[[], Any]) -> None:
         self.on_paths(lambda: self.put(index, self.converted(index.type, value())))
@@ -187,11 +187,11 @@ class TermCalls(TermSteps):
         """Run the body on the instance and the arguments of a call."""
         frames: list[dict[str, Any]] = []
 
-        def look() -> None:
+        def add_frame() -> None:
             frame = {name: self.handed(operand) for name, operand in call.handed.items()}
             frames.append({**frame, OWN: self.handed(call.instance)})
 
-        self.on_paths(look)
+        self.on_paths(add_frame)
         if len(frames) != 1:
             raise UnmodeledError("arguments that depend on the path")
         outer, self.frame = self.frame, frames[0]

@@ -1,7 +1,7 @@
 """Copies and fills of regions in a scan on terms, see `state.regions`.
 
-The first element and the number of elements may be terms. Each element then has a condition: it is copied if
-its number is below the count.
+The first element and the number of elements may be terms. Each element is then copied under the condition
+that its number is below the count.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class TermCopies(TermPlaces):
 
     def copy(self, source: End, target: End, length: Any) -> None:
         """Copy bytes for `length` elements of the target, up to the end of either array."""
-        if _alike(source[1], target[1]):
+        if _have_same_fields(source[1], target[1]):
             self._copy_fields(source, target, length)
         else:
             self._copy_bytes(source, target, length)
@@ -44,8 +44,8 @@ class TermCopies(TermPlaces):
 
     def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
         """Return elements as bytes."""
-        cells: Pattern = [None] * (_known(count, region) * region.size)
-        for number in range(_known(count, region)):
+        cells: Pattern = [None] * (_constant_count(count, region) * region.size)
+        for number in range(_constant_count(count, region)):
             for part in region.parts:
                 value = store.read(part.leaf, (first + number) * part.per_element + part.field.index)
                 term = term_of(value, kind_of(part.leaf.type)[0])
@@ -55,7 +55,7 @@ class TermCopies(TermPlaces):
     def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
         """Set elements from bytes."""
         cells = constant_bytes(data) if isinstance(data, bytes) else data
-        for number in range(_known(count, region)):
+        for number in range(_constant_count(count, region)):
             for part in region.parts:
                 offset = number * region.size + part.field.offset
                 term = unpack(cells, offset, part.field, self)
@@ -65,57 +65,65 @@ class TermCopies(TermPlaces):
     # --- copy by members or by bytes
 
     def _copy_fields(self, source: End, target: End, length: Any) -> None:
-        origin, region, first = source
-        goal, into, start = target
-        count = self._least(self._least(length, into.left(start, goal)), region.left(first, origin))
-        pairs = list(zip(region.parts, into.parts, strict=True))
-        numbers = range(_most(count, into))
+        source_store, source_region, source_first = source
+        target_store, target_region, target_first = target
+        count = self._least(
+            self._least(length, target_region.left(target_first, target_store)),
+            source_region.left(source_first, source_store),
+        )
+        pairs = list(zip(source_region.parts, target_region.parts, strict=True))
+        numbers = range(_most(count, target_region))
         elements = [
-            origin.read(part.leaf, (first + number) * part.per_element + part.field.index)
+            source_store.read(part.leaf, (source_first + number) * part.per_element + part.field.index)
             for number in numbers
             for part, _ in pairs
         ]
         values = iter(elements)
         for number in numbers:
             for _, part in pairs:
-                index = (start + number) * part.per_element + part.field.index
-                self._write(goal, part.leaf, index, next(values), number, count)
+                index = (target_first + number) * part.per_element + part.field.index
+                self._write(target_store, part.leaf, index, next(values), number, count)
 
     def _copy_bytes(self, source: End, target: End, length: Any) -> None:
-        origin, region, first = source
-        goal, into, start = target
-        count = _known(self._least(length, into.left(start, goal)), into)
+        source_store, source_region, source_first = source
+        target_store, target_region, target_first = target
+        count = _constant_count(
+            self._least(length, target_region.left(target_first, target_store)), target_region
+        )
         if count <= 0:
             return
-        requested = count * into.size
-        origin_count = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
-        data = self.take_bytes(origin, region, first, origin_count)[:requested]
+        requested = count * target_region.size
+        origin_count = _constant_count(
+            self._least(-(-requested // source_region.size), source_region.left(source_first, source_store)),
+            source_region,
+        )
+        data = self.take_bytes(source_store, source_region, source_first, origin_count)[:requested]
         if len(data) < requested:
-            data += self.take_bytes(goal, into, start, count)[len(data) :]
-        self.put_bytes(goal, into, start, count, data)
+            data += self.take_bytes(target_store, target_region, target_first, count)[len(data) :]
+        self.put_bytes(target_store, target_region, target_first, count, data)
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
         """Write a value of an element, under the condition that its number is below the count."""
         if isinstance(count, TermSymbol) and number >= count.t.lo:
-            kept = store.read(leaf, index)
+            old_value = store.read(leaf, index)
             kind = kind_of(leaf.type)[0]
-            new, old = term_of(value, kind), term_of(kept, kind)
+            new, old = term_of(value, kind), term_of(old_value, kind)
             value = self.symbol(ite(lt(const(number), count.t), new, old))
         store.write(leaf, index, value)
 
     def _least(self, a: Any, b: Any) -> Any:
         """Return the smaller of two numbers."""
-        left, right = term_of(a, INT), term_of(b, INT)
-        if left.hi <= right.lo:
+        first, second = term_of(a, INT), term_of(b, INT)
+        if first.hi <= second.lo:
             return a
-        if right.hi <= left.lo:
+        if second.hi <= first.lo:
             return b
-        least = min(left.lo, right.lo), min(left.hi, right.hi)
-        return self.symbol(mk("ite", (lt(left, right), left, right), INT, None, *least))
+        least = min(first.lo, second.lo), min(first.hi, second.hi)
+        return self.symbol(mk("ite", (lt(first, second), first, second), INT, None, *least))
 
 
-def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
-    """Whether elements of both regions have the same fields at the same offsets."""
+def _have_same_fields(a: ArrayRegion, b: ArrayRegion) -> bool:
+    """Return whether elements of both regions have the same fields at the same offsets."""
     return a.size == b.size and _shape(a) == _shape(b)
 
 
@@ -125,14 +133,14 @@ def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
 
 
 def _most(count: Any, region: ArrayRegion) -> int:
-    """Return the maximum number of elements that a count may be."""
+    """Return the maximum value of a count of elements."""
     most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
         raise UnmodeledError(f"a copy of {most} elements of {len(region.parts)} values")
     return max(0, most)
 
 
-def _known(count: Any, region: ArrayRegion) -> int:
+def _constant_count(count: Any, region: ArrayRegion) -> int:
     if isinstance(count, TermSymbol):
         raise UnmodeledError("a copy of a computed length between types")
     return _most(count, region)

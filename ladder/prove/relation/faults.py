@@ -42,9 +42,9 @@ class TermFaults:
         self.overflow_if(t, "zero divisor")
 
     def _note(self, t: T, kind: str) -> None:
-        place = self._values.site, kind
-        known = self.minor.get(place, FALSE)
-        self._values.log.put(self.minor, place, or_(known, and_(self._values.here(), t)))
+        cause = self._values.site, kind
+        noted = self.minor.get(cause, FALSE)
+        self._values.log.put(self.minor, cause, or_(noted, and_(self._values.here(), t)))
 
     def overflow(self, _site: int, _text: str = "") -> None:
         """Note an overflow on this path."""

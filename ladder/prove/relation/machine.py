@@ -1,14 +1,14 @@
 """One scan of a program on terms: the interpreter's rows, forked inside an instruction and merged after it.
 
-`ScanMachine` is an interpreter whose values are terms. Power is a term, and so is `active`: whether a place
-in the program is reached. A row that only reads and writes through the machine needs nothing else. A row that
-jumps, calls or loops has `Spec.prove`. An instruction that neither covers is a havoc: each place that it may
-write gets a new variable, which may have any value.
+`ScanMachine` is an interpreter that computes with terms. Power is a term, and so is `active`: whether a place
+in the program is reached. A row that only reads and writes through the machine runs unchanged. A row that
+jumps, calls or loops has `Spec.prove`. Any other instruction is a havoc: each place that it may write gets a
+new variable, which may have any value.
 
 If `ends` is true, a major fault ends the scan: tags keep their values at that point, and no scan follows. If
-it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation has
-more behaviors than the program, never fewer. `deep` is the condition under which it does not follow the
-program.
+it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation may
+have more behaviors than the program, but never fewer. `deep` is the condition under which the relation does
+not follow the program.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class ScanMachine(TermCalls):
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Prepare to run more after the scan, wherever it has ended."""
+        """Prepare to run more routines after the scan, even if it has ended early."""
         self.active = TRUE
         self._ended = self.faulted = FALSE
 
@@ -89,12 +89,12 @@ class ScanMachine(TermCalls):
             self.poke(task.pending, 0, FALSE)
             return pending
         period = const(-(-task.task.rate_ns // self.tick_ns))
-        may_be = self.computed(("due", task.task.name, world_of(self.lowered)), (BOOL, 0, 0))
-        counted = self.value_here(task.overlaps, 0)
+        may_run = self.computed(("due", task.task.name, world_of(self.lowered)), (BOOL, 0, 0))
+        old_count = self.value_here(task.overlaps, 0)
         kind = kind_of(task.overlaps.type)
-        now = self.computed(("overlaps", task.task.name, world_of(self.lowered)), kind, counted)
-        self.poke(task.overlaps, 0, now)
-        return or_(may_be, le(period, self.dt))
+        new_count = self.computed(("overlaps", task.task.name, world_of(self.lowered)), kind, old_count)
+        self.poke(task.overlaps, 0, new_count)
+        return or_(may_run, le(period, self.dt))
 
     def _task(self, task: ScheduledTask) -> None:
         """Run the programs of a task; S:FS is set in the first scan of each."""
@@ -122,13 +122,13 @@ class ScanMachine(TermCalls):
     # --- structured text
 
     def _arms(self, arms: Arms, inputs: Sequence[Any]) -> None:
-        entry, left, ends = self.active, TRUE, FALSE
+        entry, remaining, ends = self.active, TRUE, FALSE
         for line, body in arms.arms:
-            self.active = self._going_on(and_(entry, left))
+            self.active = self._going_on(and_(entry, remaining))
             truth = self._line(line, inputs, statement=True)
             ends = or_(ends, self._body_where(and_(self.active, truth), body, inputs))
-            left = and_(left, not_(truth))
-        last = self._going_on(and_(entry, left))
+            remaining = and_(remaining, not_(truth))
+        last = self._going_on(and_(entry, remaining))
         self.active = or_(ends, self._body_where(last, arms.otherwise, inputs))
 
     def _body_where(self, active: T, body: Body, inputs: Sequence[Any]) -> T:
@@ -139,15 +139,15 @@ class ScanMachine(TermCalls):
 
     def _selection(self, selection: Selection, inputs: Sequence[Any]) -> None:
         self._line(selection.line, inputs, statement=True)
-        value, entry, left, ends = self.selected, self.active, TRUE, FALSE
+        value, entry, remaining, ends = self.selected, self.active, TRUE, FALSE
         for ranges, body in selection.choices:
             chosen = self.unknown(BOOL) if value is None else FALSE
             for bounds in ranges if value is not None else ():
                 low, high = (self.number(bound, selection.width) for bound in bounds)  # constants
                 chosen = or_(chosen, and_(term_of(low <= value, BOOL), term_of(value <= high, BOOL)))
-            ends = or_(ends, self._body_where(and_(entry, and_(left, chosen)), body, inputs))
-            left = and_(left, not_(chosen))
-        self.active = or_(ends, self._body_where(and_(entry, left), selection.otherwise, inputs))
+            ends = or_(ends, self._body_where(and_(entry, and_(remaining, chosen)), body, inputs))
+            remaining = and_(remaining, not_(chosen))
+        self.active = or_(ends, self._body_where(and_(entry, remaining), selection.otherwise, inputs))
 
     def _loop(self, loop: Loop, inputs: Sequence[Any]) -> None:
         if loop.start is not None:
@@ -176,9 +176,9 @@ class ScanMachine(TermCalls):
             return FALSE
         truth = self._line(line, inputs, statement=True)
         ends = truth if ends_if else not_(truth)
-        left = and_(self.active, ends)
+        leaving = and_(self.active, ends)
         self.active = and_(self.active, not_(ends))
-        return left
+        return leaving
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
         """Evaluate the selector of a CASE; None if it is not modeled, then any branch may run."""

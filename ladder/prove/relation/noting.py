@@ -10,15 +10,15 @@ from .turning import TurningMachine
 
 
 class Passage(NamedTuple):
-    """One execution of an instruction in a scan: whether it is reached, and the power before and after it."""
+    """One execution of an instruction in a scan."""
 
-    active: T
-    power: T
-    after: T
+    active: T  # condition that it is reached
+    power: T  # power before it
+    after: T  # power after it
 
     @property
     def before(self) -> T:
-        """The condition that it is reached with power."""
+        """The condition that power reaches it."""
         return and_(self.active, self.power)
 
 

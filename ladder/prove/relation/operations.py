@@ -1,4 +1,4 @@
-"""Operations of expressions on terms, by the names that programs use."""
+"""Operations of expressions on terms, by their names in programs."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ WHOLE: dict[str, Callable[..., T]] = {
 
 
 def remainder(a: T, b: T) -> T:
-    """Return the remainder with the sign of a, also if it is 0."""
+    """Return the remainder with the sign of a, even if the remainder is 0."""
     size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
     near = fop("frem", size, divisor)
     remaining = ite(lt(near, zero), fop("fadd", near, divisor), near)

@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: forked at each decision, merged after it."""
+"""Paths through the Python code of one instruction: they fork at each decision, and merge after it."""
 
 from __future__ import annotations
 
@@ -40,58 +40,58 @@ class Paths:
         self.path: Path | None = None  # the current path
         self.overflows = const(0)  # faults noted on this path
         self._trail: list[tuple[T, bool]] = []
-        self._at = 0
+        self._depth = 0
         self._unknowns: dict[tuple[int, Hashable], T] = {}
-        self._made = 0  # unknown values of this path
+        self._unknown_count = 0  # unknown values of this path
 
-    def unknown(self, kind: Hashable, made: Callable[[], T]) -> T:
-        """Return an unknown value: on a path, the one that all paths share at this position; else a new one.
+    def unknown(self, kind: Hashable, create: Callable[[], T]) -> T:
+        """Return an unknown value. On a path, all paths share the value at this position.
 
-        Paths exclude each other, so they may share values. They must: each path repeats the decisions of the
-        previous path, and has to meet the same terms.
+        Paths exclude each other, so that they may share values. They must share them, because each path
+        repeats the decisions of the previous path with the same terms.
 
         Args:
             kind: identifies the value; different kinds never share a value.
-            made: makes a new value.
+            create: makes a new value.
         """
         if self.path is None:
-            return made()
-        place = self._made, kind
-        self._made += 1
-        if place not in self._unknowns:
-            self._unknowns[place] = made()
-        return self._unknowns[place]
+            return create()
+        position = self._unknown_count, kind
+        self._unknown_count += 1
+        if position not in self._unknowns:
+            self._unknowns[position] = create()
+        return self._unknowns[position]
 
     def decide(self, t: T) -> bool:
-        """Decide a condition on this path: as planned, or else true."""
+        """Decide a condition on this path: as planned by `walk`, or true if it is new."""
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
             raise UnmodeledError("a truth is needed outside of an instruction")
-        for known, truth in self._trail[: self._at]:
-            if known is t or known is not_(t):
-                return truth is (known is t)
-        if self._at == len(self._trail):
-            if self._at == MOST_DECISIONS:
+        for decided, truth in self._trail[: self._depth]:
+            if decided is t or decided is not_(t):
+                return truth is (decided is t)
+        if self._depth == len(self._trail):
+            if self._depth == MOST_DECISIONS:
                 raise UnmodeledError(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
-        if self._trail[self._at][0] is not t:
-            raise UnmodeledError("it decides something else when it is repeated")
-        self._at += 1
-        return self._trail[self._at - 1][1]
+        if self._trail[self._depth][0] is not t:
+            raise UnmodeledError("it makes other decisions when it is repeated")
+        self._depth += 1
+        return self._trail[self._depth - 1][1]
 
     def here(self) -> T:
         """Return the condition of this path so far."""
-        return _condition_of(self._trail[: self._at])
+        return _condition_of(self._trail[: self._depth])
 
     def walk(self, run: Callable[[], Any]) -> list[Path]:
-        """Run a function on every path; return the paths in the order of a tree, true first."""
+        """Run a function on every path; return the paths in depth-first order, true before false."""
         if self.path is not None:
             raise UnmodeledError("an instruction within an instruction")
         self._trail, self._unknowns, paths = [], {}, []
         try:
             while True:
-                paths.append(self._one(run))
+                paths.append(self._run_path(run))
                 while self._trail and not self._trail[-1][1]:
                     self._trail.pop()
                 if not self._trail:
@@ -100,11 +100,11 @@ class Paths:
                     raise UnmodeledError(f"more than {MOST_PATHS} paths")
                 self._trail[-1] = self._trail[-1][0], False
         finally:
-            self.path, self._at = None, 0
+            self.path, self._depth = None, 0
 
-    def _one(self, run: Callable[[], Any]) -> Path:
+    def _run_path(self, run: Callable[[], Any]) -> Path:
         path = Path()
-        self.path, self._at, self._made, self.overflows = path, 0, 0, const(0)
+        self.path, self._depth, self._unknown_count, self.overflows = path, 0, 0, const(0)
         try:
             path.result = run()
         except (PathFault, LadderFault):
@@ -114,7 +114,7 @@ class Paths:
 
 
 def _condition_of(decided: list[tuple[T, bool]]) -> T:
-    """Return the condition that a path decides as it does."""
+    """Return the condition under which a path makes its decisions."""
     return all_of(condition if truth else not_(condition) for condition, truth in decided)
 
 
@@ -127,8 +127,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
     """Return the value of the path that is taken.
 
     Args:
-        all_: whether the values of a path count although it faults; else another path's value may replace
-            them.
+        all_: whether the values of faulting paths count; otherwise values of other paths may replace them.
     """
     counted = paths if all_ else [path for path in paths if not path.faulted]
     return _merged(counted or paths[:1], value, 0)

@@ -1,9 +1,9 @@
 """Bytes of terms, for copies between types: each byte is a known byte of a known value, or unknown.
 
-A value that arrives whole at a place of its own type is that value. Otherwise the new value is put together
-from bytes. Three kinds of bytes and bits are unknown: bytes of a float that arrive at another type, bytes in
-gaps between members, and bits of a byte of BOOL members that belong to no member. An earlier copy may have
-set the last two.
+A value that is copied whole to a place of its own type stays the same term. Otherwise the new value is
+composed of bytes. Three kinds of bytes and bits are unknown: bytes of a float that are copied to another
+type, bytes in gaps between members, and bits without a member in a byte of BOOL members. An earlier copy may
+have set the last two kinds.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Unknowns(Protocol):
         """Return a new variable of a kind and an interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the variable for a computation; equal operands give the same variable."""
+        """Return the variable for a computation; the same variable for equal operands."""
 
 
 class Byte(NamedTuple):
@@ -60,8 +60,8 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
         truths[field.bit] = truth_of(t)
         into[offset] = Bits(tuple(truths))
         return
-    for place in range(max(1, field.type.bits // 8)):
-        into[offset + place] = Byte(t, place)
+    for position in range(max(1, field.type.bits // 8)):
+        into[offset + position] = Byte(t, position)
 
 
 def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknowns: Unknowns) -> T:
@@ -69,82 +69,84 @@ def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unkno
     if field.bit is not None:
         return _bit_of(cells[offset], field.bit, unknowns)
     kind, count = field.type, max(1, field.type.bits // 8)
-    part = cells[offset : offset + count]
+    field_cells = cells[offset : offset + count]
     if kind.is_bool:
-        return not_(eq(_number(part[0], unknowns), const(0)))
-    whole = _slice_of(part)
+        return not_(eq(_number(field_cells[0], unknowns), const(0)))
+    whole = _slice_of(field_cells)
     if kind.is_real or kind.is_double:
-        return _float(part, whole, kind, unknowns)
+        return _float(field_cells, whole, kind, unknowns)
     if whole is not None and whole.t.kind in FLOATS and (whole.at, kind.bits) == (0, _bits(whole.t)):
         return unknowns.computed("bits", kind_of(kind), whole.t, strict=True)
     if whole is not None and whole.t.kind == INT:
         return wrap(shr(whole.t, 8 * whole.at), kind.wraps)
     number = const(0)
-    for place, byte in enumerate(part):
-        number = add(number, mul(_number(byte, unknowns), const(1 << 8 * place)))
+    for position, byte in enumerate(field_cells):
+        number = add(number, mul(_number(byte, unknowns), const(1 << 8 * position)))
     return wrap(number, kind.wraps)
 
 
-def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
+def _slice_of(cells: Sequence[Byte | Bits | None]) -> Byte | None:
     """Return the first byte if the bytes are consecutive bytes of one value, else None."""
-    first = here[0]
+    first = cells[0]
     if not isinstance(first, Byte) or first.t.op == "const":
         return None
-    expected = [Byte(first.t, first.at + place) for place in range(len(here))]
-    return first if list(here) == expected else None
+    expected = [Byte(first.t, first.at + place) for place in range(len(cells))]
+    return first if list(cells) == expected else None
 
 
-def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns) -> T:
+def _float(
+    cells: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns
+) -> T:
     expected = kind_of(kind)[0]
     if whole is not None and whole.at == 0 and whole.t.kind == expected:
         return whole.t
     data = bytearray()
-    for byte in here:
+    for byte in cells:
         if not isinstance(byte, Byte) or byte.t.op != "const":
-            return _joined(here, kind, unknowns)
+            return _joined(cells, kind, unknowns)
         data.append(_constant_byte(byte))
     return const(struct.unpack(f"<{kind.code}", data)[0], expected)
 
 
-def _joined(here: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
+def _joined(cells: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
     """Return the float that bytes form: the same variable for the same bytes of the same values."""
-    known = [byte for byte in here if isinstance(byte, Byte)]
-    if len(known) < len(here):
+    known_bytes = [byte for byte in cells if isinstance(byte, Byte)]
+    if len(known_bytes) < len(cells):
         return unknowns.unknown(*kind_of(kind))
-    name = "joined", tuple(byte.at for byte in known)
-    return unknowns.computed(name, kind_of(kind), *[byte.t for byte in known], strict=True)
+    name = "joined", tuple(byte.at for byte in known_bytes)
+    return unknowns.computed(name, kind_of(kind), *[byte.t for byte in known_bytes], strict=True)
 
 
 def _bits(t: T) -> int:
     return 32 if t.kind == F32 else 64
 
 
-def _constant_byte(each: Byte) -> int:
-    if each.t.kind in FLOATS:
-        return struct.pack("<f" if each.t.kind == F32 else "<d", each.t.val)[each.at]
-    return int(each.t.val) >> 8 * each.at & 0xFF
+def _constant_byte(byte: Byte) -> int:
+    if byte.t.kind in FLOATS:
+        return struct.pack("<f" if byte.t.kind == F32 else "<d", byte.t.val)[byte.at]
+    return int(byte.t.val) >> 8 * byte.at & 0xFF
 
 
-def _number(each: Byte | Bits | None, unknowns: Unknowns) -> T:
+def _number(cell: Byte | Bits | None, unknowns: Unknowns) -> T:
     """Return a byte as a number from 0 to 255."""
-    if isinstance(each, Bits):
+    if isinstance(cell, Bits):
         number = const(0)
-        for k, truth in enumerate(each.truths):
+        for k, truth in enumerate(cell.truths):
             number = setbit(number, k, unknowns.unknown(BOOL) if truth is None else truth, -8)
         return number
-    if each is None:
+    if cell is None:
         return unknowns.unknown(INT, 0, 255)
-    if each.t.kind in FLOATS and each.t.op != "const":
-        return unknowns.computed(("byte", each.at), (INT, 0, 255), each.t, strict=True)
-    if each.t.op == "const":
-        return const(_constant_byte(each))
-    return bitop("band", shr(whole_of(each.t), 8 * each.at), const(0xFF))
+    if cell.t.kind in FLOATS and cell.t.op != "const":
+        return unknowns.computed(("byte", cell.at), (INT, 0, 255), cell.t, strict=True)
+    if cell.t.op == "const":
+        return const(_constant_byte(cell))
+    return bitop("band", shr(whole_of(cell.t), 8 * cell.at), const(0xFF))
 
 
-def _bit_of(each: Byte | Bits | None, number: int, unknowns: Unknowns) -> T:
-    if isinstance(each, Bits):
-        truth = each.truths[number]
+def _bit_of(cell: Byte | Bits | None, number: int, unknowns: Unknowns) -> T:
+    if isinstance(cell, Bits):
+        truth = cell.truths[number]
         return unknowns.unknown(BOOL) if truth is None else truth
-    if each is None or each.t.kind in FLOATS:
-        return bit(_number(each, unknowns), number) if each is not None else unknowns.unknown(BOOL)
-    return bit(whole_of(each.t), 8 * each.at + number)
+    if cell is None or cell.t.kind in FLOATS:
+        return bit(_number(cell, unknowns), number) if cell is not None else unknowns.unknown(BOOL)
+    return bit(whole_of(cell.t), 8 * cell.at + number)

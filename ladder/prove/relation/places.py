@@ -16,10 +16,10 @@ Key = tuple[str, int]
 """A place: the path of the leaf in capitals, and the flat index."""
 
 CLOCK = "~LAST_NS"
-"""Path suffix of a hidden member that holds an instant; its term is the time since then, in ms."""
+"""Path suffix of a hidden member with an instant; its term is the time since this instant, in ms."""
 
 AGE = 1 << 32
-"""Maximum time since an instant that a term shows, in ms: more than any timer counts."""
+"""Maximum time since an instant in a term, in ms: more than any timer counts."""
 
 
 def name_of(key: Key) -> str:
@@ -28,7 +28,7 @@ def name_of(key: Key) -> str:
 
 
 MOST_ELEMENTS = 2048
-"""Maximum number of elements that a computed subscript chooses among."""
+"""Maximum number of elements that a computed subscript may select."""
 
 
 def kind_of(kind: Elementary) -> tuple[str, int, int]:
@@ -44,24 +44,25 @@ class TermMemory:
     """The memory of a scan on terms, as a `Store`."""
 
     def __init__(self, values: TermScan, layout: Layout) -> None:
-        self.layout, self.left, self._values = layout, 1, values
+        self.layout, self._values = layout, values
+        self.left = 1  # as in the interpreter's memory: elements of an argument
 
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value; a computed index chooses among the elements."""
         values = self._values
         if not isinstance(index, TermSymbol):
             return values.symbol(values.value_here(leaf, index))
-        number, places = _choices(leaf, index.t)
-        return values.symbol(chosen([values.value_here(leaf, place) for place in places], number))
+        number, indices = _choices(leaf, index.t)
+        return values.symbol(chosen([values.value_here(leaf, element) for element in indices], number))
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
         if not isinstance(index, TermSymbol):
             self._values.poke(leaf, index, term_of(value))
             return
-        number, places = _choices(leaf, index.t)
-        for k, place in enumerate(places):
-            self._values.poke(leaf, place, term_of(value), eq(number, const(k)))
+        number, indices = _choices(leaf, index.t)
+        for k, element in enumerate(indices):
+            self._values.poke(leaf, element, term_of(value), eq(number, const(k)))
 
     def column(self, *_target: object) -> None:
         """Return None: terms are not in a list."""
@@ -112,7 +113,7 @@ def chosen(values: list[T], number: T) -> T:
     k = 0
     while len(values) > 1:
         truth = bit(number, k)
-        pairs = [values[place : place + 2] for place in range(0, len(values), 2)]
+        pairs = [values[start : start + 2] for start in range(0, len(values), 2)]
         values = [ite(truth, pair[-1], pair[0]) for pair in pairs]
         k += 1
     return values[0]
@@ -134,8 +135,8 @@ class TermArgument(InterpretedAddOnStore):
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
-        where, place = self._target(leaf, index)
+        memory_leaf, memory_index = self._target(leaf, index)
         if self.bit is not None:
-            word = self._memory.read(where, place)
-            value = self._terms.with_bit(word, self.bit, value, where.type)
-        self._memory.write(where, place, value)
+            word = self._memory.read(memory_leaf, memory_index)
+            value = self._terms.with_bit(word, self.bit, value, memory_leaf.type)
+        self._memory.write(memory_leaf, memory_index, value)

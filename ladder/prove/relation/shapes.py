@@ -1,4 +1,4 @@
-"""Comparable forms of parts of programs: parts with equal forms are equal, wherever they are.
+"""Comparable forms of parts of programs: equal forms mean equal parts, independent of their location.
 
 A part of an unknown kind equals only itself.
 """
@@ -22,17 +22,13 @@ def shape_of(part: Any) -> Hashable:
     if isinstance(part, (tuple, list)):
         return tuple(map(shape_of, part))
     if isinstance(part, Mapping):
-        return tuple(sorted(((repr(name), shape_of(value)) for name, value in part.items()), key=_first))
+        return tuple(sorted((repr(name), shape_of(value)) for name, value in part.items()))
     names = _OWN.get(type(part))
     if names is not None:
         return type(part), *[shape_of(getattr(part, name)) for name in names]
     if is_dataclass(part) and not isinstance(part, (type, Spec)):
         return type(part), *[shape_of(getattr(part, field.name)) for field in fields(part) if field.compare]
     return part if isinstance(part, Hashable) else object()
-
-
-def _first(pair: tuple[str, Hashable]) -> str:
-    return pair[0]
 
 
 _OWN: Mapping[type, tuple[str, ...]] = {
@@ -69,7 +65,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 
 
 def world_of(lowered: LoweredProgram) -> Hashable:
-    """Return what affects a program besides its tags: tasks, results of messages, connections, its name."""
+    """Return the form of a program's surroundings: its name, tasks, stubs and connections."""
     schedule = lowered.schedule
     tasks = () if schedule is None else tuple(_task(scheduled.task) for scheduled in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))

@@ -1,9 +1,9 @@
-"""Instructions of a scan on terms: run the interpreter's row or `Spec.prove`, or havoc what it may write.
+"""Instructions of a scan on terms: runs the interpreter's row or `Spec.prove`; otherwise a havoc.
 
 Each instruction is a transaction. If its row can't run on terms, all its effects are undone: values, jumps,
-results, faults, notes, and the effects of the instructions that it called. Then everything that it may write
-becomes unknown where it acts. If it had written anything else, or redirected the scan, the relation does not
-follow the program there.
+results, faults, notes, and the effects of the instructions that it called. Then every place that it may write
+becomes unknown where it acts. If it wrote other places, or redirected the scan, the relation does not follow
+the program there.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ REFUSED = (
     ArithmeticError,
     RecursionError,
 )
-"""Exceptions of a row that does something for which there are no terms."""
+"""Exceptions of a row that has no terms."""
 
 
 Answer = tuple[T, tuple[Any, ...]]
@@ -113,31 +113,33 @@ class TermSteps(TermValues):
     def _attempt(
         self, step: LoweredStep, power: T, row: Callable[[], Any]
     ) -> tuple[Any, UnknownOrigin | None]:
-        """Run a step as a transaction; if its row has no terms, undo it and free what it may write.
+        """Run a step as a transaction; if its row has no terms, undo it and havoc its places.
 
         Returns:
             The result of the row and None; if it is refused, None and the origin of the unknown values.
         """
-        kept, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
+        saved, mark = [getattr(self, name) for name in _OF_STEP], self.log.begin()
         try:
             result = row()
         except REFUSED as refusal:
-            undone, moved = self._undo(kept, mark)
+            undone, moved = self._undo(saved, mark)
             self.site = step.site
             return None, self._refused(step, power, refusal, undone, moved=moved)
         self.log.commit(mark)
         return result, None
 
-    def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
+    def _undo(self, saved: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
         """Undo a transaction; return the places that it wrote, and whether it redirected the scan."""
-        before = [getattr(self, attribute) for attribute in _FLOW]
+        flow_before = [getattr(self, attribute) for attribute in _FLOW]
         undone = list(self.log.undo(mark))
-        for name, value in zip(_OF_STEP, kept, strict=True):
+        for name, value in zip(_OF_STEP, saved, strict=True):
             setattr(self, name, value)
         self.selected = None
-        moved = before != [getattr(self, attribute) for attribute in _FLOW]
-        moved = moved or any(table is self._pending or table is self._answers for table, _ in undone)
-        return {key for table, key in undone if table is self.written}, moved
+        is_redirected = flow_before != [getattr(self, attribute) for attribute in _FLOW]
+        is_redirected = is_redirected or any(
+            table is self._pending or table is self._answers for table, _ in undone
+        )
+        return {key for table, key in undone if table is self.written}, is_redirected
 
     def _row(self, step: LoweredStep, power: T) -> T:
         """Run the row of an instruction; return the power after it."""
@@ -160,12 +162,12 @@ class TermSteps(TermValues):
     @contextmanager
     def when(self, power: T) -> Iterator[None]:
         """Run the body where power holds."""
-        before = self.active
-        self.active = and_(before, power)
+        active_before = self.active
+        self.active = and_(active_before, power)
         try:
             yield
         finally:
-            self.active = self._going_on(before)
+            self.active = self._going_on(active_before)
 
     def _going_on(self, t: T) -> T:
         """Narrow a condition to where the scan continues after the current place."""
@@ -178,7 +180,7 @@ class TermSteps(TermValues):
     def _refused(
         self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
     ) -> UnknownOrigin:
-        """Make everything that a step may write unknown, and let it fault; return its origin.
+        """Make every place that a step may write unknown, and allow it to fault; return its origin.
 
         Args:
             undone: places that it had written before it was refused.
@@ -208,7 +210,7 @@ class TermSteps(TermValues):
         return after if step.spec.decides else and_(power, after)
 
     def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
-        """Return the function of a step that was refused, with everything that decides its effects."""
+        """Return the origin of the unknown results of a refused step, with all arguments that decide them."""
         leaves = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
@@ -219,9 +221,13 @@ class TermSteps(TermValues):
             path = leaf.path.upper()
             arguments.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
         for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
-            where: Any = self.frame[root]
-            parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
-            arguments.update(((root, name), term_of(value, INT)) for name, value in parts.items())
+            argument: Any = self.frame[root]
+            numbers = {
+                "first": argument.first,
+                "left": argument.left,
+                "bit": -1 if argument.bit is None else argument.bit,
+            }
+            arguments.update(((root, name), term_of(value, INT)) for name, value in numbers.items())
         return UnknownOrigin(named(step, tuple(leaves), self._world), arguments)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
@@ -235,7 +241,7 @@ class TermSteps(TermValues):
                         yield self._in_program(leaf)
 
     def _flags(self, step: LoweredStep) -> Iterator[Leaf]:
-        """Yield the flags that any instruction may write, and what this one writes besides its operands."""
+        """Yield the flags that any instruction may write, and the flag that this one writes."""
         if step.name in _BESIDE:
             yield self.lowered.layout.leaf(_BESIDE[step.name])
         for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
@@ -244,7 +250,7 @@ class TermSteps(TermValues):
             yield self.lowered.layout.leaf(STATUS)
 
     def _in_program(self, leaf: Leaf) -> Leaf:
-        """Return the leaf that an add-on instruction's leaf stands for."""
+        """Return the program's leaf for a leaf of an add-on instruction."""
         if not leaf.root:
             return leaf
         return self.lowered.layout.leaf(self.frame[leaf.root].path + leaf.rest)  # type: ignore[attr-defined]
@@ -274,12 +280,12 @@ def _acts_without_power(step: LoweredStep) -> bool:
 
 
 def may_fault(step: LoweredStep) -> bool:
-    """Whether an instruction may cause a major fault, by its row or by its subscripts."""
+    """Return whether an instruction may cause a major fault, by its row or by its subscripts."""
     return step.spec.faults or any(map(_leaves_array, step.operands))
 
 
 def _leaves_array(operand: Any) -> bool:
-    """Whether a subscript of an operand may be out of range; in an argument, that of any element may."""
+    """Return whether a subscript of an operand may be out of range, as may any element of an argument."""
     if isinstance(operand, (Place, Group)):
         relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
         return relative or can_fault(operand)
@@ -297,5 +303,5 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
 
 
 def _is_plain(operand: object) -> bool:
-    """Whether an instruction can write through an operand only what it names, unlike a routine or an axis."""
+    """Return whether an instruction can write only the named tags through an operand; not for a routine."""
     return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))

@@ -1,9 +1,9 @@
 """Places of a scan on terms: reading, writing, unknown values, and the paths of an instruction.
 
-There are two ways to read. `value_here` returns a term that is simplified under the condition that the
-current instruction is reached; it is wrong elsewhere. `_kept` has the stored terms, which are right
-everywhere. Only `_assign` changes stored terms, and it keeps the old term where the instruction is not
-reached. So a simplified term is never stored where it is wrong.
+`value_here` reads a term that is simplified under the condition that the current instruction is reached; it
+is wrong elsewhere. `_kept` has the stored terms, which are right everywhere. Only `_assign` changes stored
+terms, and it keeps the old term where the instruction is not reached. Therefore a simplified term is never
+stored where it is wrong.
 """
 
 from __future__ import annotations
@@ -30,11 +30,10 @@ from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
 
 MOST_FACTS = 64
-"""Maximum number of conditions that are known to hold at a place in the program."""
-
+"""Maximum number of conditions that are known to be true at a place in the program."""
 
 MOST_OPEN = 4096
-"""Number of elements of a leaf that are arguments of instructions without a model."""
+"""Maximum number of elements of a leaf that are arguments of instructions without a model."""
 
 Lost = tuple[T, Site]
 """The condition that a leaf's elements beyond `MOST_OPEN` became unknown, and the instruction to blame."""
@@ -118,12 +117,12 @@ class TermPlaces(Interpreter):
     def _reached(self, t: T) -> T:
         """Simplify a term under the condition that the current instruction is reached."""
         while t.op == "ite" and self.active is not TRUE:
-            condition, held, other = t.args
+            condition, if_true, if_false = t.args
             facts = self._facts()
             if condition.id in facts:
-                t = held
+                t = if_true
             elif not_(condition).id in facts:
-                t = other
+                t = if_false
             else:
                 break
         return t
@@ -149,19 +148,19 @@ class TermPlaces(Interpreter):
         name = name_of(key)
         if key[0].endswith(CLOCK):
             age = var(name, INT, 0, self.most_age)
-            now = least(add(age, ite(self.begun, const(0), self.dt)), self.most_age)
+            current = least(add(age, ite(self.begun, const(0), self.dt)), self.most_age)
         else:
-            age = now = var(name, *kind_of(leaf.type))
-        for where, site in self._lost.get(key[0], ()):
-            now = ite(where, self.unknown_of(leaf, key[1], site=site), now)
+            age = current = var(name, *kind_of(leaf.type))
+        for condition, site in self._lost.get(key[0], ()):
+            current = ite(condition, self.unknown_of(leaf, key[1], site=site), current)
             put(self.written, key, True)
         put(self.vars, key, age)
         put(self.leaves, key, leaf)
-        put(self._kept, key, now)
+        put(self._kept, key, current)
 
-    def _assign(self, key: Key, where: T, t: T) -> None:
-        """Set a place where the current instruction is reached and `where` holds; keep it elsewhere."""
-        self.log.put(self._kept, key, ite(and_(self.active, where), t, self._kept[key]))
+    def _assign(self, key: Key, condition: T, t: T) -> None:
+        """Set a place where the current instruction is reached and `condition` holds; keep it elsewhere."""
+        self.log.put(self._kept, key, ite(and_(self.active, condition), t, self._kept[key]))
 
     def havoc(self, leaf: Leaf, origin: UnknownOrigin = ONLY) -> None:
         """Make all elements of a leaf unknown where the current instruction is reached.
@@ -250,8 +249,8 @@ class TermPlaces(Interpreter):
         if unit_ns % self.tick_ns:
             raise UnmodeledError("a time that is not counted in parts of it")
         unit = const(unit_ns // self.tick_ns)
-        far = self.computed(("rest", unit_ns), (INT, 0, unit.val - 1), age, strict=True)
-        remainder = ite(eq(age, const(self.most_age)), far, rem(age, unit))
+        unknown_rest = self.computed(("rest", unit_ns), (INT, 0, unit.val - 1), age, strict=True)
+        remainder = ite(eq(age, const(self.most_age)), unknown_rest, rem(age, unit))
         self.put(since, self.symbol(remainder))
         return self.symbol(div(age, unit))
 
@@ -286,10 +285,10 @@ class TermPlaces(Interpreter):
     def _new_unknown(self, kind: str, lo: int, hi: int) -> T:
         return var(f"?{next(self._unknowns)}", kind, lo, hi)
 
-    def _noted(self, found: T, origin: UnknownOrigin, site: Site) -> T:
-        self.log.put(self.unmodeled, found.val, site)
-        self.log.put(self.origins, found, origin)
-        return found
+    def _noted(self, variable: T, origin: UnknownOrigin, site: Site) -> T:
+        self.log.put(self.unmodeled, variable.val, site)
+        self.log.put(self.origins, variable, origin)
+        return variable
 
     # --- paths
 
@@ -319,8 +318,8 @@ class TermPlaces(Interpreter):
         """Write the merged values of paths."""
         for key in written_by(paths):
             old = self._kept[key]
-            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old), all_=self.ends)  # type: ignore[misc]
-            self._assign(key, TRUE, now)
+            new = merged(paths, lambda path, key=key, old=old: path.written.get(key, old), all_=self.ends)  # type: ignore[misc]
+            self._assign(key, TRUE, new)
 
     def here(self) -> T:
         """Return the condition that the current path is taken."""

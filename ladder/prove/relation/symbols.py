@@ -1,8 +1,8 @@
 """Symbolic numbers that the Python code of instructions can compute with.
 
-A `TermSymbol` behaves like a Python number: its operators return symbols, or constants where the result is
-known. The machine decides its truth, one path after another. Uses that need an actual number raise an error,
-such as `int`, `float`, `range` or a key of a dict.
+A `TermSymbol` behaves like a Python number: its operators return symbols, or numbers where the result is
+constant. The machine decides its truth, one path after another. Uses that need an actual number, such as
+`int`, `float`, `range` or a key of a dict, raise an error.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Decide = Callable[[T], bool]
 
 
 class UnmodeledError(Exception):
-    """Raised if an instruction does something that has no terms; what it may write becomes unknown."""
+    """Raised if an instruction has no terms; the places that it may write become unknown."""
 
 
 class TermScan(Protocol):

@@ -42,17 +42,17 @@ class TermValues(TermCopies):
         return self.symbol(term_of(value, BOOL))
 
     def is_float(self, value: Any) -> bool:
-        """Whether a number is REAL or LREAL."""
+        """Return whether a number is REAL or LREAL."""
         return value.t.kind in FLOATS if isinstance(value, TermSymbol) else isinstance(value, float)
 
     def is_infinite(self, value: Any) -> Any:
-        """Whether a number is infinite."""
+        """Return whether a number is infinite."""
         if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
             return isinstance(value, float) and math.isinf(value)
         return self.symbol(and_(not_(is_finite(value.t)), not_(is_nan(value.t))))
 
     def is_nan(self, value: Any) -> Any:
-        """Whether a number is NaN."""
+        """Return whether a number is NaN."""
         if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
             return isinstance(value, float) and math.isnan(value)
         return self.symbol(is_nan(value.t))

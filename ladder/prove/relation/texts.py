@@ -55,7 +55,7 @@ class TermText:
     def __add__(self, other: Any) -> TermText:
         tail = TermText.of(self.make, other)
         moved = _moved(tail.codes, self.length, len(self.codes) + len(tail.codes))
-        codes = [ite(lt(const(place), self.length), self.at(place), code) for place, code in enumerate(moved)]
+        codes = [ite(lt(const(index), self.length), self.at(index), code) for index, code in enumerate(moved)]
         return TermText(self.make, add(self.length, tail.length), codes)
 
     def __radd__(self, other: Any) -> TermText:
@@ -80,9 +80,12 @@ class TermText:
         """Return the text in lower case."""
         return self._shifted(b"AZ", 32)
 
-    def _shifted(self, ends: bytes, by: int) -> TermText:
+    def _shifted(self, ends: bytes, difference: int) -> TermText:
         low, high = const(ends[0]), const(ends[1])
-        codes = [ite(and_(le(low, code), le(code, high)), add(code, const(by)), code) for code in self.codes]
+        codes = [
+            ite(and_(le(low, code), le(code, high)), add(code, const(difference)), code)
+            for code in self.codes
+        ]
         return TermText(self.make, self.length, codes)
 
     # --- comparing
@@ -94,16 +97,16 @@ class TermText:
         return self.make(not_(self._equals(TermText.of(self.make, other))))
 
     def __lt__(self, other: Any) -> Any:
-        return self.make(self._before(TermText.of(self.make, other)))
+        return self.make(self._sorts_before(TermText.of(self.make, other)))
 
     def __gt__(self, other: Any) -> Any:
-        return self.make(TermText.of(self.make, other)._before(self))
+        return self.make(TermText.of(self.make, other)._sorts_before(self))
 
     def __le__(self, other: Any) -> Any:
-        return self.make(not_(TermText.of(self.make, other)._before(self)))
+        return self.make(not_(TermText.of(self.make, other)._sorts_before(self)))
 
     def __ge__(self, other: Any) -> Any:
-        return self.make(not_(self._before(TermText.of(self.make, other))))
+        return self.make(not_(self._sorts_before(TermText.of(self.make, other))))
 
     def _equals(self, other: TermText) -> T:
         equal = eq(self.length, other.length)
@@ -112,13 +115,13 @@ class TermText:
             equal = and_(equal, or_(not_(counts), eq(self.codes[place], other.codes[place])))
         return equal
 
-    def _before(self, other: TermText) -> T:
+    def _sorts_before(self, other: TermText) -> T:
         """Return whether this text sorts before another by character codes; a prefix sorts first."""
         less = lt(self.length, other.length)
         for place in reversed(range(min(len(self.codes), len(other.codes)))):
             within = and_(lt(const(place), self.length), lt(const(place), other.length))
-            left, right = self.codes[place], other.codes[place]
-            less = ite(and_(within, not_(eq(left, right))), lt(left, right), less)
+            own_code, other_code = self.codes[place], other.codes[place]
+            less = ite(and_(within, not_(eq(own_code, other_code))), lt(own_code, other_code), less)
         return less
 
     def find(self, pattern: Any, start: Any) -> Any:
@@ -131,30 +134,34 @@ class TermText:
             position = ite(and_(le(begin, const(place)), self._has(text, place)), const(place), position)
         return self.make(position)
 
-    def _has(self, text: TermText, at: int) -> T:
+    def _has(self, text: TermText, start: int) -> T:
         """Return whether another text is found at an index."""
-        matches = le(add(text.length, const(at)), self.length)
+        matches = le(add(text.length, const(start)), self.length)
         for number, code in enumerate(text.codes):
             counts = lt(const(number), text.length)
-            matches = and_(matches, or_(not_(counts), eq(self.at(at + number), code)))
+            matches = and_(matches, or_(not_(counts), eq(self.at(start + number), code)))
         return matches
 
 
-def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
+def _moved(codes: Sequence[T], distance: T, size: int) -> list[T]:
     """Return characters shifted to the right."""
     shifted = [*codes, *[NONE] * (size - len(codes))]
-    for k in range(bits_of(by.lo, by.hi) - 1):
-        moves, moved = bit(by, k), [NONE] * (1 << k) + shifted
-        shifted = [ite(moves, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
+    for k in range(bits_of(distance.lo, distance.hi) - 1):
+        moves, shifted_once = bit(distance, k), [NONE] * (1 << k) + shifted
+        shifted = [
+            ite(moves, other_code, code) for code, other_code in zip(shifted, shifted_once, strict=False)
+        ]
     return shifted
 
 
-def _dropped(codes: Sequence[T], by: T) -> list[T]:
-    """Return characters without the first `by` characters."""
+def _dropped(codes: Sequence[T], count: T) -> list[T]:
+    """Return characters without the first `count` characters."""
     shifted = list(codes)
-    for k in range(bits_of(by.lo, by.hi) - 1):
-        moves, moved = bit(by, k), shifted[1 << k :] + [NONE] * (1 << k)
-        shifted = [ite(moves, other_code, code) for code, other_code in zip(shifted, moved, strict=False)]
+    for k in range(bits_of(count.lo, count.hi) - 1):
+        moves, shifted_once = bit(count, k), shifted[1 << k :] + [NONE] * (1 << k)
+        shifted = [
+            ite(moves, other_code, code) for code, other_code in zip(shifted, shifted_once, strict=False)
+        ]
     return shifted
 
 
@@ -173,24 +180,24 @@ def digits(make: Make, value: Any) -> TermText:
         count = add(count, ite(reached, const(1), const(0)))
     number = TermText(make, clip(count, 1, places), _dropped(codes, clip(leading, 0, places - 1)))
     signed = b"-" + number
-    chosen = [ite(negative, signed.at(place), number.at(place)) for place in range(places + 1)]
+    chosen = [ite(negative, signed.at(index), number.at(index)) for index in range(places + 1)]
     return TermText(make, ite(negative, signed.length, number.length), chosen)
 
 
 FAR = 10**20
-"""Numbers in texts are read up to this limit, which is beyond every integer type."""
+"""Limit of numbers that are read in texts, above every integer type."""
 
 
 def number_in(text: TermText) -> tuple[T, T]:
     """Return the first whole number in a text, or 0, and the condition that it is exact: below FAR."""
-    value, negative, begun, over = const(0), FALSE, FALSE, FALSE
-    before = NONE
+    value, negative, has_begun, is_over = const(0), FALSE, FALSE, FALSE
+    previous = NONE
     for place, code in enumerate(text.codes):
         is_digit = and_(lt(const(place), text.length), and_(le(const(48), code), le(code, const(57))))
-        counts = and_(is_digit, not_(over))
-        negative = ite(and_(counts, not_(begun)), eq(before, const(45)), negative)
+        counts = and_(is_digit, not_(is_over))
+        negative = ite(and_(counts, not_(has_begun)), eq(previous, const(45)), negative)
         digit = clip(add(code, const(-48)), 0, 9)
         value = ite(counts, least(add(mul(value, const(10)), digit), FAR), value)
-        over, begun = or_(over, and_(begun, not_(is_digit))), or_(begun, counts)
-        before = code
+        is_over, has_begun = or_(is_over, and_(has_begun, not_(is_digit))), or_(has_begun, counts)
+        previous = code
     return ite(negative, sub(const(0), value), value), lt(value, const(FAR))

@@ -1,7 +1,7 @@
 """Prescan between two scans, on terms: after program mode, or at a start with retained tags.
 
 `state` still has the values after the scan. `before_next` returns the values at the beginning of the next
-scan: after prescan, if there is one. Prescan skips instructions with a subscript out of range, as in the
+scan, after a prescan if there is one. Prescan skips instructions with a subscript out of range, as in the
 interpreter.
 """
 
@@ -22,7 +22,7 @@ from .stored import Lost
 from .symbols import UnmodeledError
 
 Begun = Callable[[Key, T], T]
-"""Returns the value that prescan finds in a place, from the place and the value that the scan left."""
+"""Returns the value of a place when prescan begins, from the place and the value that the scan left."""
 
 
 def as_left(_key: Key, t: T) -> T:
@@ -48,7 +48,7 @@ class TurningMachine(ScanMachine):
         self._turned_lost: dict[str, list[Lost]] = {}
         self._scanned: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
-    def turn_key(self, where: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
+    def turn_key(self, condition: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
         """Prescan after the scan where a condition holds.
 
         Args:
@@ -61,10 +61,10 @@ class TurningMachine(ScanMachine):
         self.faults = []
         minor, self.fault_log.minor = self.fault_log.minor, {}  # type: ignore[assignment]
         may_fault = dict(self.may_fault)
-        self.active = where
+        self.active = condition
         try:
             self.prescan()
-            self.active = where
+            self.active = condition
             self._begin_tasks()
         finally:
             (self._kept, self.written, self._lost), self.faults = self._scanned, faults
@@ -75,13 +75,13 @@ class TurningMachine(ScanMachine):
     def before_next(self, key: Key) -> T:
         """Return the value of a place at the beginning of the next scan."""
         if key not in self._turned:
-            left = self._begins(key, self.state[key])
-            self._turned[key] = self._with_lost(key, left, self._turned_lost)
+            begun = self._begins(key, self.state[key])
+            self._turned[key] = self._with_lost(key, begun, self._turned_lost)
         return self._turned[key]
 
     def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
-        for where, site in lost.get(key[0], ()):
-            t = ite(where, self.unknown_of(self.leaves[key], key[1], site=site), t)
+        for condition, site in lost.get(key[0], ()):
+            t = ite(condition, self.unknown_of(self.leaves[key], key[1], site=site), t)
         return t
 
     def _begin_tasks(self) -> None:
@@ -108,10 +108,10 @@ class TurningMachine(ScanMachine):
         if key not in self._kept:
             super()._read_first(key, leaf)
         self._kept, self.written, self._lost = turning
-        now = self.state[key]
+        value = self.state[key]
         if key in self.leaves:
-            now = self._with_lost(key, self._reads(key, self._begins(key, now)), self._lost)
-        self.log.put(self._kept, key, now)
+            value = self._with_lost(key, self._reads(key, self._begins(key, value)), self._lost)
+        self.log.put(self._kept, key, value)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
         """Run on every path; in prescan, a subscript out of range ends a path without a fault."""

@@ -9,30 +9,30 @@ _NOTHING = object()
 
 
 class UndoLog:
-    """The changes of open transactions, latest last; without an open transaction, nothing is logged."""
+    """The changes of open transactions, latest last; changes outside of transactions are not logged."""
 
     def __init__(self) -> None:
         self._changes: list[tuple[Any, Any, Any]] = []  # the container, the key, and the old value
         self._open = 0
 
-    def put(self, into: dict[Any, Any], key: Any, value: Any) -> None:
+    def put(self, container: dict[Any, Any], key: Any, value: Any) -> None:
         """Set an item of a dict."""
         if self._open:
-            self._changes.append((into, key, into.get(key, _NOTHING)))
-        into[key] = value
+            self._changes.append((container, key, container.get(key, _NOTHING)))
+        container[key] = value
 
-    def add(self, to: list[Any], value: Any) -> None:
+    def add(self, values: list[Any], value: Any) -> None:
         """Append a value."""
         if self._open:
-            self._changes.append((to, None, None))
-        to.append(value)
+            self._changes.append((values, None, None))
+        values.append(value)
 
-    def append_at(self, into: dict[Any, list[Any]], key: Any, value: Any) -> None:
+    def append_at(self, lists: dict[Any, list[Any]], key: Any, value: Any) -> None:
         """Append a value to the list of a key."""
-        if key in into:
-            self.add(into[key], value)
+        if key in lists:
+            self.add(lists[key], value)
         else:
-            self.put(into, key, [value])
+            self.put(lists, key, [value])
 
     def begin(self) -> tuple[int, int]:
         """Open a transaction; return its mark."""
@@ -49,11 +49,11 @@ class UndoLog:
         """Undo and close a transaction and the nested ones; yield each restored container and key."""
         self._open, begin = mark[0] - 1, mark[1]
         while len(self._changes) > begin:
-            changed, key, before = self._changes.pop()
-            if isinstance(changed, list):
-                changed.pop()
-            elif before is _NOTHING:
-                del changed[key]
+            container, key, old_value = self._changes.pop()
+            if isinstance(container, list):
+                container.pop()
+            elif old_value is _NOTHING:
+                del container[key]
             else:
-                changed[key] = before
-            yield changed, key
+                container[key] = old_value
+            yield container, key

@@ -1,7 +1,7 @@
-"""Values that the relation does not determine, as uninterpreted functions of everything that may decide them.
+"""Values that the relation does not determine, as uninterpreted functions of the values that may decide them.
 
 The result of an instruction without a model is unknown, but equal instructions with equal inputs have equal
-results. So each unknown value has an origin: a function, named by the instruction, and its arguments.
+results. Therefore each unknown value has an origin: a function, named by the instruction, and its arguments.
 
 | unknown | function | arguments |
 |---|---|---|
@@ -10,8 +10,8 @@ results. So each unknown value has an origin: a function, named by the instructi
 | any other unknown value | none: it is never shared | |
 
 An instruction may read all elements of the tags that it names, including hidden members. It may also read the
-system's tags, the place where its add-on instruction was called, and its power, if it acts without power. The
-world is what programs have besides tags.
+system's tags, the arguments of the call of its add-on instruction, and its power, if it acts without power.
+For the world, see `shapes.world_of`.
 
 Two programs share a value only where the same function has equal arguments. A value that can't be compared
 has no function, so it is not shared.
@@ -32,22 +32,22 @@ NO_ARGUMENTS: Mapping[Hashable, T] = {}
 
 
 class UnknownOrigin(NamedTuple):
-    """Where an unknown value comes from.
+    """The origin of an unknown value.
 
     Attributes:
         function: the name of the function; None if the value is never shared.
         arguments: the arguments by name.
-        strict: whether more than the values of the arguments may decide it, such as the sign of NaN. Then
-            only identical terms of shared values count as equal arguments.
+        strict: whether a property beyond the values of the arguments may decide it, such as the sign of NaN.
+            Then only identical terms of shared values count as equal arguments.
     """
 
     function: Hashable | None
     arguments: Mapping[Hashable, T] = NO_ARGUMENTS
     strict: bool = False
 
-    def of(self, what: Hashable) -> UnknownOrigin:
-        """Return the origin of one particular value of an instruction."""
-        return self if self.function is None else self._replace(function=(self.function, what))
+    def of(self, value_name: Hashable) -> UnknownOrigin:
+        """Return the origin of one value of an instruction, by the value's name."""
+        return self if self.function is None else self._replace(function=(self.function, value_name))
 
 
 ONLY = UnknownOrigin(None)
@@ -59,7 +59,7 @@ def named(step: LoweredStep, leaves: tuple[Leaf, ...], world: Hashable) -> Hasha
 
     Args:
         leaves: all leaves that it names, with their types.
-        world: what else decides what instructions do, see `shapes.world_of`.
+        world: other things that decide the effects of instructions, see `shapes.world_of`.
     """
     if any(isinstance(operand, (Call, AddOnCall)) for operand in step.operands):
         return None  # the called routine also decides the effects

@@ -1,1 +1,1 @@
-"""Terms in a solver: translation, bitwuzla, SMT-LIB text, consecutive scans, invariants."""
+"""Solving: translates terms for bitwuzla or as SMT-LIB text; consecutive scans; invariants."""

@@ -41,13 +41,13 @@ class Frame:
         if name in system.held or (self.first and (name in system.next or name in system.late)):
             return literal(self.solver, v, system.initial[name])
         if self.before is not None and name in system.next:
-            after = system.next[name]
-            earlier = self.before.term(after)
-            return fit(self.solver, earlier, width(after), width(v)) if v.kind == INT else earlier
-        known = self.chosen.get(name)
-        if known is None:
-            known = self.chosen[name] = v, declare(self.solver, v, f"{name}@{self.number}")
-        return known[1]
+            next_term = system.next[name]
+            earlier = self.before.term(next_term)
+            return fit(self.solver, earlier, width(next_term), width(v)) if v.kind == INT else earlier
+        choice = self.chosen.get(name)
+        if choice is None:
+            choice = self.chosen[name] = v, declare(self.solver, v, f"{name}@{self.number}")
+        return choice[1]
 
     def __iter__(self) -> Iterator[Frame]:
         """Yield the scans up to this one, earliest first."""

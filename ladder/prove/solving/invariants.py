@@ -1,4 +1,4 @@
-"""Invariants: conditions on the state after a scan, suggested by random scans and proved by the solver.
+"""Finds invariants: conditions on the state after a scan that random scans suggest and the solver proves.
 
 | suggested | for |
 |---|---|
@@ -10,8 +10,8 @@
 | an enabled timer is done, or its time has been counted | timers |
 
 Candidates that the first scan breaks are dropped. Then the solver repeatedly searches for a scan that breaks
-a candidate although all candidates held before it, and broken candidates are dropped. When there is no such
-scan, the remaining candidates are inductive together. The solver gets candidates in groups. A group that
+a candidate although all candidates were true before it, and broken candidates are dropped. Without such a
+scan, the remaining candidates are inductive together. The solver checks candidates in groups. A group that
 blows its fuse is dropped; the other groups stay.
 """
 
@@ -50,10 +50,10 @@ MOST_TIMERS = 12
 MOST_SUGGESTED = 4000
 
 MOST_ROUNDS = 6_400
-"""Maximum questions of one search: a fuse, because the solver's models decide how many are needed."""
+"""Maximum questions of one search; the solver's models decide the number of questions."""
 
 GROUP = 60
-"""Candidates in one question; hundreds make a hard disjunction, and a blown fuse drops them all."""
+"""Candidates in one question; hundreds would be a hard disjunction, and a blown fuse drops all of them."""
 
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
@@ -66,28 +66,28 @@ class Invariant(NamedTuple):
 
 
 class Invariants(NamedTuple):
-    """The invariants found, the work and the solver's steps that they took, and whether a fuse blew."""
+    """The invariants of a system, and the cost of the search."""
 
     found: list[Invariant]
-    work: int
-    steps: int
-    blown: bool
+    work: int  # see `Solver`
+    steps: int  # the solver's steps
+    blown: bool  # whether a fuse blew
 
 
 def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
-    """Return conditions that hold after power-up and are inductive together, with the work and steps.
+    """Return conditions that are true after power-up and inductive together, with the work and steps.
 
     Work counts terms, because the number of questions depends on the solver's models. The terms and the
     result do not.
 
     Args:
         cone: the relevant variables, nearest first.
-        fuse: see `Solver`; a group that blows it gives no invariants.
+        fuse: see `Solver`; a group that blows it has no invariants.
     """
-    seen = traces(system, cone)
+    values = traces(system, cone)
     suggested = {
         invariant.term: invariant
-        for invariant in _suggested(system, cone, seen)
+        for invariant in _suggested(system, cone, values)
         if invariant.term.op != "const"
     }
     search = _Search(system, fuse // 4)  # each group of candidates takes many questions
@@ -99,34 +99,34 @@ def traces(system: System, cone: Mapping[str, T]) -> dict[str, Array]:
     """Return the values of each state after random scans from power-up."""
     states = [name for name in cone if name in system.next]
     runs = Runs(system, cone, [system.next[name] for name in states])
-    parts: list[list[Array]] = [[] for _ in states]
+    blocks: list[list[Array]] = [[] for _ in states]
     for number in range(SCANS):
         if number and number % RESTART == 0:
             runs.restart()
-        watched, kept = runs.scan()
-        for part, values in zip(parts, watched, strict=True):
-            part.append(values[kept])
-    return {name: np.concatenate(part) for name, part in zip(states, parts, strict=True)}
+        watched, kept_contract = runs.scan()
+        for block, values in zip(blocks, watched, strict=True):
+            block.append(values[kept_contract])
+    return {name: np.concatenate(block) for name, block in zip(states, blocks, strict=True)}
 
 
 # --- suggestions
 
 
-def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, Array]) -> Iterator[Invariant]:
-    small = len(seen) <= MOST_STATES
-    bits = [name for name in seen if cone[name].kind == BOOL]
-    yield from _of_bits(system, seen, bits[: MOST_BITS if small else FEW_BITS])
-    yield from _of_two_times(system, seen)
-    for place, name in enumerate(seen):
-        if cone[name].kind == INT and (small or place < MOST_STATES // 2):
-            yield from _of_number(system, name, seen)
+def _suggested(system: System, cone: Mapping[str, T], values: Mapping[str, Array]) -> Iterator[Invariant]:
+    small = len(values) <= MOST_STATES
+    bits = [name for name in values if cone[name].kind == BOOL]
+    yield from _of_bits(system, values, bits[: MOST_BITS if small else FEW_BITS])
+    yield from _of_two_times(system, values)
+    for index, name in enumerate(values):
+        if cone[name].kind == INT and (small or index < MOST_STATES // 2):
+            yield from _of_number(system, name, values)
 
 
-def _of_bits(system: System, seen: Mapping[str, Array], bits: Sequence[str]) -> Iterator[Invariant]:
-    every = _packed(np.ones_like(seen[bits[0]])) if bits else 0
+def _of_bits(system: System, values: Mapping[str, Array], bits: Sequence[str]) -> Iterator[Invariant]:
+    every = _packed(np.ones_like(values[bits[0]])) if bits else 0
     changing = []
     for name in bits:
-        term, packed = system.next[name], _packed(seen[name])
+        term, packed = system.next[name], _packed(values[name])
         if packed in (0, every):
             yield Invariant(term, shown(name)) if packed else Invariant(not_(term), f"NOT {shown(name)}")
         else:
@@ -147,8 +147,8 @@ def _packed(truths: Array) -> int:
     return int.from_bytes(np.packbits(truths).tobytes())
 
 
-def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator[Invariant]:
-    term, values = system.next[name], seen[name]
+def _of_number(system: System, name: str, values_by_name: Mapping[str, Array]) -> Iterator[Invariant]:
+    term, values = system.next[name], values_by_name[name]
     if name.endswith(CLOCK + "[0]"):
         yield from _of_clock(system, name)
         return
@@ -171,11 +171,11 @@ def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator
                 yield Invariant(or_(not_(flag), truth), text)
 
 
-def _of_two_times(system: System, seen: Mapping[str, Array]) -> Iterator[Invariant]:
+def _of_two_times(system: System, values: Mapping[str, Array]) -> Iterator[Invariant]:
     """Suggest that one timer or counter never exceeds another."""
-    timed = [name for name in seen if name.endswith(".ACC[0]") and any(seen[name])][:MOST_TIMERS]
+    timed = [name for name in values if name.endswith(".ACC[0]") and any(values[name])][:MOST_TIMERS]
     for lower, upper in permutations(timed, 2):
-        if (seen[lower] <= seen[upper]).all():
+        if (values[lower] <= values[upper]).all():
             text = f"{shown(lower)} <= {shown(upper)}"
             yield Invariant(not_(lt(system.next[upper], system.next[lower])), text)
 
@@ -193,7 +193,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 
 @dataclass
 class _Search:
-    """Finds the candidates that hold; all of them are evaluated in each scan that the solver finds."""
+    """Finds the candidates that are invariants; each scan of the solver is checked against all candidates."""
 
     system: System
     fuse: int
@@ -203,12 +203,12 @@ class _Search:
     blown: bool = False
 
     def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        """Return the candidates that the first scan keeps, or those that are inductive together."""
+        """Return the candidates that the first scan keeps, or the candidates that are inductive together."""
         while candidates:
-            left = self._round(candidates, first=first)
-            if first or len(left) == len(candidates):
-                return left
-            candidates = left
+            remaining = self._round(candidates, first=first)
+            if first or len(remaining) == len(candidates):
+                return remaining
+            candidates = remaining
         return []
 
     def _round(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
@@ -220,35 +220,39 @@ class _Search:
             frame = Frame(self.system, solver, frame)
         formulas = [frame.term(invariant.term) for invariant in candidates]
         self.work += solver.made  # counted first: the models decide how many questions follow
-        holds = Evaluator([invariant.term for invariant in candidates])
-        left = set(range(len(candidates)))
+        evaluator = Evaluator([invariant.term for invariant in candidates])
+        remaining = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):
-            group = left.intersection(range(begin, begin + GROUP))
-            left -= self._broken(frame, formulas, holds, group)
+            group = remaining.intersection(range(begin, begin + GROUP))
+            remaining -= self._broken(frame, formulas, evaluator, group)
         self.steps += solver.steps
-        return [candidates[number] for number in sorted(left)]
+        return [candidates[number] for number in sorted(remaining)]
 
-    def _broken(self, frame: Frame, made: list[Any], holds: Evaluator, group: set[int]) -> set[int]:
+    def _broken(self, frame: Frame, formulas: list[Any], evaluator: Evaluator, group: set[int]) -> set[int]:
         """Return the numbers of candidates that a scan breaks: all in a group, and others that models show.
 
         Args:
-            made: the solver's terms for all candidates in the scan.
-            holds: evaluates all candidates.
+            formulas: the solver's terms for all candidates in the scan.
+            evaluator: evaluates all candidates.
         """
         solver, broken = frame.solver, set[int]()
-        while left := sorted(group - broken):
+        while remaining := sorted(group - broken):
             self.rounds += 1
-            all_hold = solver.joined("and", [made[number] for number in left])
+            all_hold = solver.joined("and", [formulas[number] for number in remaining])
             answer = solver.check(solver.apply("not", [all_hold]))
             if answer == UNSAT:
                 break
             if answer != SAT or self.rounds > MOST_ROUNDS:
                 self.blown = True
                 return broken | group
-            shown = {number for number, truth in enumerate(holds(self._values(frame))) if not truth}
-            if shown.isdisjoint(left):  # the solver found a difference that evaluation does not show
-                shown = {number for number in left if not solver.found(made[number], TRUE)}
-            broken |= shown
+            false_numbers = {
+                number for number, truth in enumerate(evaluator(self._values(frame))) if not truth
+            }
+            if false_numbers.isdisjoint(
+                remaining
+            ):  # the solver found a difference that evaluation does not show
+                false_numbers = {number for number in remaining if not solver.found(formulas[number], TRUE)}
+            broken |= false_numbers
         return broken
 
     def _values(self, frame: Frame) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Parallel random runs of a system. They only suggest results, so variety matters more than number."""
+"""Parallel random runs of a system. They only suggest results, so that variety matters more than number."""
 
 from __future__ import annotations
 
@@ -55,21 +55,24 @@ class Runs:
         self._first = True
 
     def scan(self) -> tuple[list[Array], Array]:
-        """Run a scan; return the roots' values, and which runs kept the contract. Others keep their state."""
+        """Run a scan; return the roots' values, and a mask of the runs that kept the contract.
+
+        The other runs keep their old state.
+        """
         values = self._values | self._chosen()
-        *got, kept = self._terms(values)
-        after = dict(zip(self._states, got, strict=False))
-        if kept.all():
-            self._values = values | after
+        *results, keeps_contract = self._terms(values)
+        new_states = dict(zip(self._states, results, strict=False))
+        if keeps_contract.all():
+            self._values = values | new_states
         else:
-            before = self._values
-            changed = values | after
+            old_values = self._values
+            changed = values | new_states
             self._values = {
-                name: np.where(kept, lanes, before[name]) if name in before else lanes
+                name: np.where(keeps_contract, lanes, old_values[name]) if name in old_values else lanes
                 for name, lanes in changed.items()
             }
         self._first = False
-        return got[len(self._states) :], kept
+        return results[len(self._states) :], keeps_contract
 
     def _chosen(self) -> dict[str, Array]:
         """Return values of the free variables, of which some change in some runs."""
@@ -77,12 +80,12 @@ class Runs:
         for name in self._free:
             if self._first and name in self._system.late:
                 continue
-            variable, before = self._cone[name], self._values.get(name)
-            new = self._any(name, variable, before)
-            if before is None or name == TURNED:
+            variable, previous = self._cone[name], self._values.get(name)
+            new = self._random_values(name, variable, previous)
+            if previous is None or name == TURNED:
                 chosen[name] = new
             else:
-                chosen[name] = np.where(self._changing(), new, before)
+                chosen[name] = np.where(self._changing(), new, previous)
         return chosen
 
     def _rare_and_often(self) -> tuple[int, int]:
@@ -98,7 +101,7 @@ class Runs:
         packed = np.frombuffer(pattern.to_bytes(self._lanes // 8, "big"), dtype=np.uint8)
         return np.unpackbits(packed).view(np.bool_)
 
-    def _any(self, name: str, v: T, before: Array | None) -> Array:
+    def _random_values(self, name: str, v: T, previous: Array | None) -> Array:
         if v.kind == BOOL:
             return self._bits(self._truths(name))
         if v.kind != INT:
@@ -106,7 +109,7 @@ class Runs:
         if is_wide(v):
             low = max(v.lo, min(-(1 << 63), v.hi + 1 - (1 << 64)))  # 64 random bits are enough
             return self._raw().astype(object) % (v.hi - low + 1) + low
-        return self._numbers(name, v, before)
+        return self._numbers(name, v, previous)
 
     def _truths(self, name: str) -> int:
         """Return random Booleans that are rarely true in some runs and often in others."""
@@ -123,8 +126,8 @@ class Runs:
     def _real(self) -> float:
         return self._rng.choice((0.0, 1.0, self._rng.uniform(-100, 100)))
 
-    def _numbers(self, name: str, v: T, before: Array | None) -> Array:
-        """Return random numbers: mostly small, sometimes any, or the last number with one bit inverted."""
+    def _numbers(self, name: str, v: T, previous: Array | None) -> Array:
+        """Return random numbers: mostly small, sometimes arbitrary, or the last one with one bit inverted."""
         likely = self._system.likely.get(name)
         if likely is not None:
             words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])
@@ -133,10 +136,10 @@ class Runs:
             numbers = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
         anything = (self._raw() % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
         numbers = np.where(self._draws() < 50, anything, numbers)
-        if before is not None:
-            turned = before ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
-            fits = (self._draws() < 80) & (v.lo <= turned) & (turned <= v.hi)
-            numbers = np.where(fits, turned, numbers)
+        if previous is not None:
+            inverted = previous ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
+            is_valid = (self._draws() < 80) & (v.lo <= inverted) & (inverted <= v.hi)
+            numbers = np.where(is_valid, inverted, numbers)
         return numbers
 
     def _raw(self) -> Array:

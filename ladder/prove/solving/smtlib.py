@@ -25,7 +25,7 @@ class Text(NamedTuple):
 
 
 class Script:
-    """Writes a script. Terms get names, so a term that is used twice is written once."""
+    """Writes a script. Terms get names, so that a term that is used twice is written once."""
 
     def __init__(self) -> None:
         self.lines = ["(set-logic QF_BVFP)"]
@@ -48,12 +48,12 @@ class Script:
         head = "to_fp" if op == "to_fp_signed" else op
         head = f"(_ {head} {' '.join(map(str, indices))})" if indices else head
         text = f"({head} {' '.join(arg if isinstance(arg, str) else arg.text for arg in args)})"
-        known = self._names.get(text)
-        if known is None:
+        named = self._names.get(text)
+        if named is None:
             sort = result_sort(op, [operand.sort for operand in args if isinstance(operand, Text)], indices)
-            known = self._names[text] = Text(f"t{len(self._names)}", sort)
-            self.lines.append(f"(define-fun {known.text} () {_sort(sort)} {text})")
-        return known
+            named = self._names[text] = Text(f"t{len(self._names)}", sort)
+            self.lines.append(f"(define-fun {named.text} () {_sort(sort)} {text})")
+        return named
 
     def state(self, formula: Text) -> None:
         """Assert a condition."""
@@ -65,7 +65,7 @@ class Script:
 
 
 def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
-    """Return the sort of an operation from those of its operands, not counting a rounding mode."""
+    """Return the sort of an operation's result from the sorts of its operands without a rounding mode."""
     match op:
         case "ite":
             return sorts[1]

@@ -1,8 +1,8 @@
-"""The interface of proofs to bitwuzla; it counts work in a way that bitwuzla's version does not change.
+"""The interface of proofs to bitwuzla. It counts work independently of bitwuzla's version.
 
-Work is the number of terms in each question. The solver's own steps, counted whenever it polls whether to
-stop, are the same on every machine but not in every version. They only serve as a fuse, far above what most
-questions take.
+Work is the number of terms in each question. The solver's own steps are counted each time it polls whether to
+stop. They are the same on every machine but not in every version. They only serve as a fuse, far above the
+needs of most questions.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def bitwuzla_module() -> Any:
 
 
 def fuse_text() -> str:
-    """Return a text that names the fuse and the solver's version, as another version may get further."""
+    """Return a text with the fuse and the solver's version, since another version may get further."""
     return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
@@ -100,7 +100,7 @@ _MEMBERS = {
 
 
 class _Fuse:
-    """Counts the solver's steps. It must not refer to the solver: such a cycle is never freed."""
+    """Counts the solver's steps. It must not refer to the solver: this cycle would never be freed."""
 
     __slots__ = ("left", "steps")
 
@@ -114,7 +114,7 @@ class _Fuse:
 
 
 class Solver:
-    """One solver session: variables and assertions stay; a question's formulas count only for that question.
+    """One solver session: variables and assertions stay; the formulas of a question apply only to it.
 
     Its terms are numbers. Bitwuzla's objects stay private, so that they are deleted in order: up to 0.9.1,
     the process crashes with a segmentation fault if Python's garbage collector clears a term's manager before
@@ -156,15 +156,17 @@ class Solver:
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
-        known = self._sorts.get(sort)
-        if known is None:
-            make = self._manager
+        sort_term = self._sorts.get(sort)
+        if sort_term is None:
+            manager = self._manager
             if sort == BOOL:
-                known = self._bool_sort
+                sort_term = self._bool_sort
             else:
-                known = make.mk_bv_sort(sort) if isinstance(sort, int) else make.mk_fp_sort(*FIELDS[sort])
-            self._sorts[sort] = known
-        return known
+                sort_term = (
+                    manager.mk_bv_sort(sort) if isinstance(sort, int) else manager.mk_fp_sort(*FIELDS[sort])
+                )
+            self._sorts[sort] = sort_term
+        return sort_term
 
     def _number(self, term: Any) -> int:
         self._terms.append(term)
@@ -178,19 +180,19 @@ class Solver:
         """Return a constant; for a bit vector, `value` is its signed value."""
         plain = sort == BOOL or isinstance(sort, int)
         key = sort, value if plain else pattern_of(value, sort)
-        known = self._values.get(key)
-        if known is None:
-            known = self._values[key] = self._number(self._literal(*key))
-        return known
+        number = self._values.get(key)
+        if number is None:
+            number = self._values[key] = self._number(self._literal(*key))
+        return number
 
     def _literal(self, sort: Sort, value: Any) -> Any:
-        make = self._manager
+        manager = self._manager
         if sort == BOOL:
-            return make.mk_true() if value else make.mk_false()
+            return manager.mk_true() if value else manager.mk_false()
         if isinstance(sort, int):
-            return make.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
-        pattern = make.mk_bv_value(make.mk_bv_sort(len(value)), value, 2)
-        return make.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
+            return manager.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
+        pattern = manager.mk_bv_value(manager.mk_bv_sort(len(value)), value, 2)
+        return manager.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
 
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
         """Return the result of an operation, given its SMT-LIB name; a rounding mode is also a name."""
@@ -209,16 +211,16 @@ class Solver:
         self._solver.assert_formula(self._terms[formula])
 
     def check(self, *formulas: int) -> str:
-        """Ask whether all assertions and these formulas can hold: sat, unsat, or unknown for a blown fuse."""
+        """Ask whether all assertions and formulas can be true: sat, unsat, or unknown for a blown fuse."""
         self.work += 1 + self.made
         self._fuse.left = self._most
         return self._answers.get(
             self._solver.check_sat(*[self._terms[formula] for formula in formulas]), UNKNOWN
         )
 
-    def found(self, made: int, t: T) -> Any:
+    def found(self, number: int, t: T) -> Any:
         """Return the value of a term after sat; `t` determines its kind."""
-        value = self._solver.get_value(self._terms[made])
+        value = self._solver.get_value(self._terms[number])
         if t.kind == BOOL:
             return bool(value.value())
         if t.kind == INT:

@@ -1,6 +1,6 @@
 """Translates terms to a solver's terms: bit vectors as wide as their intervals, floats, Booleans.
 
-The solver is anything that takes operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
+A solver is anything that accepts operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
 """
 
 from __future__ import annotations
@@ -56,13 +56,13 @@ def declare(sink: Sink, t: T, name: str) -> Any:
     return variable
 
 
-def interval_conditions(sink: Sink, t: T, made: Any) -> Iterator[Any]:
+def interval_conditions(sink: Sink, t: T, formula: Any) -> Iterator[Any]:
     """Yield the conditions that a whole number is in its interval, where its bits allow more."""
     bits = width(t) if t.kind == INT else 0
     if bits and t.lo != -(1 << bits - 1):
-        yield sink.apply("bvsle", [sink.value(bits, t.lo), made])
+        yield sink.apply("bvsle", [sink.value(bits, t.lo), formula])
     if bits and t.hi != (1 << bits - 1) - 1:
-        yield sink.apply("bvsle", [made, sink.value(bits, t.hi)])
+        yield sink.apply("bvsle", [formula, sink.value(bits, t.hi)])
 
 
 def literal(sink: Sink, v: T, value: Any) -> Any:
@@ -73,7 +73,12 @@ def literal(sink: Sink, v: T, value: Any) -> Any:
 
 
 def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, Any]) -> Any:
-    """Return the solver's term; `lookup` returns that of a variable, `memo` caches terms by id."""
+    """Return the solver's term for a term.
+
+    Args:
+        lookup: returns the solver's term for a variable.
+        memo: caches the solver's terms by id.
+    """
     missing: dict[int, T] = {}
     todo = [root]
     while todo:
@@ -86,32 +91,32 @@ def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, A
         memo[number] = (
             lookup(term)
             if term.op == "var"
-            else _one(sink, term, [memo[argument.id] for argument in term.args])
+            else _translated(sink, term, [memo[argument.id] for argument in term.args])
         )
     return memo[root.id]
 
 
-def fit(sink: Sink, made: Any, have: int, want: int) -> Any:
+def fit(sink: Sink, formula: Any, width: int, new_width: int) -> Any:
     """Extend or truncate a signed pattern."""
-    if want > have:
-        return sink.apply("sign_extend", [made], [want - have])
-    return sink.apply("extract", [made], [want - 1, 0]) if want < have else made
+    if new_width > width:
+        return sink.apply("sign_extend", [formula], [new_width - width])
+    return sink.apply("extract", [formula], [new_width - 1, 0]) if new_width < width else formula
 
 
-def _one(sink: Sink, t: T, made: list[Any]) -> Any:
+def _translated(sink: Sink, t: T, operands: list[Any]) -> Any:
     if t.op == "const":
         return sink.value(sort_of(t), t.val)
     special = _SPECIAL.get(t.op)
     if special is not None:
-        return special(sink, t, made)
+        return special(sink, t, operands)
     if t.op in _WHOLE:
-        return _whole(sink, t, made)
-    rounded = [_ROUND, *made] if t.op in ("fadd", "fsub", "fmul", "fdiv", "fsqrt") else made
+        return _whole(sink, t, operands)
+    rounded = [_ROUND, *operands] if t.op in ("fadd", "fsub", "fmul", "fdiv", "fsqrt") else operands
     return sink.apply(_DIRECT[t.op], rounded)
 
 
 _ROUND = "RNE"
-"""Name of the rounding mode of arithmetic, which is the first operand."""
+"""The rounding mode of arithmetic, the first operand."""
 
 _DIRECT = {
     "not": "not",
@@ -145,13 +150,13 @@ _WHOLE = {
 }
 
 
-def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
+def _whole(sink: Sink, t: T, operands: list[Any]) -> Any:
     """Translate with all operands as wide as the widest operand or the result, so that nothing overflows."""
     bits = max(width(argument) for argument in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))
     widened = [
-        fit(sink, formula, width(argument), bits) for formula, argument in zip(made, t.args, strict=True)
+        fit(sink, formula, width(argument), bits) for formula, argument in zip(operands, t.args, strict=True)
     ]
     result = sink.apply(_WHOLE[t.op], widened)
     if t.kind != INT:
@@ -162,70 +167,72 @@ def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
     return fit(sink, result, bits, width(t))
 
 
-def _ite(sink: Sink, t: T, made: list[Any]) -> Any:
+def _ite(sink: Sink, t: T, operands: list[Any]) -> Any:
     if t.kind == INT:
         arms = [
             fit(sink, formula, width(argument), width(t))
-            for formula, argument in zip(made[1:], t.args[1:], strict=True)
+            for formula, argument in zip(operands[1:], t.args[1:], strict=True)
         ]
-        made = [made[0], *arms]
-    return sink.apply("ite", made)
+        operands = [operands[0], *arms]
+    return sink.apply("ite", operands)
 
 
-def _shr(sink: Sink, t: T, made: list[Any]) -> Any:
+def _shr(sink: Sink, t: T, operands: list[Any]) -> Any:
     bits = width(t.args[0])
     low = min(t.val, bits - 1)
-    return fit(sink, sink.apply("extract", made, [bits - 1, low]), bits - low, width(t))
+    return fit(sink, sink.apply("extract", operands, [bits - 1, low]), bits - low, width(t))
 
 
-def _wrap(sink: Sink, t: T, made: list[Any]) -> Any:
+def _wrap(sink: Sink, t: T, operands: list[Any]) -> Any:
     bits = abs(t.val)
-    have = width(t.args[0])
-    low = sink.apply("extract", [fit(sink, made[0], have, max(bits, have))], [bits - 1, 0])
+    operand_width = width(t.args[0])
+    low = sink.apply(
+        "extract", [fit(sink, operands[0], operand_width, max(bits, operand_width))], [bits - 1, 0]
+    )
     return low if t.val > 0 else sink.apply("zero_extend", [low], [1])
 
 
-def _b2i(sink: Sink, t: T, made: list[Any]) -> Any:
-    return sink.apply("ite", [made[0], sink.value(2, 1), sink.value(2, 0)])
+def _b2i(sink: Sink, t: T, operands: list[Any]) -> Any:
+    return sink.apply("ite", [operands[0], sink.value(2, 1), sink.value(2, 0)])
 
 
-def _bit(sink: Sink, t: T, made: list[Any]) -> Any:
+def _bit(sink: Sink, t: T, operands: list[Any]) -> Any:
     number = min(t.val, width(t.args[0]) - 1)
-    return sink.apply("=", [sink.apply("extract", made, [number, number]), sink.value(1, -1)])
+    return sink.apply("=", [sink.apply("extract", operands, [number, number]), sink.value(1, -1)])
 
 
-def _setbit(sink: Sink, t: T, made: list[Any]) -> Any:
+def _setbit(sink: Sink, t: T, operands: list[Any]) -> Any:
     bits, (number, _) = width(t), t.val
-    word = fit(sink, made[0], width(t.args[0]), bits)
+    word = fit(sink, operands[0], width(t.args[0]), bits)
     set_mask, clear_mask = wrap(1 << number, bits), wrap(~(1 << number), bits)
     on = sink.apply("bvor", [word, sink.value(bits, set_mask)])
     off = sink.apply("bvand", [word, sink.value(bits, clear_mask)])
-    return sink.apply("ite", [made[1], on, off])
+    return sink.apply("ite", [operands[1], on, off])
 
 
-def _i2f(sink: Sink, t: T, made: list[Any]) -> Any:
+def _i2f(sink: Sink, t: T, operands: list[Any]) -> Any:
     if t.kind == F32 and width(t.args[0]) > WIDEST_DIRECT:
-        double = sink.apply("to_fp_signed", [_ROUND, *made], FIELDS[F64])
+        double = sink.apply("to_fp_signed", [_ROUND, *operands], FIELDS[F64])
         return sink.apply("to_fp", [_ROUND, double], FIELDS[F32])
-    return sink.apply("to_fp_signed", [_ROUND, *made], FIELDS[t.kind])
+    return sink.apply("to_fp_signed", [_ROUND, *operands], FIELDS[t.kind])
 
 
-def _f2f(sink: Sink, t: T, made: list[Any]) -> Any:
-    return sink.apply("to_fp", [_ROUND, *made], FIELDS[t.kind])
+def _f2f(sink: Sink, t: T, operands: list[Any]) -> Any:
+    return sink.apply("to_fp", [_ROUND, *operands], FIELDS[t.kind])
 
 
-def _f2i(sink: Sink, t: T, made: list[Any]) -> Any:
+def _f2i(sink: Sink, t: T, operands: list[Any]) -> Any:
     bits, kind = width(t), t.args[0].kind
     near = [
-        sink.apply("fp.lt", [made[0], sink.value(kind, float(FAR))]),
-        sink.apply("fp.lt", [sink.value(kind, -float(FAR)), made[0]]),
+        sink.apply("fp.lt", [operands[0], sink.value(kind, float(FAR))]),
+        sink.apply("fp.lt", [sink.value(kind, -float(FAR)), operands[0]]),
     ]
-    whole = sink.apply("fp.to_sbv", ["RNE" if t.val == "rne" else "RTZ", *made], [bits])
+    whole = sink.apply("fp.to_sbv", ["RNE" if t.val == "rne" else "RTZ", *operands], [bits])
     return sink.apply("ite", [sink.apply("and", near), whole, sink.value(bits, 0)])
 
 
-def _ffin(sink: Sink, t: T, made: list[Any]) -> Any:
-    unusual = [sink.apply(name, made) for name in ("fp.isInfinite", "fp.isNaN")]
+def _ffin(sink: Sink, t: T, operands: list[Any]) -> Any:
+    unusual = [sink.apply(name, operands) for name in ("fp.isInfinite", "fp.isNaN")]
     return sink.apply("not", [sink.apply("or", unusual)])
 
 

@@ -24,7 +24,7 @@ KEPT = "retained tags are as the program has left them between two scans, withou
 """The assumption if runs may begin with retained tags."""
 
 RUN_ONLY: tuple[str, ...] = ()
-"""Only scans happen."""
+"""`happens` without any events: only scans."""
 
 
 def assumed(happens: Collection[str]) -> Iterator[str]:

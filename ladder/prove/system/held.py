@@ -1,7 +1,7 @@
 """Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
 
-If only some bits of a number are written, it keeps the others. A proof depends on the kept bits that are
-read:
+If only some bits of a number are written, the other bits keep their values. A proof depends on the constant
+bits that the program reads:
 
     XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0, 2, 3 and 5 to 31 of Mode; bit 1 is free
 """
@@ -16,13 +16,13 @@ from ..relation.places import Key
 from .transition import HeldNumber, System
 
 MOST_BITS = 8
-"""Maximum number of bits that are listed separately; if there are more, the whole number is listed."""
+"""Maximum number of bits that are listed separately; with more, the whole number is listed."""
 
 
 def held_numbers(
     system: System, cone: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
 ) -> Iterator[HeldNumber]:
-    """Yield the numbers and bits that terms and their cone read and nothing writes, in order of names.
+    """Yield the numbers and bits that terms and their cone read and that nothing writes, in order of names.
 
     Args:
         written: masks of the written bits, for states of which only some bits are written.
@@ -44,10 +44,10 @@ def held_bits(
 ) -> dict[str, int]:
     """Return masks of the bits that are read and not written, in numbers whose other bits are written."""
     states = [name for name in names if name in system.next]
-    partly = [name for name in states if name in written]
-    whole = [system.next[name] for name in states if name not in written]
-    read = read_bits([*whole, *roots], [system.next[name] for name in partly])
-    return {name: mask for name in partly if (mask := read.get(name, 0) & ~written[name])}
+    partly_written = [name for name in states if name in written]
+    other_terms = [system.next[name] for name in states if name not in written]
+    read = read_bits([*other_terms, *roots], [system.next[name] for name in partly_written])
+    return {name: mask for name in partly_written if (mask := read.get(name, 0) & ~written[name])}
 
 
 def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:
@@ -64,19 +64,19 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     """Return masks of the bits of variables that terms read, by name.
 
     Args:
-        kept: next values of numbers with bits that nothing writes; to keep a bit does not count as reading.
+        kept: next values of numbers with constant bits; keeping a bit does not count as reading it.
     """
     needed: dict[int, int] = {}
-    every = [*roots, *kept]
+    all_roots = [*roots, *kept]
     for term in roots:
         needed[term.id] = _every(term)
     masks: dict[str, int] = {}
-    for term in reversed(reach(every)):
+    for term in reversed(reach(all_roots)):
         mask = needed.get(term.id, 0)
         if term.op == "var" and mask:
             masks[term.val] = mask
-        for operand, part in zip(term.args, _parts(term, mask), strict=True):
-            needed[operand.id] = needed.get(operand.id, 0) | part
+        for operand, operand_mask in zip(term.args, _operand_masks(term, mask), strict=True):
+            needed[operand.id] = needed.get(operand.id, 0) | operand_mask
     return masks
 
 
@@ -85,12 +85,12 @@ def _every(t: T) -> int:
     return (1 << bits_of(t.lo, t.hi)) - 1 if t.kind == INT else 1
 
 
-def _parts(t: T, mask: int) -> tuple[int, ...]:
-    """Return masks of the bits that a term needs of its operands to compute some of its own bits."""
+def _operand_masks(t: T, needed_bits: int) -> tuple[int, ...]:
+    """Return masks of the bits of a term's operands that decide some of its own bits."""
     if t.op == "setbit":
-        return mask & ~(1 << t.val[0]), 1
+        return needed_bits & ~(1 << t.val[0]), 1
     if t.op == "ite":
-        return 1, mask, mask
+        return 1, needed_bits, needed_bits
     if t.op == "bit":
-        return (1 << t.val if mask else 0,)
-    return tuple(_every(operand) if mask else 0 for operand in t.args)
+        return (1 << t.val if needed_bits else 0,)
+    return tuple(_every(operand) if needed_bits else 0 for operand in t.args)

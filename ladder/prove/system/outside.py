@@ -1,4 +1,4 @@
-"""Finds what may change outside a program's scan: inputs by their names, bits, and numbers."""
+"""Finds the values that may change outside a program's scan: inputs by their names, bits, and numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
 
 
 def is_length(layout: Layout, path: str) -> bool:
-    """Whether a path, in capitals, is LEN of a CONTROL and not of a string, which has no POS."""
+    """Return whether a path, in capitals, is LEN of a CONTROL and not of a string, which has no POS."""
     return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
@@ -57,19 +57,19 @@ def _places_in(operands: Iterable[Any]) -> Iterator[Place]:
             todo += operand.inputs
 
 
-def written_bits(after: T, v: T) -> int:
+def written_bits(next_term: T, v: T) -> int:
     """Return a mask of the bits that a scan may change, from the number's term after the scan."""
-    mask, todo, seen = 0, [after], set()
-    while todo:
-        term = todo.pop()
-        if term is v or term.id in seen:
+    mask, open_terms, visited = 0, [next_term], set()
+    while open_terms:
+        term = open_terms.pop()
+        if term is v or term.id in visited:
             continue
-        seen.add(term.id)
+        visited.add(term.id)
         if term.op == "setbit":
             mask |= 1 << term.val[0]
-            todo.append(term.args[0])
+            open_terms.append(term.args[0])
         elif term.op == "ite":
-            todo += term.args[1:]
+            open_terms += term.args[1:]
         else:
             return -1
     return mask
@@ -92,24 +92,24 @@ def refuse(lowered: LoweredProgram) -> None:
     if lowered.axes or lowered.ideal is not None:
         features.append("motion axes")
     if features:
-        raise LadderError(f"{lowered.name} has {', '.join(features)}, which proofs don't cover")
+        raise LadderError(f"{lowered.name} has {', '.join(features)}, which proofs don't support")
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return prefixes of paths that are not only written by rungs: SLC status, messages, consumed tags."""
+    """Return prefixes of paths that more than rungs write: SLC status, messages, consumed tags."""
     names = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(hook, partial) for hook in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
         names += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
-    brought = [to for to, _ in lowered.replies.values()]  # data from messages and from producers
-    brought += [name for connection in lowered.connections for name in (connection.tag, connection.status)]
-    for name in filter(None, brought):
+    received = [target for target, _ in lowered.replies.values()]  # data from messages and from producers
+    received += [name for connection in lowered.connections for name in (connection.tag, connection.status)]
+    for name in filter(None, received):
         names.append(tag_in(tags.where(name).path).upper())
     return tuple(names)
 
 
-def named_paths(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset[str]:
+def named_paths(layout: Layout, option: str, patterns: Sequence[str]) -> frozenset[str]:
     """Return the paths, in capitals, that match patterns; a structure matches with all its members."""
     matched: set[str] = set()
     paths = [*layout.leaves] if patterns else []
@@ -121,6 +121,6 @@ def named_paths(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset
             if path == glob.upper() or path.startswith(glob.upper() + ".") or fnmatchcase(path, pattern)
         ]
         if not hits:
-            raise LadderError(f"{what}: no tag is called {glob!r}")
+            raise LadderError(f"{option}: no tag {glob!r}")
         matched.update(hits)
     return frozenset(matched)

@@ -1,4 +1,4 @@
-"""The program that proofs are about, as a transition system."""
+"""A program as a transition system for proofs."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Runnable(Protocol):
 
 
 Contract = Callable[["ProgramSystem"], T]
-"""Makes a condition on each scan; `ProgramSystem.now` and `ProgramSystem.before` return the values for it."""
+"""Builds a condition on each scan from the values of `ProgramSystem.now` and `ProgramSystem.before`."""
 
 
 def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
@@ -61,27 +61,34 @@ ANY_BOUNDS = ScanBounds()
 
 
 class ProgramSystem(System):
-    """The program that proofs are about.
+    """A program as a transition system.
 
     Args:
         program: the program, with or without monitors, see `monitors.monitored`.
         bounds: bounds of the time between scans.
-        free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
-        written_outside: tags that are written both by the program and from outside.
-        assume: bits that are true after each scan of the runs to consider.
-        contracts: conditions on inputs that hold in each scan.
+        free: tags with numbers that are free in each scan: `Recipe`, `Recipe.*`.
+        written_outside: tags that the program writes and that also change from outside.
+        assume: bits that are true after each scan; runs that break them are not considered.
+        contracts: conditions on the inputs in each scan.
         happens: names of the events that may happen between two scans, see `events`.
-        beside: another problem to compare with, whose terms stay shared.
+        beside: another problem to compare with, which shares its terms.
         kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
             from outside.
 
+    Attributes:
+        engine: the interpreter's engine after prescan, with the initial values.
+        machine: the relation of one scan.
+        open: masks of the bits of numbers that are written from outside.
+        stops: the condition that a major fault stops the processor.
+        prescans: the condition that a prescan follows a scan.
+
     Raises:
-        LadderError: the program has something that proofs don't cover, or no tag has a name in `free` or
+        LadderError: proofs don't support a part of the program, or no tag has a name in `free` or
             `written_outside`.
     """
 
     never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
-    """Returns whether a condition is proved to hold in no scan, to rule out faults; `induction` sets it."""
+    """Returns whether a condition is proved true in no scan, to rule out faults; `induction` sets it."""
 
     def __init__(
         self,
@@ -163,7 +170,7 @@ class ProgramSystem(System):
 
     def _prescan_after(self) -> None:
         """Prescan after the scan, for program mode and for a start with retained tags."""
-        machine, named = self.machine, named_bits(self.lowered)
+        machine, bit_masks = self.machine, named_bits(self.lowered)
         written = machine.written  # places that the scan writes; prescan has another list
         blank = self.program.interpret().memory
 
@@ -178,11 +185,11 @@ class ProgramSystem(System):
             path, variable = key[0], machine.vars[key]
             outside, is_given = path in self._outside, self._is_given(path, machine.leaves[key])
             unwritten = key not in written and self._changes_outside(path, machine.leaves[key], variable)
-            then = var(f"{THEN}{variable.val}", variable.kind, variable.lo, variable.hi)
+            written_value = var(f"{THEN}{variable.val}", variable.kind, variable.lo, variable.hi)
             if outside or is_given or (unwritten and not path.endswith(CLOCK)):
-                return then
-            for number in numbers_in(self._open_mask(key, variable, named)):
-                t = setbit(t, number, bit(then, number), machine.leaves[key].type.wraps)
+                return written_value
+            for number in numbers_in(self._open_mask(key, variable, bit_masks)):
+                t = setbit(t, number, bit(written_value, number), machine.leaves[key].type.wraps)
             return t
 
         machine.turn_key(self.prescans, begins, reads)
@@ -216,8 +223,8 @@ class ProgramSystem(System):
             return
         from ..monitors import is_claims, is_monitors_own, monitoring
 
-        before, written = dict(machine.state), set(machine.written)
-        kept, machine.ends = machine.ends, True
+        state_before, written = dict(machine.state), set(machine.written)
+        saved_ends, machine.ends = machine.ends, True
         with monitoring(machine):
             for name in names:
                 faults, stops = len(machine.faults), machine.stops
@@ -226,12 +233,12 @@ class ProgramSystem(System):
                 if is_claims(name):  # the claim is broken, see `monitors`
                     del machine.faults[faults:]
                     machine.stops = stops
-        machine.ends = kept
+        machine.ends = saved_ends
         for key in sorted(machine.written):
             path = key[0]
             if path.startswith(("S:", "~")) or is_monitors_own(path):
                 continue
-            acts = key in before and machine.state[key] is not before[key]
+            acts = key in state_before and machine.state[key] is not state_before[key]
             if acts or (key not in written and machine.leaves[key].slot is not None):
                 raise LadderError(
                     f"a routine NEVER writes {shown(name_of(key))}, which the program uses: "
@@ -240,7 +247,7 @@ class ProgramSystem(System):
 
     def _begin(self) -> None:
         if self.engine.lowered.resume is not None:
-            raise LadderError("a proof begins with prescan: it is not for a program that keeps its values")
+            raise LadderError("a proof begins with prescan, but this program keeps its values")
         try:
             self.engine.interpreter.prescan()
         except LadderFault:
@@ -249,7 +256,7 @@ class ProgramSystem(System):
             self.engine.scheduler.begin(0)
 
     def _note_prescanned(self) -> None:
-        """Free bits that prescan clears only from the second scan, as they are cleared before the first."""
+        """Make bits that prescan clears free only from the second scan, since they are clear in the first."""
         free = [
             (name, self.machine.leaves[key], key[1])
             for name, key in self.key_of.items()
@@ -266,7 +273,7 @@ class ProgramSystem(System):
         self.late.update(name for name, leaf, index in bits if not engine.memory.read(leaf, index))
 
     def _settle(self) -> None:
-        """Find the role of each variable that has none yet."""
+        """Find the role of each variable without a role."""
         machine = self.machine
         self.deep = machine.deep
         for name, site in machine.unmodeled.items():
@@ -281,38 +288,38 @@ class ProgramSystem(System):
     def _next(self, key: Key) -> T:
         if key == FIRST_SCAN and self.lowered.schedule is None:
             return self.prescans
-        after = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
+        next_term = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
         if key[0].endswith(CLOCK):
             off = (
                 and_(self.prescans, not_(var(RETAINED))) if RETAINED_START in self.happens else self.prescans
             )
             most = self.machine.most_age
-            return ite(off, least(add(after, var(OFF, INT, 0, most)), most), after)
-        return self._with_open_bits(key, after, self.open.get(key, 0))
+            return ite(off, least(add(next_term, var(OFF, INT, 0, most)), most), next_term)
+        return self._with_open_bits(key, next_term, self.open.get(key, 0))
 
-    def _with_open_bits(self, key: Key, after: T, mask: int) -> T:
+    def _with_open_bits(self, key: Key, next_term: T, mask: int) -> T:
         """Return a number after a scan, with its open bits written from outside."""
         variable = self.machine.vars[key]
         written = var(f"{WRITTEN}{variable.val}", INT, variable.lo, variable.hi)
         width = self.machine.leaves[key].type.wraps
         for number in numbers_in(mask):
-            after = setbit(after, number, bit(written, number), width)
-        return after
+            next_term = setbit(next_term, number, bit(written, number), width)
+        return next_term
 
     def _open_bits(self) -> None:
-        """Make bits of numbers free that the program names and does not write."""
-        machine, named = self.machine, named_bits(self.lowered)
+        """Make the bits of numbers free that the program names but does not write."""
+        machine, bit_masks = self.machine, named_bits(self.lowered)
         for key, variable in list(machine.vars.items()):
-            known = variable.val in self.held or variable.val in self.next
-            mask = self._open_mask(key, variable, named) if known else 0
+            has_value = variable.val in self.held or variable.val in self.next
+            mask = self._open_mask(key, variable, bit_masks) if has_value else 0
             if mask:
                 self.open[key] = mask
                 self.held.discard(variable.val)
                 self.next[variable.val] = self._next(key)
 
-    def _open_mask(self, key: Key, v: T, named: Mapping[Key, int]) -> int:
-        """Return a mask of the bits of a number that the program names and does not write."""
-        mask = named.get(key, 0)
+    def _open_mask(self, key: Key, v: T, bit_masks: Mapping[Key, int]) -> int:
+        """Return a mask of the bits of a number that the program names but does not write."""
+        mask = bit_masks.get(key, 0)
         if not mask or key[0].startswith(("~", "S:")) or self.machine.leaves[key].slot is not None:
             return 0
         return mask & ~written_bits(self.machine.state[key], v)
@@ -335,13 +342,13 @@ class ProgramSystem(System):
             self.held.add(v.val)
 
     def _is_given(self, path: str, leaf: Leaf) -> bool:
-        """Whether a value is free in each scan even if rungs write it, because each scan gets a new value."""
+        """Return whether each scan gets a new value from outside, even if rungs write it."""
         if leaf.slot is not None:
             return not leaf.output
         return path in self._free or self.is_written_beside(path) or INPUTS.match(path) is not None
 
     def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
-        """Whether a value that nothing writes is free in each scan."""
+        """Return whether a value that nothing writes is free in each scan."""
         if leaf.slot is not None or self._is_given(path, leaf):
             return self._is_given(path, leaf)
         if path in self._kept:
@@ -351,7 +358,7 @@ class ProgramSystem(System):
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
     def is_written_beside(self, path: str) -> bool:
-        """Whether something other than rungs writes a value, by its path in capitals."""
+        """Return whether something other than rungs writes a value, by its path in capitals."""
         return any(path == prefix or path.startswith(prefix + ".") for prefix in self._beside)
 
     # --- values for contracts and questions
@@ -362,11 +369,11 @@ class ProgramSystem(System):
 
     def after(self, key: Key) -> T:
         """Return the term of a place after a scan."""
-        known = self.machine.state.get(key)
-        if known is None:
-            known = self.machine.value_here(self.leaf(key), key[1])
+        term = self.machine.state.get(key)
+        if term is None:
+            term = self.machine.value_here(self.leaf(key), key[1])
             self._settle()
-        return known
+        return term
 
     def now(self, key: Key) -> T:
         """Return the value of a place before a scan; for an input, the value that the scan reads."""
@@ -379,19 +386,19 @@ class ProgramSystem(System):
         Args:
             name: identifies the term; the same name means the same term.
         """
-        known = var(f"~was:{name}", value.kind, value.lo, value.hi)
+        state = var(f"~was:{name}", value.kind, value.lo, value.hi)
         broken = or_(self.prescans, self._lost)
         if broken is not FALSE:  # then any input may follow any other
             value = ite(broken, var(f"~any:{name}", value.kind, value.lo, value.hi), value)
-        self.next[known.val], self.initial[known.val] = value, first
-        return known
+        self.next[state.val], self.initial[state.val] = value, first
+        return state
 
     def _kept_by(self, number: int, make: Contract) -> T:
-        """Return the condition of each scan that a module keeps its contracts or has lost its link."""
+        """Return the condition that a module keeps its contracts or has lost its link."""
         if LOST_LINK in self.happens:
             self._lost = var(f"~lost:{number}")
-        kept, self._lost = or_(self._lost, make(self)), FALSE
-        return kept
+        condition, self._lost = or_(self._lost, make(self)), FALSE
+        return condition
 
     # --- dependencies of a verdict
 
@@ -419,7 +426,7 @@ class ProgramSystem(System):
         return next_states
 
     def _written_masks(self) -> dict[str, int]:
-        """Return masks of the written bits of numbers of which a scan writes only bits."""
+        """Return masks of the written bits, for numbers of which a scan writes only some bits."""
         masks = {}
         for key, variable in self.machine.vars.items():
             is_own = self.machine.leaves[key].slot is None and not key[0].startswith(("~", "S:"))

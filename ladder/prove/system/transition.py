@@ -13,7 +13,7 @@ from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 from ..relation.places import Key
 
 Fact = tuple[frozenset[str], T]
-"""A condition that holds in each scan, with the names of the unknown values in it."""
+"""The names of unknown values, and a condition on them that is true in each scan."""
 
 DT = "~dt"
 """Name of the variable with the time since the previous scan, in units of `System.tick_ns`."""
@@ -124,7 +124,7 @@ class System:
         initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: the condition that holds in each scan of the runs to consider.
+        contract: the condition of each scan; runs that break it are not considered.
         kept: contracts of modules; each matters only to terms that its module's inputs decide, see
             `narrowed`.
         facts: conditions of each scan on two unknown values, with their names; see `narrowed`.
@@ -133,7 +133,7 @@ class System:
         key_of: the places of variables, by name.
         likely: values that random scans often give a free variable, by its name.
         least: minimum time between scans, in units of `tick_ns`.
-        follows: the verdict on whether `deep` never holds; None until it is known.
+        follows: the verdict that `deep` is never true; None until it is decided.
         invariants: the invariants found so far, with their work, by contract and cone.
         variables_known: cache of the variables in terms, see `cone`.
     """
@@ -160,43 +160,43 @@ class System:
         return "state" if name in self.next else "held" if name in self.held else "free"
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
-        """Return the variables that decide terms in any number of scans, nearest first."""
-        seen: dict[str, T] = {}
-        todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
-        while todo:
-            fresh = [variable for variable in self._variables(todo) if variable.val not in seen]
-            seen.update((variable.val, variable) for variable in fresh)
-            todo = [self.next[variable.val] for variable in fresh if variable.val in self.next]
-        return seen
+        """Return the variables that decide terms in any number of scans, the most direct ones first."""
+        found: dict[str, T] = {}
+        open_terms = [*roots, *([] if self.contract is TRUE else [self.contract])]
+        while open_terms:
+            fresh = [variable for variable in self._variables(open_terms) if variable.val not in found]
+            found.update((variable.val, variable) for variable in fresh)
+            open_terms = [self.next[variable.val] for variable in fresh if variable.val in self.next]
+        return found
 
     def _variables(self, terms: Sequence[T]) -> list[T]:
         """Return the variables in terms, as `variables` does, but walk no term twice."""
-        known = self.variables_known
-        known.update(variables_by_root([term for term in terms if term not in known]))
-        return sorted({variable for term in terms for variable in known[term]}, key=attrgetter("id"))
+        cache = self.variables_known
+        cache.update(variables_by_root([term for term in terms if term not in cache]))
+        return sorted({variable for term in terms for variable in cache[term]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract, with the module contracts and facts that matter to terms.
 
         A module's contract matters if its inputs decide the terms. A fact matters if its two unknown values
-        decide them.
+        decide the terms.
         """
         roots, contract = list(roots), self.contract
-        left: list[T | Fact] = [*self.kept, *self.facts]
+        remaining: list[T | Fact] = [*self.kept, *self.facts]
         while True:
             inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
-            counting = [candidate for candidate in left if self._counts(candidate, inputs)]
-            if not counting:
+            relevant = [candidate for candidate in remaining if self._matters(candidate, inputs)]
+            if not relevant:
                 return contract
-            left = [candidate for candidate in left if candidate not in counting]
-            for part in counting:
+            remaining = [candidate for candidate in remaining if candidate not in relevant]
+            for part in relevant:
                 contract = and_(contract, part[1] if isinstance(part, tuple) else part)
 
-    def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
-        """Whether a module's contract, or a fact, matters to terms that some inputs decide."""
-        if isinstance(part, tuple):
-            return part[0] <= inputs
-        return any(variable.val in inputs for variable in self._variables([part]))
+    def _matters(self, condition: T | Fact, inputs: Set[str]) -> bool:
+        """Return whether a module's contract, or a fact, matters to terms that some inputs decide."""
+        if isinstance(condition, tuple):
+            return condition[0] <= inputs
+        return any(variable.val in inputs for variable in self._variables([condition]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:

@@ -3,7 +3,7 @@
 words out, word 1        BLEND_ACK    next
 program and transmit     on           transmit goes off
 program                  off          the next block, or zeros after the last
-zeros, for a round trip               over
+zeros, for a round trip               the end
 """
 
 from __future__ import annotations
@@ -29,57 +29,57 @@ _ACKNOWLEDGED = StatusLsw.BLEND_ACK.value
 class BlendProgramming(Command):
     """The programming of a profile."""
 
-    __slots__ = ("_laid_out_ns", "_left", "_zeros_since_ns", "handshake_over")
+    __slots__ = ("_parameters_sent_ns", "_remaining", "_zeros_since_ns", "handshake_over")
 
     attended = True
 
     def __init__(self, axis: str, text: str) -> None:
         super().__init__(axis, PROGRAM_BLEND, text)
-        self._left: list[array[int]] = []
+        self._remaining: list[array[int]] = []
         self._zeros_since_ns: int | None = None
-        self._laid_out_ns: int | None = None
+        self._parameters_sent_ns: int | None = None
         self.handshake_over = False
 
     def fill(self, header: BlendHeader, segments: Sequence[BlendSegment]) -> None:
         """Store the blocks to send; raise a ValueError if the header has a different number of segments."""
         if header.segments != len(segments):
-            raise ValueError(f"the header is of {header.segments} segments, and there are {len(segments)}")
-        self.take(header.to_image())
-        self._left = [array("h", segment.to_image().words) for segment in segments]
+            raise ValueError(f"the header is for {header.segments} segments, not {len(segments)}")
+        self.set_words(header.to_image())
+        self._remaining = [array("h", segment.to_image().words) for segment in segments]
 
     def for_drive(self) -> Image:
         """Set word 7 of each block for a networked drive: HEADER, or its deceleration; return the first."""
         self.words[7] = HEADER
-        for block in self._left:
+        for block in self._remaining:
             block[7] = block[6]
-        self._left[-1][7] = self.words[5] & _RATE
+        self._remaining[-1][7] = self.words[5] & _RATE
         return Image(self.words)
 
     @property
     def unfit_for_drives(self) -> str:
-        """Why a networked drive can't run the profile; "" if it can."""
+        """The reason why a networked drive can't run the profile; "" if it can."""
         if self.words[3] or self.words[4] or self.words[5] & ~_RATE:
-            return "a blend of a drive has no S-curve"
-        before, last = (1000 * block[4] + block[5] for block in self._left[-2:])
-        if last < before and self._left[-1][6] != self._left[-1][7]:
-            return "the last segment of a drive has one rate: final_deceleration must be the segment's"
+            return "a drive's blend has no S-curve"
+        speed_before, last_speed = (1000 * block[4] + block[5] for block in self._remaining[-2:])
+        if last_speed < speed_before and self._remaining[-1][6] != self._remaining[-1][7]:
+            return "a drive's last segment has one rate; final_deceleration must be its deceleration"
         return ""
 
     def _next(self, drive: Handshake, now_ns: int) -> None:
         """Send the next block, or zeros after the last one."""
-        if not self._left:
+        if not self._remaining:
             drive.out = array("h", bytes(2 * WORDS))
         elif self._parameters_crossed(drive, now_ns):
-            drive.out = self._left.pop(0)
-            self._laid_out_ns = None
+            drive.out = self._remaining.pop(0)
+            self._parameters_sent_ns = None
 
     def _parameters_crossed(self, drive: Handshake, now_ns: int) -> bool:
-        """Send a block without its transmit bit first, if configured; return whether it has crossed."""
-        if drive.parameters_first and self._laid_out_ns is None:
-            drive.out = array("h", self._left[0])
+        """With `parameters_first`, send a block without its transmit bit; return whether it has arrived."""
+        if drive.parameters_first and self._parameters_sent_ns is None:
+            drive.out = array("h", self._remaining[0])
             drive.out[1] = _PROGRAM
-            self._laid_out_ns = now_ns
-        return self._laid_out_ns is None or now_ns - self._laid_out_ns >= drive.trip_ns
+            self._parameters_sent_ns = now_ns
+        return self._parameters_sent_ns is None or now_ns - self._parameters_sent_ns >= drive.trip_ns
 
     @override
     def attend(self, drive: Handshake, now_ns: int) -> None:

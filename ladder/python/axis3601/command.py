@@ -1,4 +1,4 @@
-"""One command of an axis: the counterpart of a function block from a rising Execute to its end."""
+"""One command of an axis: it corresponds to a function block from a rising Execute to its end."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .link import LinkedWait
 
 
 class Handshake(Protocol):
-    """The handshake with the module, as a command sees its `Drive`."""
+    """The part of a `Drive` that its commands use: the handshake with the module."""
 
     out: array[int]  # the eight words that are sent
     lsw: int  # status word 1
@@ -58,16 +58,16 @@ class Command(LinkedWait[None]):
         self._axis = axis
         self.kind = kind
         self.text = text
-        self.words: array[int] = array("h")  # the eight words that start it; empty if it was refused
-        self.outcome = Outcome.BUSY  # whether it waits, runs, is done, aborted or failed
-        self.ended = False  # whether its outcome is final
+        self.words: array[int] = array("h")  # the eight words of the command; empty if it was refused
+        self.outcome = Outcome.BUSY
+        self.ended = False  # whether `outcome` is final
         self.error_id = ErrorId(0)  # the ErrorID of the function block; 0 without an error
         self.detail = ""  # details of the error
-        self._is_active = False
+        self._is_active = False  # whether the words have been sent
 
     @property
     def busy(self) -> bool:
-        """Whether it has not ended."""
+        """Whether it waits or runs."""
         return self.outcome is Outcome.BUSY
 
     @property
@@ -100,7 +100,7 @@ class Command(LinkedWait[None]):
 
     @override
     def result(self) -> None:
-        """Return None if it is done; raise an AxisError if it failed, CommandAborted if another took over."""
+        """Raise an AxisError if it failed, or CommandAborted if another command took over the axis."""
         if self.outcome is Outcome.ERROR:
             raise AxisError(f"{self!r}: {reasons(self.error_id, self.detail)}", self.error_id)
         if self.outcome is Outcome.ABORTED:
@@ -111,9 +111,9 @@ class Command(LinkedWait[None]):
     def call(self) -> str:
         return f"{self._axis}.{self.text}"
 
-    # -- what the drive does
+    # -- for the drive
 
-    def take(self, image: Image) -> None:
+    def set_words(self, image: Image) -> None:
         """Set the words that start it."""
         self.words = array("h", image.words)
 
@@ -121,7 +121,7 @@ class Command(LinkedWait[None]):
         """Act in each scan while it is executed."""
 
     def activate(self, now_ns: int) -> None:
-        """Note that its words are sent in this scan."""
+        """Mark it as active: its words are sent in this scan."""
         self._is_active = True
 
     def end(self, outcome: Outcome, error_id: int = 0, detail: str = "") -> None:

@@ -1,4 +1,4 @@
-"""The drive: it alone writes a module's eight output words, one command after the other.
+"""The drive: the only writer of a module's eight output words, one command after another.
 
     step          words                                   ends
     REST          zeros                                   with the next command
@@ -80,7 +80,7 @@ ZEROS = array("h", bytes(2 * WORDS))
 
 
 class Drive:
-    """Sends commands to a module and judges its answers.
+    """Sends commands to a module and evaluates its responses.
 
     Attributes:
         kind: kind of the latest command sent.
@@ -96,7 +96,7 @@ class Drive:
         trip_ns: time for words to cross the backplane both ways.
         owner: the name of the axis, for messages.
         parameters_first: send the command bit a round trip after the parameters.
-        late: judge the inputs after the logic, as rungs do; for comparisons with rungs.
+        late: judge the inputs after the logic, as rungs do; only for comparisons with rungs.
     """
 
     def __init__(
@@ -124,13 +124,13 @@ class Drive:
         self._clock, self.link = clock, link
         self._translation, self._slot_words = translation, inputs.words
         self.inputs = inputs if translation is None else Image()
-        self._in = self.inputs.words
+        self._inputs = self.inputs.words
         self._words, self._raw = outputs.words, outputs.raw
         self.reset()
 
     def reset(self) -> None:
         """Reset to rest without a command."""
-        self._sent = self._raw.tobytes()
+        self._sent = self._raw.tobytes()  # the slot's output image as last written
         self.step, self.kind = _REST, RESET
         self.out = array("h", ZEROS)
         self.running: Command | None = None
@@ -138,14 +138,14 @@ class Drive:
         self.newest: Command | None = None
         self.error_stop = False
         self.msw = self.lsw = 0
-        self._stops: list[Stop] = []
-        self._locked = False
-        self._last = _REST
-        self._since_ns: int | None = None
+        self._stops: list[Stop] = []  # stops that hold the axis or still run
+        self._locked = False  # with `late`: whether a stop held the axis at the end of the last scan
+        self._last_step = _REST  # the step at the last judgment
+        self._since_ns: int | None = None  # when the step began with a good link
         self._settled = self._stuck = False
-        self._quiet = False
-        self._evidence = Evidence(self._in, 2 * self.trip_ns)
-        self._cleared: Command | None = None
+        self._quiet = False  # whether only a change of status word 0 or a command needs a call
+        self._evidence = Evidence(self._inputs, 2 * self.trip_ns)
+        self._cleared: Command | None = None  # the command that an INPUT_ERROR was reset for
         if self._translation is not None:
             self._translation.reset()
 
@@ -162,16 +162,13 @@ class Drive:
             return State.STOPPING
         if self.step == HandshakeStep.YIELDING:
             return State.DISCRETE_MOTION
-        return (
-            self.kind.state
-            if self.step in (_SENT, _UNDER_WAY, HandshakeStep.PARAMETERS)
-            else State.STANDSTILL
-        )
+        has_command = self.step in (_SENT, _UNDER_WAY, HandshakeStep.PARAMETERS)
+        return self.kind.state if has_command else State.STANDSTILL
 
     @property
     def locked(self) -> bool:
         """Whether a `stop` holds the axis."""
-        return self._locked if self.late else any(stop.keeps for stop in self._stops)
+        return self._locked if self.late else any(stop.holds for stop in self._stops)
 
     @property
     def moving(self) -> bool:
@@ -193,30 +190,30 @@ class Drive:
         late_enough = self._clock.now_ns - since_ns >= self.trip_ns
         return late_enough and self.under_way and self.moving and not self.msw & _RAMPS
 
-    def ask(self, command: Command) -> None:
-        """Request a command; this aborts the previous one."""
+    def request(self, command: Command) -> None:
+        """Request a command, and abort the previous one."""
         if self.newest is not None:
             self.newest.end(Outcome.ABORTED)
         self.newest = self.pending = command
         command.follow(self.link)
         self._quiet = False
 
-    def keep(self, stop: Stop) -> None:
-        """Add a `stop` that holds the axis."""
-        self._stops = [active for active in self._stops if active.keeps or active.busy]
+    def hold(self, stop: Stop) -> None:
+        """Hold the axis with a `stop`."""
+        self._stops = [active for active in self._stops if active.holds or active.busy]
         self._stops.append(stop)
 
-    # -- what the scan does
+    # -- for the scan
 
     def judge(self, now_ns: int) -> None:
         """Judge the inputs, before the logic."""
         link = self.link
         if self._translation is not None:
-            self._in[:] = array("h", self._translation.status(self._slot_words))
-        if self._quiet and self._in[0] == self.msw and link.module.linked is not link.down:
+            self._inputs[:] = array("h", self._translation.status(self._slot_words))
+        if self._quiet and self._inputs[0] == self.msw and link.module.linked is not link.down:
             return  # most scans: without a call
         if not self.late:
-            link.look(now_ns)
+            link.update(now_ns)
             self._judge(now_ns)
 
     def idle(self) -> Idle | None:
@@ -224,7 +221,7 @@ class Drive:
         if self._translation is not None:
             return None
         unchanged = "{words}[0] == {drive}.msw and {module}.linked is not {link}.down"
-        names = {"drive": self, "words": self._in, "link": self.link, "module": self.link.module}
+        names = {"drive": self, "words": self._inputs, "link": self.link, "module": self.link.module}
         return Idle(
             before=f"{{drive}}._quiet and {unchanged}",
             after="{drive}._quiet and {bytes}() == {drive}._sent",
@@ -241,11 +238,11 @@ class Drive:
         if running is not None and running.attended and running.active:
             running.attend(self, now_ns)
         if self.late:
-            self._locked = any(stop.keeps for stop in self._stops)
-            self.link.look(now_ns)
+            self._locked = any(stop.holds for stop in self._stops)
+            self.link.update(now_ns)
             self._judge(now_ns)
-        self._take(now_ns)
-        self._quiet = self._nothing_to_come()
+        self._send_newest(now_ns)
+        self._quiet = self._is_quiet()
         translation = self._translation
         self._words[:] = self.out if translation is None else array("h", translation.command(self.out))
         self._sent = self._raw.tobytes()
@@ -253,13 +250,13 @@ class Drive:
     def _refuse_other_writer(self) -> NoReturn:
         sent, words = Image(buffer=bytearray(self._sent)), self._words.tolist()
         raise RuntimeError(
-            f"{self.owner} is the only writer of its module's output words: "
-            f"something else has made {words} of {list(sent)}"
+            f"{self.owner} must be the only writer of its module's output words; "
+            f"other logic changed {list(sent)} to {words}"
         )
 
-    def _nothing_to_come(self) -> bool:
-        """Whether the drive is idle until status word 0 changes or a command arrives."""
-        if self.late or self.pending is not None or self.step != self._last:
+    def _is_quiet(self) -> bool:
+        """Return whether the drive is idle until status word 0 changes or a command arrives."""
+        if self.late or self.pending is not None or self.step != self._last_step:
             return False
         attended = self.running is not None and self.running.attended
         return self.step == _REST or (self.step == _UNDER_WAY and self.moving and not attended)
@@ -268,15 +265,15 @@ class Drive:
 
     def _judge(self, now_ns: int) -> None:
         self._quiet = False
-        self.msw = self._in[0]
-        self.lsw = self._in[1]
+        self.msw = self._inputs[0]
+        self.lsw = self._inputs[1]
         self._settle(now_ns)
         moving = self.moving
         if self.step in _IN_FORCE:
-            self._evidence.look(self.kind, self.out, moving=moving, down=self.link.down)
+            self._evidence.observe(self.kind, self.out, moving=moving, down=self.link.down)
         if self.step == _SENT and self._has_begun(moving):
             self._begin()
-        if self.step == _UNDER_WAY and self.kind.alone:
+        if self.step == _UNDER_WAY and self.kind.runs_on:
             self.out[0] = 0
         self._end_command(moving=moving, stuck=self._is_stuck(now_ns))
 
@@ -297,11 +294,11 @@ class Drive:
         lost = commanded and self.kind is not CONFIGURE and _is_lost(self.msw)
         if not lost and self.step != _UNDER_WAY:
             return 0
-        faults = faults_of(self.msw) | self._unfit()
+        faults = faults_of(self.msw) | self._drive_fault()
         return int(ErrorId.CONFIG_ERROR) if lost and not faults else faults
 
-    def _unfit(self) -> int:
-        """Return the ErrorID of a networked drive that can't move, from bits that a 3601 does not have."""
+    def _drive_fault(self) -> int:
+        """Return the ErrorID of a networked drive that can't move, which a 3601 has no bits for."""
         drive = self._translation
         if drive is None or self.msw < 0:
             return 0
@@ -309,12 +306,13 @@ class Drive:
         return ErrorId.DRIVE_FAULT * (drive.unfit or (moves and not drive.enabled))
 
     def _settle(self, now_ns: int) -> None:
-        if self.step != self._last or self.link.down:
+        """Note since when the step lasts with a good link, and whether that is a round trip."""
+        if self.step != self._last_step or self.link.down:
             self._since_ns = None
         elif self._since_ns is None:
             self._since_ns = now_ns
         self._settled = self._since_ns is not None and now_ns - self._since_ns >= self.trip_ns
-        self._last = self.step
+        self._last_step = self.step
 
     def _has_begun(self, moving: bool) -> bool:
         if self.kind is CONFIGURE:
@@ -324,23 +322,22 @@ class Drive:
     def _begin(self) -> None:
         self.step = _UNDER_WAY
         if self.kind is CONFIGURE and not self.msw & _CONFIG_ERROR:
-            self._write(ZEROS)  # accepted: zero words lead to command mode
+            self._write(ZEROS)  # accepted: zeros change to command mode
 
     def _is_done(self, msw: int) -> bool:
         if self.kind is CONFIGURE:
             return msw >= 0
         if self.running is not None and not self.running.handshake_over:
             return False
-        done = self.kind.done
-        if done is None or (done and not msw & done):
+        done_bits = self.kind.done_bits
+        if done_bits is None or (done_bits and not msw & done_bits):
             return False
-        return self._evidence.proves(self.kind, self.out)
+        return self._evidence.may_have_ended(self.kind, self.out)
 
     def _is_stuck(self, now_ns: int) -> bool:
         """Update and return whether the axis has rested too long for the step to end."""
-        idle = (self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING) and not (
-            self.moving or self.link.down
-        )
+        expects_end = self.step in _IN_FORCE or self.step == HandshakeStep.RESETTING
+        idle = expects_end and not self.moving and not self.link.down
         self._stuck = self._evidence.rests_too_long(self.kind, self.out[1], now_ns, idle=idle)
         return self._stuck
 
@@ -348,9 +345,9 @@ class Drive:
         self.error_stop = True
         if self._evidence.broken:
             error_id |= ErrorId.LINK_LOST
-        self._finish(Outcome.ERROR, error_id, self._what_happened(error_id))
+        self._finish(Outcome.ERROR, error_id, self._failure_details(error_id))
 
-    def _what_happened(self, error_id: int) -> str:
+    def _failure_details(self, error_id: int) -> str:
         """Describe the link with the times of its changes, and the status of an axis at rest."""
         sentences = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
@@ -365,29 +362,29 @@ class Drive:
     def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
         if self.running is not None:
             self.running.end(outcome, error_id, detail)
-        self._clear()
+        self._send_zeros()
 
     # -- the newest command
 
-    def _take(self, now_ns: int) -> None:
-        settled = self._settled and self.step == self._last
+    def _send_newest(self, now_ns: int) -> None:
+        settled = self._settled and self.step == self._last_step
         if self.pending is not None:
-            self._make_way(self.pending, now_ns)
-        if settled and self.step == self._last:
-            self._go_on(now_ns)
+            self._interrupt(self.pending, now_ns)
+        if settled and self.step == self._last_step:
+            self._advance_step(now_ns)
         if self.step == _REST and self.pending is not None:
-            self._carry_out(self.pending, now_ns)
+            self._send_pending(self.pending, now_ns)
 
-    def _make_way(self, newer: Command, now_ns: int) -> None:
+    def _interrupt(self, newer: Command, now_ns: int) -> None:
         """Stop the command under way, or change its speed."""
         if self.step == HandshakeStep.PARAMETERS:
-            self._clear()  # no command bit was sent
+            self._send_zeros()  # no command bit was sent
         if self.step != _UNDER_WAY:
             return
         if self.kind is newer.kind is VELOCITY and newer.words[0] == self.out[0]:
-            self._start(newer, now_ns)
+            self._send_words(newer, now_ns)
             return
-        yielding = self.kind.way
+        yielding = self.kind.yielding
         if yielding is Yielding.WAIT:
             return
         if yielding is Yielding.RELEASE:
@@ -398,21 +395,21 @@ class Drive:
             self._write(yielding.value)
         self.step = HandshakeStep.YIELDING
 
-    def _go_on(self, now_ns: int) -> None:
+    def _advance_step(self, now_ns: int) -> None:
         command_error = self.msw & _COMMAND_ERROR != 0
         if self.step == HandshakeStep.YIELDING and not self.moving:
-            self._clear()
+            self._send_zeros()
             if command_error:  # a Hold that arrived just as a move ended
                 self.out[0] = _RESET_ERRORS
                 self.step = HandshakeStep.RESETTING
         elif self.step == HandshakeStep.RESETTING and (self._stuck or not command_error):
-            self._clear()
+            self._send_zeros()
         elif self.step == HandshakeStep.ZEROS:
             self.step = _REST
         elif self.step == HandshakeStep.PARAMETERS and self.running is not None:
             self._send_command(self.running, now_ns)
 
-    def _lay_out(self, command: Command) -> None:
+    def _send_parameters(self, command: Command) -> None:
         """Send the parameters of a command without its command bits."""
         self.running = command
         self.out = array("h", command.words)
@@ -424,16 +421,16 @@ class Drive:
         """Send the command bits after the parameters; word 1 first if both words have command bits."""
         if command.words[0] and self.out[1] != command.words[1]:
             self.out[1] = command.words[1]
-            self._since_ns = None  # word 1 has to cross the backplane first
+            self._since_ns = None  # word 1 must cross the backplane first
         else:
-            self._start(command, now_ns)
+            self._send_words(command, now_ns)
             self.step = _SENT
 
-    def _carry_out(self, command: Command, now_ns: int) -> None:
+    def _send_pending(self, command: Command, now_ns: int) -> None:
         self.pending = None
-        refused = self._refused_by_now(command.kind)
+        refused = self._error_since_request(command.kind)
         if refused:
-            command.end(Outcome.ERROR, refused, f"it waited, and the axis is in state {self.state.name}")
+            command.end(Outcome.ERROR, refused, f"the axis is now in state {self.state.name}")
         elif command.kind in NOTHING_TO_SEND:
             command.end(Outcome.DONE)
         elif self._has_old_error(command):
@@ -443,17 +440,20 @@ class Drive:
         else:
             self.kind = command.kind
             if self.parameters_first:
-                self._lay_out(command)
+                self._send_parameters(command)
             else:
-                self._start(command, now_ns)
+                self._send_words(command, now_ns)
                 self.step = _SENT
 
     def _has_old_error(self, command: Command) -> bool:
-        """Whether a motion needs Reset Errors first: only a 3601's next move clears an INPUT_ERROR."""
-        moves = self._translation is not None and command.kind.state is not State.STANDSTILL
-        return moves and self.msw & _INPUT_ERROR != 0 and self._cleared is not command
+        """Return whether a motion of a networked drive needs Reset Errors first.
 
-    def _refused_by_now(self, kind: CommandKind) -> int:
+        The next move of a 3601 clears an INPUT_ERROR by itself.
+        """
+        is_motion = self._translation is not None and command.kind.state is not State.STANDSTILL
+        return is_motion and self.msw & _INPUT_ERROR != 0 and self._cleared is not command
+
+    def _error_since_request(self, kind: CommandKind) -> int:
         """Return the ErrorID if the axis has failed since a command was queued, else 0."""
         if kind in NOTHING_TO_SEND or kind is CONFIGURE:
             return 0
@@ -461,21 +461,21 @@ class Drive:
             return ErrorId.WRONG_STATE
         return ErrorId.POSITION_INVALID if kind is ABSOLUTE and not self.position_valid else 0
 
-    def _start(self, command: Command, now_ns: int) -> None:
+    def _send_words(self, command: Command, now_ns: int) -> None:
         if self.step != _UNDER_WAY:
             self._evidence.begin()
         self.out = array("h", command.words)
         self.running, self.pending = command, None
         command.activate(now_ns)
 
-    def _clear(self) -> None:
+    def _send_zeros(self) -> None:
         """Send zeros instead of a command."""
         self.running = None
         self._write(ZEROS)
         self.step = HandshakeStep.ZEROS
 
     def _write(self, words: Sequence[int]) -> None:
-        """Write words without parameters; `parameters_first` keeps the old ones, against partial updates."""
+        """Write words without parameters; with `parameters_first`, keep the last command's parameters."""
         if self.parameters_first:
             self.out[0] = words[0]
             self.out[1] &= _COMMAND_BITS
@@ -485,12 +485,14 @@ class Drive:
 
 def faults_of(msw: int) -> int:
     """Return the ErrorID of a status word 0; in configuration mode only its live bits count."""
-    lasting = ErrorId.CONFIG_ERROR * (msw & _CONFIG_ERROR != 0) + ErrorId.MODULE_LOST * (
-        msw & _MODULE_OK == 0
-    )
-    if msw < 0:
-        return int(lasting)
-    return int(lasting) + sum(error_id for bit, error_id in FAULTS if msw & bit)
+    error_id = ErrorId(0)
+    if msw & _CONFIG_ERROR:
+        error_id |= ErrorId.CONFIG_ERROR
+    if not msw & _MODULE_OK:
+        error_id |= ErrorId.MODULE_LOST
+    if msw >= 0:
+        error_id |= sum(fault for bit, fault in FAULTS if msw & bit)
+    return int(error_id)
 
 
 def _is_lost(msw: int) -> bool:

@@ -1,8 +1,8 @@
 """Whether the module has accepted a command, and whether the command can still end.
 
-A previous command's completion bits prove nothing about a command that did not arrive. It was accepted if
-the axis moves, if such a bit is off, or if the axis is at its target. A command that neither moves nor ends
-for two round trips has not begun, or did not end as expected.
+Completion bits may be from the previous command, if a command did not arrive. The module has accepted a
+command if the axis moves, if its completion bit is off, or if the axis is at its target. A command that
+neither moves nor ends for two round trips has not begun, or did not end as expected.
 """
 
 from __future__ import annotations
@@ -40,61 +40,62 @@ class Evidence:
     """
 
     def __init__(self, inputs: memoryview, limit_ns: int) -> None:
-        self._in, self._limit_ns = inputs, limit_ns
-        self.taken = False  # whether the module has accepted the command
+        self._inputs, self._limit_ns = inputs, limit_ns
+        self.accepted = False  # whether the module has accepted the command
         self.was_valid = False  # whether the position was valid when the command was sent
         self.broken = False  # whether the link was lost since then, with no motion on a good link afterwards
-        self._from = (0, 0)
+        self._start_position = (0, 0)
         self._phase = 0
         self._rests_since_ns: int | None = None
 
     def begin(self) -> None:
         """Store the status when a command is sent."""
-        words = self._in
-        self.taken = self.broken = False
+        words = self._inputs
+        self.accepted = self.broken = False
         self.was_valid = not words[0] & _INVALID
         if words[0] >= 0:  # not in configuration mode
-            self._from = (words[2], words[3])
+            self._start_position = (words[2], words[3])
 
-    def look(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
+    def observe(self, kind: CommandKind, out: Sequence[int], *, moving: bool, down: bool) -> None:
         """Add the status of a scan while the module has the command's words."""
-        self.broken = self.broken or down
-        if moving and not down:
+        if down:
+            self.broken = True
+        elif moving:
             self.broken = False
-        if not self.taken:
-            self.taken = moving or self._has_left() or self._is_over(kind, out)
+        if not self.accepted:
+            self.accepted = moving or self._has_left() or self._is_over(kind, out)
 
     def _has_left(self) -> bool:
-        return self._in[0] >= 0 and (self._in[2], self._in[3]) != self._from
+        return self._inputs[0] >= 0 and (self._inputs[2], self._inputs[3]) != self._start_position
 
     def _is_over(self, kind: CommandKind, out: Sequence[int]) -> bool:
-        if not self._in[0] & _COMPLETION.get(kind, -1):
+        if not self._inputs[0] & _COMPLETION.get(kind, -1):
             return True
         if kind is RELATIVE:
             return out[2] == out[3] == 0
         return kind in (ABSOLUTE, HOME) and self.reached(out)
 
     def reached(self, out: Sequence[int]) -> bool:
-        """Whether the position is that of output words 2 and 3."""
-        return self._in[2] == out[2] and self._in[3] == out[3]
+        """Return whether the axis is at the position in output words 2 and 3."""
+        return self._inputs[2] == out[2] and self._inputs[3] == out[3]
 
-    def proves(self, kind: CommandKind, out: Sequence[int]) -> bool:
-        """Whether the status at rest can mean that this command has ended."""
-        invalid = self._in[0] & _INVALID != 0
+    def may_have_ended(self, kind: CommandKind, out: Sequence[int]) -> bool:
+        """Return whether an axis at rest with this status may have ended the command."""
+        invalid = self._inputs[0] & _INVALID != 0
         if kind is PRESET:
             return self.reached(out) and not invalid
         if kind.ends_at_rest:
-            return self.taken and (not invalid or not (self.was_valid or self.broken))
-        return self.taken or kind not in _COMPLETION
+            return self.accepted and (not invalid or not (self.was_valid or self.broken))
+        return self.accepted or kind not in _COMPLETION
 
     def rests_too_long(self, kind: CommandKind, phase: int, now_ns: int, *, idle: bool) -> bool:
-        """Note how long the axis rests in one `phase` (output word 1); return whether that is too long."""
-        waits = idle and self._in[0] & _MODULE_OK and phase == self._phase
+        """Measure how long the axis rests in one `phase` (output word 1); return whether that is too long."""
+        rests = idle and self._inputs[0] & _MODULE_OK and phase == self._phase
         self._phase = phase
-        if not waits or (kind is GEAR and self._in[1] & _FOLLOWING):
+        if not rests or (kind is GEAR and self._inputs[1] & _FOLLOWING):
             self._rests_since_ns = None
         elif self._rests_since_ns is None:
             self._rests_since_ns = now_ns
-        searches = kind is HOME and not self._in[0] & _STOPPED
+        searches = kind is HOME and not self._inputs[0] & _STOPPED
         limit_ns = self._limit_ns + HOME_REST_NS * searches
         return self._rests_since_ns is not None and now_ns - self._rests_since_ns >= limit_ns

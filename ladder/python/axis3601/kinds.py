@@ -31,7 +31,7 @@ class Yielding(Enum):
     """The newer command waits: this one ends soon."""
     HOLD = (CommandMsw.HOLD_MOVE.value, 0, 0, 0, 0, 0, 0, 0)
     STOP = (CommandMsw.IMMEDIATE_STOP.value, 0, 0, 0, 0, 0, 0, 0)
-    """Stop without a ramp, as it can't be held; the position becomes invalid."""
+    """Stop without a ramp, because the motion can't be held; the position becomes invalid."""
     NOTHING = (0, 0, 0, 0, 0, 0, 0, 0)
     RELEASE = "release"
     """Turn its command bits off; the deceleration stays."""
@@ -45,10 +45,10 @@ class CommandKind:
     block: str  # its function block
     allowed: tuple[State, ...]  # states that allow a request
     state: State = State.STANDSTILL  # state of the axis during the command
-    done: int | None = 0  # status bits: one that is on means success at rest; 0: not needed, None: endless
-    way: Yielding = Yielding.WAIT
-    alone: bool = False  # whether its command word is zeroed once it runs; the module continues by itself
-    keeps_out: bool = True  # whether a `stop` that holds the axis refuses it
+    done_bits: int | None = 0  # at rest, one of these status bits is success; 0: none needed, None: endless
+    yielding: Yielding = Yielding.WAIT
+    runs_on: bool = False  # whether the module continues with a command word of 0
+    refused_by_stop: bool = True  # whether a `stop` that holds the axis refuses it
     ends_at_rest: bool = False  # whether it is a motion that ends at rest without a completion bit
 
 
@@ -71,20 +71,20 @@ _AT_HOME = StatusMsw.AT_HOME.value
 _MOVING = State.DISCRETE_MOTION
 
 # fmt: off
-ABSOLUTE = CommandKind("move_to", "MC_MoveAbsolute", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, alone=True)
-RELATIVE = CommandKind("move_by", "MC_MoveRelative", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, alone=True)
+ABSOLUTE = CommandKind("move_to", "MC_MoveAbsolute", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, runs_on=True)
+RELATIVE = CommandKind("move_by", "MC_MoveRelative", _FREE, _MOVING, _COMPLETE, Yielding.HOLD, runs_on=True)
 VELOCITY = CommandKind("run", "MC_MoveVelocity", _FREE, State.CONTINUOUS_MOTION, None, Yielding.RELEASE)
-HOME = CommandKind("home", "MC_Home", _REST, State.HOMING, _AT_HOME, Yielding.STOP, alone=True)
+HOME = CommandKind("home", "MC_Home", _REST, State.HOMING, _AT_HOME, Yielding.STOP, runs_on=True)
 HALT = CommandKind("halt", "MC_Halt", _FREE)
 GEAR_OUT = CommandKind("gear_out", "MC_GearOut", _GEARED)
-STOP = CommandKind("stop", "MC_Stop", _ALIVE, keeps_out=False)
-RESET = CommandKind("reset", "MC_Reset", _CONFIGURED, keeps_out=False)
+STOP = CommandKind("stop", "MC_Stop", _ALIVE, refused_by_stop=False)
+RESET = CommandKind("reset", "MC_Reset", _CONFIGURED, refused_by_stop=False)
 PRESET = CommandKind("set_position", "MC_SetPosition", _REST)
 GEAR = CommandKind("gear", "MC_GearIn", _FREE, State.SYNCHRONIZED_MOTION, None, Yielding.RELEASE)
-PROGRAM_BLEND = CommandKind("program_blend", "ProgramBlend3601", _REST, way=Yielding.NOTHING)
-RUN_BLEND = CommandKind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Yielding.STOP, alone=True)
+PROGRAM_BLEND = CommandKind("program_blend", "ProgramBlend3601", _REST, yielding=Yielding.NOTHING)
+RUN_BLEND = CommandKind("run_blend", "RunBlend3601", _REST, _MOVING, _COMPLETE, Yielding.STOP, runs_on=True)
 REGISTRATION = CommandKind("run", "MoveRegistration3601", _FREE, _MOVING, 0, Yielding.STOP, ends_at_rest=True)
-CONFIGURE = CommandKind("configure", "Configure3601", _NOT_MOVING, done=None)
+CONFIGURE = CommandKind("configure", "Configure3601", _NOT_MOVING, done_bits=None)
 MINIMUM = CommandKind("store_minimum", "StoreMinimum3601", _REST)
 # fmt: on
 

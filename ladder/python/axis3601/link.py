@@ -14,7 +14,7 @@ T_co = TypeVar("T_co", covariant=True)
 
 
 class _Faults:
-    """The link of a slot, with the attribute `linked` as a module has it."""
+    """The link of a slot, with the attribute `linked` of a module."""
 
     def __init__(self, slot: Any) -> None:
         self._slot = slot
@@ -29,10 +29,10 @@ class Link:
 
     Args:
         number: number of the slot.
-        slot: the slot, whose attribute `fault` is read; without one the module always answers.
+        slot: the slot with an attribute `fault`; without this attribute the module always answers.
 
     Attributes:
-        module: an object whose `linked` says whether the module answers; the slot's own module if possible.
+        module: an object with an attribute `linked`, whether the module answers; if possible the slot's.
     """
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
@@ -44,7 +44,7 @@ class Link:
         module = getattr(slot, "module", None)
         self.module: Any = module if hasattr(module, "linked") else _Faults(slot)
 
-    def look(self, now_ns: int) -> bool:
+    def update(self, now_ns: int) -> bool:
         """Read the connection fault; return whether it has changed."""
         down = not self.module.linked
         if down is self.down:
@@ -64,7 +64,7 @@ class Link:
 
 
 class LinkedWait(Wait[T_co], Generic[T_co]):
-    """A wait for a module; its text says so if the link was lost."""
+    """A wait for a module; its text names a lost link."""
 
     __slots__ = ("_link",)
 

@@ -2,14 +2,15 @@
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
-Calling a method requests the command, like a rising Execute. Its words leave at the end of this scan, or
-once the current command has ended. Awaiting it waits for its end. A newer command aborts the older one in
-that scan.
+Calling a method requests the command, like a rising Execute. The axis sends its words at the end of this
+scan, or once the current command has ended. Awaiting the command waits for its end. A newer command aborts it
+in the same scan.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import NoReturn, TypeVar, overload
 
 from scanrack.io_images.amci3601.bits import CommandLsw, StatusMsw
@@ -31,7 +32,7 @@ from ..sequences.parts import Clock, DeclarationError, Device, Idle, Slot, Slots
 from .blending import BlendProgramming
 from .command import Command, Outcome
 from .drive import Drive
-from .drives import checked_configuration, lacking, wrong_configuration
+from .drives import checked_configuration, configuration_mistake, missing_function
 from .errors import ErrorId
 from .kinds import (
     ABSOLUTE,
@@ -71,16 +72,16 @@ class Axis3601(Device):
 
     Args:
         slot: number of the slot.
-        configuration: sent by `configure`; for a networked drive its ten words, in whose format of numbers
-            the axis reads and writes.
-        round_trip_ms: minimum wait for the module's answer, ms, 10 or more. The rack knows the delay of its
-            backplane and adapters; the longer of the two counts.
+        configuration: the configuration that `configure` sends; for a networked drive, its ten words, which
+            also set the format of its numbers.
+        round_trip_ms: minimum wait for the module's response, ms, 10 or more. If the rack's delay for its
+            backplane and adapters is longer, the axis waits that long.
         parameters_first: send the parameters of each command one round trip before its command bit, so that
-            an update in two parts can't be another command. Each command begins that much later.
+            an update in two parts can't be another command. Each command begins one round trip later.
 
     Raises:
         ValueError: the slot is not a whole number from 1, the round trip is not a whole number from 0, or the
-            configuration is neither a Configuration nor ten words with bit 15 of the first.
+            configuration is neither a Configuration nor ten words with bit 15 of word 0 on.
     """
 
     def __init__(
@@ -128,7 +129,7 @@ class Axis3601(Device):
 
     @property
     def trip_ns(self) -> int:
-        """Time that it waits for the module's answer, ns."""
+        """Time that it waits for the module's response, ns."""
         return self._drive.trip_ns
 
     @property
@@ -153,7 +154,7 @@ class Axis3601(Device):
 
     def configure(self) -> Command:
         """Configure the module and go to command mode; this makes the position invalid [Configure3601]."""
-        return self._ask(Command(self.name, CONFIGURE, "configure()"), self._configuring)
+        return self._request(Command(self.name, CONFIGURE, "configure()"), self._configuring)
 
     def home(
         self,
@@ -164,7 +165,7 @@ class Axis3601(Device):
         deceleration: int,
         proximity: Callable[[], object] | None = None,
     ) -> Command:
-        """Home the axis; there the position becomes 0; done at home [MC_Home].
+        """Home the axis; done at home, where the position becomes 0 [MC_Home].
 
         Args:
             direction: first direction of the search.
@@ -178,7 +179,7 @@ class Axis3601(Device):
             return FindHome(direction, speed, acceleration, deceleration, limits=self._limits).to_image()
 
         command = Homing(self.name, f"home({_name_of(direction)})", proximity)
-        return self._ask(command, words)
+        return self._request(command, words)
 
     def move_to(
         self,
@@ -192,17 +193,14 @@ class Axis3601(Device):
         """Move to a position; done there [MC_MoveAbsolute].
 
         Args:
-            position: -8,388,608 to 8,388,607 steps; the current position has to be valid.
+            position: -8,388,608 to 8,388,607 steps; the current position must be valid.
             speed: 1 to 1,000,000 steps/s.
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
         """
-
-        def words() -> Image:
-            rates, limits = (acceleration, deceleration), self._limits
-            return Move(MoveKind.ABSOLUTE, position, speed, *rates, shape, limits=limits).to_image()
-
-        return self._ask(Command(self.name, ABSOLUTE, f"move_to({position})"), words)
+        command = Command(self.name, ABSOLUTE, f"move_to({position})")
+        move = partial(Move, MoveKind.ABSOLUTE, position, speed, acceleration, deceleration, shape)
+        return self._request(command, lambda: move(limits=self._limits).to_image())
 
     def move_by(
         self,
@@ -221,12 +219,9 @@ class Axis3601(Device):
             acceleration: 1 to 2000 steps/ms/s.
             deceleration: 1 to 2000 steps/ms/s.
         """
-
-        def words() -> Image:
-            rates, limits = (acceleration, deceleration), self._limits
-            return Move(MoveKind.RELATIVE, distance, speed, *rates, shape, limits=limits).to_image()
-
-        return self._ask(Command(self.name, RELATIVE, f"move_by({distance})"), words)
+        command = Command(self.name, RELATIVE, f"move_by({distance})")
+        move = partial(Move, MoveKind.RELATIVE, distance, speed, acceleration, deceleration, shape)
+        return self._request(command, lambda: move(limits=self._limits).to_image())
 
     @overload
     def run(
@@ -251,36 +246,36 @@ class Axis3601(Device):
         register: int | None = None,
         shape: Acceleration = CONSTANT,
     ) -> Velocity | Registration:
-        """Run at a speed [MC_MoveVelocity], or with `register` until that distance after the external input.
+        """Run at a speed [MC_MoveVelocity]; with `register`, stop at a distance after the external input.
 
-        Without `register` it ends with another command, such as `halt`. With it [MoveRegistration3601,
-        firmware 3.1] it is done at rest.
+        Without `register`, it ends with another command, such as `halt`. With `register`
+        [MoveRegistration3601, firmware 3.1], it is done at rest.
 
         Args:
             speed: -1,000,000 to 1,000,000 steps/s, not 0; negative is counterclockwise.
             acceleration: 0 to 2000 steps/ms/s.
             deceleration: 0 to 2000 steps/ms/s.
-            register: 1 to 8,388,607 steps from the input on.
+            register: 1 to 8,388,607 steps after the input.
         """
 
         def manual() -> Image:
             if speed == 0:
-                raise ValueError("speed 0 is not allowed: negative is counterclockwise")
+                raise ValueError("speed is 0; must not be 0 (negative is counterclockwise)")
             if register == 0:
-                raise ValueError("registration distance 0 is not allowed: 1 to 8388607")
+                raise ValueError("registration distance is 0; must be 1 to 8388607")
             require("speed", speed, -self._limits.speed, self._limits.speed)
             direction = Direction.CW if speed > 0 else Direction.CCW
             rates, limits = (acceleration, deceleration), self._limits
             return Manual(direction, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
 
         if register is None:
-            return self._ask(Velocity(self.name, f"run({speed})", self._drive), manual)
-        return self._ask(Registration(self.name, f"run({speed}, register={register})"), manual)
+            return self._request(Velocity(self.name, f"run({speed})", self._drive), manual)
+        return self._request(Registration(self.name, f"run({speed}, register={register})"), manual)
 
     def store_minimum(self, distance: int) -> Command:
         """Store the distance, 0 to 8,388,607 steps, without registration [StoreMinimum3601, firmware 3.1]."""
         command = Command(self.name, MINIMUM, f"store_minimum({distance})")
-        return self._ask(command, lambda: StoreMinimumRegistration(distance).to_image())
+        return self._request(command, lambda: StoreMinimumRegistration(distance).to_image())
 
     def gear(
         self, numerator: int, denominator: int = 1, *, acceleration: int = 0, deceleration: int = 0
@@ -291,7 +286,7 @@ class Axis3601(Device):
             numerator: -32,767 to 32,767 steps, not 0; negative is against the encoder.
             denominator: 1 to 32,767 counts.
             acceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
-            deceleration: 0 to 2000 steps/ms/s; likewise.
+            deceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
         """
 
         def follower() -> Image:
@@ -299,11 +294,11 @@ class Axis3601(Device):
             rates, limits = (acceleration, deceleration), self._limits
             return Follower(direction, abs(numerator), denominator, *rates, limits=limits).to_image()
 
-        return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
+        return self._request(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 
     def gear_out(self) -> Command:
         """Release the encoder and come to rest [MC_GearOut]; refused unless the axis follows it."""
-        return self._ask(Command(self.name, GEAR_OUT, "gear_out()"), Image)
+        return self._request(Command(self.name, GEAR_OUT, "gear_out()"), Image)
 
     def program_blend(
         self,
@@ -316,8 +311,8 @@ class Axis3601(Device):
         """Program a blend profile, block by block [ProgramBlend3601].
 
         Args:
-            segments: 2 to 16 of them.
-            final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed on.
+            segments: 2 to 16 segments.
+            final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed to rest.
             shapes: acceleration type of each segment; constant by default.
             final_shape: acceleration type at the end.
         """
@@ -330,37 +325,38 @@ class Axis3601(Device):
             command.fill(header, path)
             return header.to_image() if self._translation is None else command.for_drive()
 
-        return self._ask(command, blocks)
+        return self._request(command, blocks)
 
     def run_blend(self, direction: Direction) -> Command:
         """Run the programmed blend profile in a direction; done at its end [RunBlend3601]."""
         command = Command(self.name, RUN_BLEND, f"run_blend({_name_of(direction)})")
-        return self._ask(command, lambda: RunBlend(direction).to_image())
+        return self._request(command, lambda: RunBlend(direction).to_image())
 
     def halt(self) -> Command:
         """Stop the axis with its ramp; another motion may take over while it stops [MC_Halt]."""
-        return self._ask(Command(self.name, HALT, "halt()"), Image)
+        return self._request(Command(self.name, HALT, "halt()"), Image)
 
     def stop(self) -> Stop:
-        """Stop the axis with its ramp; in a `with` all other commands are refused [MC_Stop]."""
-        stop = self._ask(Stop(self.name), Image)
+        """Stop the axis with its ramp; a `with` refuses all other commands [MC_Stop]."""
+        stop = self._request(Stop(self.name), Image)
         if stop.busy:
-            self._drive.keep(stop)
+            self._drive.hold(stop)
         return stop
 
     def reset(self) -> Command:
-        """Reset the errors of module and axis [MC_Reset]. An input that is still active is a new error."""
-        return self._ask(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
+        """Reset the errors of module and axis; an input that is still active is a new error [MC_Reset]."""
+        return self._request(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
 
     def set_position(self, position: int) -> Command:
         """Set the current position, -8,388,608 to 8,388,607 steps; it becomes valid [MC_SetPosition]."""
         command = Command(self.name, PRESET, f"set_position({position})")
-        return self._ask(command, lambda: PresetPosition(position).to_image())
+        return self._request(command, lambda: PresetPosition(position).to_image())
 
     def captured(self) -> CaptureWait:
-        """The next edge of the capture input; its value is the position there [MC_TouchProbe].
+        """Return a wait for the next edge of the capture input [MC_TouchProbe].
 
-        It does not occupy the axis. The value is in steps, or in encoder counts if an encoder is configured.
+        Its value is the position at the edge, in steps, or in encoder counts if an encoder is configured. The
+        wait does not occupy the axis.
         """
         drive = self._drive
         return CaptureWait(self.name, drive.inputs.words, self.status, lambda: drive.state, drive.link)
@@ -378,7 +374,7 @@ class Axis3601(Device):
             self._refuse(
                 f"slot {self.slot} has a {words.message}, which has neither a 3601's words nor a drive's"
             )
-        mistake = wrong_configuration(self.configuration, model)
+        mistake = configuration_mistake(self.configuration, model)
         if mistake:
             self._refuse(f"slot {self.slot}, {words.message if model is None else model.title}: {mistake}")
         self._translate(model, words, slot)
@@ -401,18 +397,16 @@ class Axis3601(Device):
     def _configuring(self) -> Image:
         """Return the words that request the configuration.
 
-        For a networked drive, the translation has the configuration. Word 1 only shows, by becoming 0, that
-        the handshake progresses.
+        For a networked drive, the translation has the configuration. Word 1 only shows the progress of the
+        handshake, when it becomes 0.
         """
         configuration = self.configuration
-        return (
-            configuration.to_image()
-            if isinstance(configuration, Configuration)
-            else Image([signed_word(configuration[0]), _CONFIGURES])
-        )
+        if isinstance(configuration, Configuration):
+            return configuration.to_image()
+        return Image([signed_word(configuration[0]), _CONFIGURES])
 
-    def _refuse(self, why: str) -> NoReturn:
-        raise DeclarationError.at(self.declared, f"{self.name}: {why}")
+    def _refuse(self, reason: str) -> NoReturn:
+        raise DeclarationError.at(self.declared, f"{self.name}: {reason}")
 
     @override
     def reset_part(self) -> None:
@@ -435,29 +429,30 @@ class Axis3601(Device):
         owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
         return Drive(trip_ns, owner, parameters_first=self.parameters_first)
 
-    def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
-        """Send a command if the axis' state allows it and its parameters are valid."""
-        refused, detail = self._refusal(command.kind), ""
-        if refused & ErrorId.WRONG_STATE:
+    def _request(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
+        """Request a command if the state of the axis allows it and its parameters are valid; return it."""
+        error_id, detail = self._refusal(command.kind), ""
+        if error_id & ErrorId.WRONG_STATE:
             detail = f"state {self.state.name}"
         try:
-            command.take(words())
-        except ValueError as refusal:
-            refused, detail = refused | ErrorId.PARAMETER, str(refusal)
-        if not refused and self._translation is not None:
-            detail = lacking(self._translation.model, command)
-            refused = ErrorId.NOT_AVAILABLE * bool(detail)
-        if refused:
-            command.end(Outcome.ERROR, refused, detail)
+            command.set_words(words())
+        except ValueError as error:
+            error_id, detail = error_id | ErrorId.PARAMETER, str(error)
+        if not error_id and self._translation is not None:
+            detail = missing_function(self._translation.model, command)
+            error_id = ErrorId.NOT_AVAILABLE * bool(detail)
+        if error_id:
+            command.end(Outcome.ERROR, error_id, detail)
         else:
-            self._drive.ask(command)
+            self._drive.request(command)
         return command
 
     def _refusal(self, kind: CommandKind) -> int:
+        """Return the ErrorID of a command that the state of the axis does not allow, else 0."""
         drive = self._drive
-        refused = drive.state not in kind.allowed or (kind.keeps_out and drive.locked)
+        wrong_state = drive.state not in kind.allowed or (kind.refused_by_stop and drive.locked)
         no_position = kind is ABSOLUTE and not drive.position_valid
-        return ErrorId.WRONG_STATE * refused | ErrorId.POSITION_INVALID * no_position
+        return ErrorId.WRONG_STATE * wrong_state | ErrorId.POSITION_INVALID * no_position
 
 
 def _name_of(direction: Direction) -> str:

@@ -18,7 +18,7 @@ _CAPTURE = StatusLsw.IN_CAPTURE.value
 class CaptureWait(LinkedWait[int]):
     """A rising capture input; a pulse shorter than a scan shows only in the captured value."""
 
-    __slots__ = ("_axis", "_before", "_last", "_state", "_status", "_words")
+    __slots__ = ("_axis", "_last", "_state", "_status", "_was_on", "_words")
 
     def __init__(
         self, axis: str, words: memoryview, status: StatusView, state: Callable[[], State], link: Link
@@ -26,12 +26,12 @@ class CaptureWait(LinkedWait[int]):
         super().__init__()
         self.follow(link)
         self._axis, self._words, self._status, self._state = axis, words, status, state
-        self._before = True
+        self._was_on = True
         self._last = 0
 
     @override
     def begin(self, now_ns: int) -> None:
-        self._before = self._words[1] & _CAPTURE != 0
+        self._was_on = self._words[1] & _CAPTURE != 0
         self._last = self._status.captured
 
     @override
@@ -39,9 +39,9 @@ class CaptureWait(LinkedWait[int]):
         if self._state() is State.DISABLED:
             text = f"{self!r}: {reasons(ErrorId.WRONG_STATE, 'state DISABLED')}"
             raise AxisError(text, ErrorId.WRONG_STATE)
-        before, self._before = self._before, self._words[1] & _CAPTURE != 0
+        was_on, self._was_on = self._was_on, self._words[1] & _CAPTURE != 0
         value, self._last = self._last, self._status.captured
-        return (self._before and not before) or value != self._last
+        return (self._was_on and not was_on) or value != self._last
 
     @override
     def result(self) -> int:

@@ -17,22 +17,22 @@ class Stop(Command):
         await self.go.rises
     """
 
-    __slots__ = ("_held",)
+    __slots__ = ("_in_block",)
 
     def __init__(self, axis: str) -> None:
         super().__init__(axis, STOP, "stop()")
-        self._held = False
+        self._in_block = False
 
     @property
-    def keeps(self) -> bool:
-        """Whether it holds the axis, as it does while it is running and inside its `with`."""
-        return self.outcome is Outcome.BUSY or (self._held and self.outcome is not Outcome.ERROR)
+    def holds(self) -> bool:
+        """Whether it holds the axis: while it is running, and inside its `with`."""
+        return self.outcome is Outcome.BUSY or (self._in_block and self.outcome is not Outcome.ERROR)
 
     def __enter__(self) -> Self:
-        self._held = True
+        self._in_block = True
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._held = False
+        self._in_block = False

@@ -1,4 +1,4 @@
-"""The functions that a wait holds: they continue only if the edited program has the same functions."""
+"""The functions in a wait: they continue only if the edited program has the same functions."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def check_wait(
     parts = list(changed)
     for inner in waits_in(wait):
         if not type(inner).__module__.startswith(OURS):
-            raise ConditionError(f"{inner!r} is a wait of the program's own class {type(inner).__name__}")
-        for value in _held(inner):
+            raise ConditionError(f"{inner!r} is a wait of the program's class {type(inner).__name__}")
+        for value in _values_of(inner):
             _check_value(value, editions, parts, texts)
 
 
-def _held(wait: Wait[Any]) -> Iterator[Any]:
+def _values_of(wait: Wait[Any]) -> Iterator[Any]:
     for kind in type(wait).__mro__:
         for name in getattr(kind, "__slots__", ()):
             if hasattr(wait, name):
@@ -65,7 +65,7 @@ def _held(wait: Wait[Any]) -> Iterator[Any]:
 
 
 def _check_value(value: Any, editions: tuple[Edition, Edition], changed: list[Part], texts: Texts) -> None:
-    """Check one value that a wait holds, such as a function, and the object that it is bound to."""
+    """Check one value of a wait, such as a function, with its bound object and its cells."""
     if any(value is item for item in changed):
         raise ConditionError(f"it waits for {value.name}, whose declaration has changed")
     if value is not None and any(value is getattr(item, "read", None) for item in changed):
@@ -85,47 +85,49 @@ def _check_function(function: FunctionType, old: Edition, new: Edition, texts: T
     code = function.__code__
     name = "its condition" if code.co_name == "<lambda>" else f"its condition {code.co_name}"
     if "__class__" in code.co_freevars or set(code.co_names) & (old.rebound | new.rebound):
-        raise ConditionError(f"{name} can't be taken over")
-    before = texts.get(code) or _text_of(function, old)
-    if before is None or before not in _texts_in(function, new):
+        raise ConditionError(f"{name} can't continue")
+    old_text = texts.get(code) or _text_of(function, old)
+    if old_text is None or old_text not in _texts_in(function, new):
         raise ConditionError(f"{name} has changed")
-    texts[code] = before
+    texts[code] = old_text
 
 
 def _text_of(function: FunctionType, edition: Edition) -> str | None:
     """Return the syntax of a function; None without its source."""
-    around = _around(function, edition)
+    outer = _outer_function(function, edition)
     code = function.__code__
-    if around is None:
+    if outer is None:
         return None
-    first = code.co_firstlineno
+    first_line = code.co_firstlineno
     if "<locals>" not in code.co_qualname:
-        return ast.dump(around)
-    places = {place[:1] + place[2:3] for place in code.co_positions() if place[0]}
+        return ast.dump(outer)
+    positions = {(line, column) for line, _, column, _ in code.co_positions() if line}
     nodes = [
         node
-        for node in ast.walk(around)
-        if isinstance(node, ast.Lambda | ast.FunctionDef) and node.lineno == first and _covers(node, places)
+        for node in ast.walk(outer)
+        if isinstance(node, ast.Lambda | ast.FunctionDef)
+        and node.lineno == first_line
+        and _covers(node, positions)
     ]
     return ast.dump(nodes[0]) if len(nodes) == 1 else None
 
 
-def _covers(node: ast.Lambda | ast.FunctionDef, places: set[Any]) -> bool:
+def _covers(node: ast.Lambda | ast.FunctionDef, positions: set[Any]) -> bool:
     """Return whether all positions of a code object are inside a node."""
-    first, last = (node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0)
-    return all(first <= place <= last for place in places if place != (node.lineno, 0))
+    start, end = (node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0)
+    return all(start <= position <= end for position in positions if position != (node.lineno, 0))
 
 
 def _texts_in(function: FunctionType, edition: Edition) -> list[str]:
-    around = _around(function, edition)
-    if around is None:
+    outer = _outer_function(function, edition)
+    if outer is None:
         return []
     if "<locals>" not in function.__code__.co_qualname:
-        return [ast.dump(around)]
-    return [ast.dump(node) for node in ast.walk(around) if isinstance(node, ast.Lambda | ast.FunctionDef)]
+        return [ast.dump(outer)]
+    return [ast.dump(node) for node in ast.walk(outer) if isinstance(node, ast.Lambda | ast.FunctionDef)]
 
 
-def _around(function: FunctionType, edition: Edition) -> ast.AST | None:
+def _outer_function(function: FunctionType, edition: Edition) -> ast.AST | None:
     """Return the outer function of a function, or the function itself."""
     top = function.__code__.co_qualname.partition(".<locals>")[0]
     definition = edition.function(function.__module__, top)

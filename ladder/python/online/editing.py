@@ -1,7 +1,7 @@
 """An edit of a logic class between two scans: fields keep their values, sequences continue.
 
-The instance stays and gets the edited class, so waits, commands and lambdas that refer to it continue.
-What an edit does to each name:
+The instance gets the edited class, so waits, commands and lambdas that refer to it continue. The effects of
+an edit on each name:
 
 | name | |
 |---|---|
@@ -44,11 +44,11 @@ class LogicEdit:
     dropped: tuple[str, ...]
     continued: tuple[str, ...]  # sequences, each with the line where it waits
     restarted: tuple[str, ...]
-    restated: tuple[str, ...] = ()  # `rounds 7, not 5`: kept, though the class gives another initial value
+    restated: tuple[str, ...] = ()  # kept values that differ from the class: `rounds 7, not 5`
 
     @property
     def keeps(self) -> str:
-        """Text that says what keeps its value."""
+        """Text with the number of names that keep their values."""
         return f"{len(self.kept)} fields and parts keep their values"
 
     @property
@@ -92,31 +92,31 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
         restart: names of sequences to end, and to restart in the edited program.
 
     Raises:
-        EditRefusal: it is not certain that it can continue; nothing has changed.
+        EditRefusal: it is not certain that the instance can continue; nothing has changed.
         ValueError: a declared place is not in the rack.
     """
     plan = plan_edit(logic, fresh, restart)
-    _carry_out(plan)
+    _apply(plan)
     return plan.edit
 
 
 def plan_edit(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> EditPlan:
     """Plan an edit, see `edit_logic`, without changing anything."""
     old, new = _editions(logic, fresh)
-    parts = _parts(logic, fresh)
-    moves, continued = _sequences(logic, fresh, _context(logic, parts, old, new), restart)
+    parts = _plan_parts(logic, fresh)
+    moves, continued = _plan_sequences(logic, fresh, _context(logic, parts, old, new), restart)
     fields = plan_fields(logic, fresh, old, new)
     restarts = tuple(sequence.name for sequence in fresh._logic_sequences if sequence.name in restart)
-    present_names = _names(fresh, new)
-    begins = {*parts.changed, *fields.values} - {*fields.kept}
+    new_names = _names_in_order(fresh, new)
+    restarting = {*parts.changed, *fields.values} - {*fields.kept}
     constants = {name for name in new.constants() if f".{name}" in new.changed_from(old)}
-    known = _names(logic, old)
+    old_names = _names_in_order(logic, old)
     edit = LogicEdit(
         logic._logic_clock.now_ns,
         kept=(*fields.kept, *parts.kept),
-        new=tuple(name for name in present_names if name not in known),
-        changed=tuple(name for name in present_names if name in known and name in begins | constants),
-        dropped=tuple(name for name in known if name not in present_names and name not in fields.kept),
+        new=tuple(name for name in new_names if name not in old_names),
+        changed=tuple(name for name in new_names if name in old_names and name in restarting | constants),
+        dropped=tuple(name for name in old_names if name not in new_names and name not in fields.kept),
         continued=continued,
         restarted=restarts,
         restated=fields.restated,
@@ -132,7 +132,7 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
     """
     slots = logic._logic_slots
     if slots is None:
-        raise EditRefusal("the program has had no scan: load it again")
+        raise EditRefusal("the program has had no scan; load it again")
     if type(logic).__name__ != type(fresh).__name__:
         raise EditRefusal(f"{type(fresh).__name__} is a different class from {type(logic).__name__}")
     if fresh._logic_slots is not slots:
@@ -142,15 +142,15 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
 
 def _context(logic: Logic, parts: PartPlan, old: Edition, new: Edition) -> EditContext:
     """Return the context of an edit for placing its sequences."""
-    before = {part.name: part for part in logic._logic_parts}
-    restarted = tuple(before[name] for name in parts.changed if name in before)
-    dropped = tuple(part for name, part in before.items() if name not in parts.parts)
+    present_parts = {part.name: part for part in logic._logic_parts}
+    restarted = tuple(present_parts[name] for name in parts.changed if name in present_parts)
+    dropped = tuple(part for name, part in present_parts.items() if name not in parts.parts)
     codes = frozenset(vars(logic).get("_logic_codes", ()))
     texts = vars(logic).setdefault("_logic_texts", {})
     return EditContext(old, new, codes, restarted + dropped, new.changed_from(old), texts)
 
 
-def _names(logic: Logic, edition: Edition) -> list[str]:
+def _names_in_order(logic: Logic, edition: Edition) -> list[str]:
     """Return the names of fields, constants, parts and sequences, in order of definition."""
     parts = [part.name for part in logic._logic_parts]
     sequences = [sequence.name for sequence in logic._logic_sequences]
@@ -161,23 +161,23 @@ def _names(logic: Logic, edition: Edition) -> list[str]:
 # --- sequences
 
 
-def _sequences(
+def _plan_sequences(
     logic: Logic, fresh: Logic, context: EditContext, restart: Collection[str]
 ) -> tuple[list[SequenceMove], tuple[str, ...]]:
-    """Plan how the sequences continue; return their moves and sentences.
+    """Plan how the sequences continue; return their moves, and texts with the lines where they continue.
 
     Raises:
         EditRefusal: one or more sequences can't continue.
     """
-    known = {fresh_sequence.name for fresh_sequence in fresh._logic_sequences}
-    unknown = [name for name in restart if name not in known]
+    new_names = {fresh_sequence.name for fresh_sequence in fresh._logic_sequences}
+    unknown = [name for name in restart if name not in new_names]
     if unknown:
-        raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(known))}")
+        raise EditRefusal(f"no sequence {unknown[0]}; choose from {', '.join(sorted(new_names))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
     lines = []
     for sequence in logic._logic_sequences:
-        if sequence.over or sequence.name in restart or sequence.name not in known:
+        if sequence.over or sequence.name in restart or sequence.name not in new_names:
             continue
         try:
             planned = plan_moves(sequence, context)
@@ -185,13 +185,13 @@ def _sequences(
             errors[sequence.name] = error
         else:
             moves += planned
-            lines.append(_continued(sequence, planned))
+            lines.append(_continued_text(sequence, planned))
     if errors:
         raise _refusal(errors)
     return moves, tuple(lines)
 
 
-def _continued(sequence: Sequence, moves: list[SequenceMove]) -> str:
+def _continued_text(sequence: Sequence, moves: list[SequenceMove]) -> str:
     """Return text that says where a sequence continues."""
     frames = moves[0].frames
     line = frames[-1].after.point.node.lineno if frames else sequence.line
@@ -219,15 +219,15 @@ class PartPlan:
     changed: tuple[str, ...]  # parts that restart, and new parts
 
 
-def _parts(logic: Logic, fresh: Logic) -> PartPlan:
-    before = {earlier_part.name: earlier_part for earlier_part in logic._logic_parts}
+def _plan_parts(logic: Logic, fresh: Logic) -> PartPlan:
+    present_parts = {part.name: part for part in logic._logic_parts}
     parts: dict[str, Part] = {}
     kept: list[str] = []
     changed: list[str] = []
     for part in fresh._logic_parts:
-        earlier = before.get(part.name)
-        continues = earlier is not None and earlier.continues_as(part)
-        parts[part.name] = earlier if earlier is not None and continues else part
+        present_part = present_parts.get(part.name)
+        continues = present_part is not None and present_part.continues_as(part)
+        parts[part.name] = present_part if present_part is not None and continues else part
         (kept if continues else changed).append(part.name)
     return PartPlan(parts, tuple(kept), tuple(changed))
 
@@ -235,7 +235,7 @@ def _parts(logic: Logic, fresh: Logic) -> PartPlan:
 # --- the edit
 
 
-def _carry_out(plan: EditPlan) -> None:
+def _apply(plan: EditPlan) -> None:
     logic, fresh = plan.logic, plan.fresh
     fields: dict[str, Any] = vars(logic)
     kind: type[Logic] = type(fresh)
@@ -249,17 +249,17 @@ def _carry_out(plan: EditPlan) -> None:
         name: value for name, value in forced_fields(logic).items() if fields.get(name) == value
     }
     hold_forces(logic)
-    _take_parts(plan, fields)
-    sequences = _take_sequences(plan, fields)
+    _replace_parts(plan, fields)
+    sequences = _replace_sequences(plan, fields)
     logic._logic_sequences = sequences
     logic._logic_made = fresh._logic_made
     logic._logic_codes = tuple(code for move in plan.moves for code in move.move())
 
 
-def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
+def _replace_parts(plan: EditPlan, own: dict[str, Any]) -> None:
     logic, slots = plan.logic, plan.logic._logic_slots
-    assert slots is not None, "it has had a scan"
-    for name in [name for name, held in own.items() if isinstance(held, Part)]:
+    assert slots is not None, "the program has had a scan"
+    for name in [name for name, value in own.items() if isinstance(value, Part)]:
         del own[name]
     fresh = {fresh_part.name: fresh_part for fresh_part in plan.fresh._logic_parts}
     for name, part in plan.parts.parts.items():
@@ -274,12 +274,12 @@ def _take_parts(plan: EditPlan, own: dict[str, Any]) -> None:
     logic._logic_take_parts(slots)
 
 
-def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
+def _replace_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
     """Give the instance the sequences of the edited class; close removed sequences."""
-    before = {known.name: known for known in plan.logic._logic_sequences}
+    removed = {sequence.name: sequence for sequence in plan.logic._logic_sequences}
     sequences = []
     for fresh in plan.fresh._logic_sequences:
-        sequence = before.pop(fresh.name, None)
+        sequence = removed.pop(fresh.name, None)
         method = getattr_static(type(plan.fresh), fresh.name)
         make = method.function.__get__(plan.logic)
         if sequence is None:
@@ -291,23 +291,23 @@ def _take_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]
             sequence.restart()
         own[fresh.name] = sequence
         sequences.append(sequence)
-    for name, dropped in before.items():
+    for name, dropped in removed.items():
         own.pop(name, None)
         dropped.close()
     return tuple(sequences)
 
 
 def _share_modules(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> None:
-    """Let functions of earlier editions, such as a lambda in a wait, read the edited module."""
+    """Replace the globals of earlier editions, which a lambda in a wait may read, by those of the edited."""
     edited = new.modules
     for names in edited.values():
         for name, value in list(names.items()):
             if value is fresh:
                 names[name] = logic
     earlier: list[dict[str, Any]] = vars(logic).setdefault("_logic_modules", [])
-    earlier += [
-        namespace for namespace in old.modules.values() if not any(namespace is other for other in earlier)
-    ]
+    for namespace in old.modules.values():
+        if not any(namespace is module for module in earlier):
+            earlier.append(namespace)
     for module in earlier:
         present: Mapping[str, Any] | None = edited.get(module.get("__name__", ""))
         if present is not None and present is not module:

@@ -19,7 +19,7 @@ _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Edition:
-    """One version of a program, to compare with another version and to continue from."""
+    """One version of a program, to compare with another version."""
 
     def __init__(self, kind: type[Logic]) -> None:
         self.kind = kind
@@ -44,11 +44,11 @@ class Edition:
         return value if isinstance(value, FunctionType) and value.__qualname__ == name else None
 
     def tree(self, function: FunctionType) -> Function | None:
-        """Return the syntax tree of a function, None if its source is missing."""
+        """Return the syntax tree of a function; None if its source is missing."""
         code = function.__code__
-        begin = code.co_name, code.co_firstlineno
+        name_and_line = code.co_name, code.co_firstlineno
         for node in ast.walk(self._tree(code.co_filename)):
-            if isinstance(node, _FUNCTIONS) and (node.name, first_line(node)) == begin:
+            if isinstance(node, _FUNCTIONS) and (node.name, first_line(node)) == name_and_line:
                 return node  # type: ignore[return-value]  # a function that is not async has no awaits
         return None
 
@@ -68,15 +68,19 @@ class Edition:
             name for node in self._nodes() if isinstance(node, ast.Global) for name in node.names
         )
 
-    def changed_from(self, before: Edition) -> frozenset[str]:
-        """Return the names, and attributes with a dot, whose meaning differs from an earlier edition.
+    def changed_from(self, previous_edition: Edition) -> frozenset[str]:
+        """Return the names, and attributes with a dot, that differ from an earlier edition.
 
-        They are functions, and constants of the class and its modules, not fields, which keep their value.
+        They are functions, and constants of the class and its modules. Fields keep their values.
         """
-        present, previous = self._constants(), before._constants()
-        changed = {name for name in {*present, *previous} if not _same(present.get(name), previous.get(name))}
-        bodies, others = self._bodies(), before._bodies()
-        functions = {name for name in {*bodies, *others} if bodies.get(name) != others.get(name)}
+        constants, old_constants = self._constants(), previous_edition._constants()
+        changed = {
+            name
+            for name in {*constants, *old_constants}
+            if not _same(constants.get(name), old_constants.get(name))
+        }
+        bodies, old_bodies = self._bodies(), previous_edition._bodies()
+        functions = {name for name in {*bodies, *old_bodies} if bodies.get(name) != old_bodies.get(name)}
         return frozenset(changed | functions | {f".{function}" for function in functions})
 
     def constants(self) -> dict[str, Any]:
@@ -87,7 +91,7 @@ class Edition:
         return {name: value for name, value in constants.items() if name not in self.stored}
 
     def constant(self, text: str) -> Any:
-        """Return the constant that `self.NAME` or `NAME` means; None if it is not a constant."""
+        """Return the constant of the text `self.NAME` or `NAME`; None if it is not a constant."""
         constants = self._constants()
         return constants.get(text.removeprefix("self")) if text.startswith("self.") else constants.get(text)
 
@@ -131,18 +135,18 @@ class Edition:
 
 
 def is_plain(name: str, value: Any) -> bool:
-    """Whether an attribute of a class or module is a value of the program: a constant or an initial value."""
+    """Return whether an attribute of a class or module is a constant or an initial value."""
     if name.startswith(("_logic_", "__")) or isinstance(value, type | ModuleType | Part | Logic):
         return False
     return not callable(value) and not hasattr(type(value), "__get__")
 
 
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, Enum) and isinstance(other, Enum):
-        return (type(one).__qualname__, one.name) == (type(other).__qualname__, other.name)
-    if type(one) is not type(other):
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, Enum) and isinstance(b, Enum):
+        return (type(a).__qualname__, a.name) == (type(b).__qualname__, b.name)
+    if type(a) is not type(b):
         return False
     try:
-        return bool(one == other)
+        return bool(a == b)
     except Exception:  # raised by a user's __eq__
         return False

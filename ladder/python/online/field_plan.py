@@ -1,4 +1,4 @@
-"""What an edit of a logic class does to its fields: most keep their values."""
+"""The effects of an edit of a logic class on its fields: most keep their values."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ..sequences.coroutine import Sequence
 from ..sequences.logic import Field, Logic
 from ..sequences.parts import Part
 from .edition import Edition, is_plain
-from .placing import foreign
+from .placing import foreign_object_in
 
 
-class EditRefusal(SiteError):  # noqa: N818 - it is an answer
+class EditRefusal(SiteError):  # noqa: N818 - a refusal, not a defect
     """An edit that was refused because it might not continue correctly; nothing has changed.
 
     Attributes:
@@ -32,30 +32,32 @@ class EditRefusal(SiteError):  # noqa: N818 - it is an answer
 class FieldPlan:
     """What an edit does to the fields of an instance."""
 
-    values: dict[str, Any]  # fields that take a value, by name
+    values: dict[str, Any]  # values after the edit, by name
     kept: tuple[str, ...]  # fields that keep their values
     dropped: tuple[str, ...]
-    restated: tuple[str, ...]  # `rounds 7, not 5`: kept, though the class gives another initial value
+    restated: tuple[str, ...]  # kept values that differ from the class: `rounds 7, not 5`
 
 
 def plan_fields(logic: Logic, fresh: Logic, old: Edition, new: Edition) -> FieldPlan:
     """Plan the fields of an edit; raise an EditRefusal if a field's class no longer exists."""
     present, updated = own_fields(logic), own_fields(fresh)
-    before, after = body_fields(logic, old) | present, body_fields(fresh, new) | updated
-    alive = new.stored | {*dir(type(fresh)), *updated}
-    dropped = tuple(name for name in before if name not in alive)
-    stays = [name for name in after if name in before and not _is_retyped(name, before, after, old)]
-    stays += [name for name in present if name not in after and name not in dropped]
-    common = before.keys() & after.keys()
-    takes = [name for name in (*after, *present) if name in stays or name in updated or name in common]
-    values = {
-        name: _taken_over(name, before[name], old, new) if name in stays else after[name] for name in takes
-    }
-    return FieldPlan(values, tuple(stays), dropped, tuple(_restated(values, stays, old, new)))
+    old_values, new_values = body_fields(logic, old) | present, body_fields(fresh, new) | updated
+    existing = new.stored | {*dir(type(fresh)), *updated}
+    dropped = tuple(name for name in old_values if name not in existing)
+    common = [name for name in new_values if name in old_values]
+    kept = [name for name in common if not _is_retyped(name, old_values, new_values, old)]
+    kept += [name for name in present if name not in new_values and name not in dropped]
+    values: dict[str, Any] = {}
+    for name in (*new_values, *present):
+        if name in kept:
+            values[name] = _kept_value(name, old_values[name], old, new)
+        elif name in updated or name in common:
+            values[name] = new_values[name]
+    return FieldPlan(values, tuple(kept), dropped, tuple(_restated(values, kept, old, new)))
 
 
 def own_fields(logic: Logic) -> dict[str, Any]:
-    """Return the fields that are stored in an instance itself, with their values."""
+    """Return the fields in an instance's `__dict__`, with their values."""
     return {
         name: value
         for name, value in vars(logic).items()
@@ -70,15 +72,17 @@ def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
     return {name: value for name, value in values.items() if is_plain(name, value)}
 
 
-def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:
-    """Whether an edit gives a field a different type from that of its initial value."""
-    first = getattr(old.kind, name, None)
-    earlier, later = before[name] if first is None else first, after[name]
+def _is_retyped(
+    name: str, old_values: Mapping[str, Any], new_values: Mapping[str, Any], old: Edition
+) -> bool:
+    """Return whether an edit changes the type of a field's initial value."""
+    initial = getattr(old.kind, name, None)
+    earlier, later = old_values[name] if initial is None else initial, new_values[name]
     return isinstance(earlier, Field) and isinstance(later, Field) and type(earlier) is not type(later)
 
 
 def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edition) -> Iterator[str]:
-    """Yield the fields that keep their value although the class body now gives another."""
+    """Yield texts for kept values that differ from the initial values of the edited class."""
     for name in kept:
         earlier, later = getattr(old.kind, name, None), getattr(new.kind, name, None)
         fields = isinstance(earlier, Field) and isinstance(later, Field)
@@ -86,14 +90,14 @@ def _restated(values: Mapping[str, Any], kept: list[str], old: Edition, new: Edi
             yield f"{name} {values[name]}, not {later}"
 
 
-def _taken_over(name: str, value: Any, old: Edition, new: Edition) -> Any:
-    """Return a field's value for the edited program; raise an EditRefusal if its class no longer exists."""
+def _kept_value(name: str, value: Any, old: Edition, new: Edition) -> Any:
+    """Return a kept value for the edited program; raise an EditRefusal if its class no longer exists."""
     kind = type(value)
     if isinstance(value, Enum) and kind.__module__ in old.modules:
         edited: Any = new.modules.get(kind.__module__, {}).get(kind.__qualname__)
         if isinstance(edited, type) and issubclass(edited, Enum) and value.name in edited.__members__:
             return edited[value.name]
-    description = foreign(value, old)
+    description = foreign_object_in(value, old)
     if description:
-        raise EditRefusal(f"field {name} is {description}: its value can't be taken over")
+        raise EditRefusal(f"field {name} is {description}; its value can't be kept")
     return value

@@ -14,11 +14,11 @@ from ..sequences.signals import Signal
 
 
 class ForcedField:
-    """A class attribute for a field that is forced in one instance; other instances have their own values."""
+    """A class attribute for a field that is forced in an instance; other instances keep their values."""
 
     def __init__(self, name: str, kind: type[Logic]) -> None:
         self._name = name
-        self._own = vars(kind).get(name, self)  # the initial value, if this class defines it
+        self._class_attribute = vars(kind).get(name, self)  # the original; `self` if the class has none
         self._initial = getattr(kind, name, None)
 
     def __get__(self, logic: Logic | None, owner: type) -> Any:
@@ -32,10 +32,10 @@ class ForcedField:
 
     def remove(self, kind: type[Logic]) -> None:
         """Restore the original attribute of the class."""
-        if self._own is self:
+        if self._class_attribute is self:
             delattr(kind, self._name)
         else:
-            setattr(kind, self._name, self._own)
+            setattr(kind, self._name, self._class_attribute)
 
 
 def forced_fields(logic: Logic) -> dict[str, Field]:
@@ -83,20 +83,20 @@ class Fields:
     def __setitem__(self, name: str, value: object) -> None:
         field = self._field(name)
         if field in forced_fields(self._logic()):
-            raise ValueError(f"{name} is forced: remove the force first")
+            raise ValueError(f"{name} is forced; remove the force first")
         vars(self._logic())[field] = self._fitting(field, value)
         self.on_outside()
 
     def force(self, name: str, value: object) -> None:
         """Force a field to a value; raise a ValueError for an unknown field or a wrong type."""
         logic, field = self._logic(), self._field(name)
-        vars(logic)[field] = held = self._fitting(field, value)
-        logic._logic_forced = {**forced_fields(logic), field: held}
+        vars(logic)[field] = fitting = self._fitting(field, value)
+        logic._logic_forced = {**forced_fields(logic), field: fitting}
         hold_forces(logic)
         self.on_outside()
 
     def address_of(self, name: str) -> str | None:
-        """Return the address of an input or output of the program; None for any other name."""
+        """Return the address of an input or output of the program; None for other names."""
         logic = self._logic()
         field_name = name.removeprefix(f"{type(logic).__name__.lower()}.")
         signals = [part for part in parts_of(logic) if isinstance(part, Signal) and part.name == field_name]
@@ -108,7 +108,7 @@ class Fields:
         forced = forced_fields(logic)
         names = [self._field(name)] if name is not None else list(forced)
         if not forced.keys() >= set(names):
-            raise ValueError(f"{name} is not forced: {', '.join(forced) or 'no field'} is")
+            raise ValueError(f"{name} is not forced; forced: {', '.join(forced) or 'none'}")
         logic._logic_forced = {field: value for field, value in forced.items() if field not in names}
         release(type(logic), names)
         self.on_outside()
@@ -116,12 +116,11 @@ class Fields:
     def _field(self, name: str) -> str:
         logic = self._logic()
         owner, _, field = name.rpartition(".")
-        known = fields_of(logic)
+        fields = fields_of(logic)
         prefix = type(logic).__name__.lower()
-        if owner != prefix or field not in known:
-            raise ValueError(
-                f"no field {name}: {', '.join(f'{prefix}.{known_name}' for known_name in known)}"
-            )
+        if owner != prefix or field not in fields:
+            choices = ", ".join(f"{prefix}.{field_name}" for field_name in fields)
+            raise ValueError(f"no field {name}; choose from {choices}")
         return field
 
     def _fitting(self, field: str, value: object) -> Field:
@@ -132,12 +131,12 @@ class Fields:
         if kind is float and type(value) is int:
             return float(value)
         if type(value) is not kind or not isinstance(value, Field):
-            raise ValueError(f"{field} = {value!r} is not allowed: it is {kind.__name__}")
+            raise ValueError(f"{field} = {value!r} is not allowed; must be {kind.__name__}")
         return value
 
 
 def hold_forces(logic: Logic) -> None:
-    """Keep the forced fields of an instance forced in its current class."""
+    """Force the forced fields of an instance in its current class."""
     kind = type(logic)
     for name in forced_fields(logic):
         if not isinstance(vars(kind).get(name), ForcedField):
@@ -147,6 +146,6 @@ def hold_forces(logic: Logic) -> None:
 def release(kind: type[Logic], names: list[str]) -> None:
     """Restore the attributes of a class whose fields were forced."""
     for name in names:
-        held = vars(kind).get(name)
-        if isinstance(held, ForcedField):
-            held.remove(kind)
+        attribute = vars(kind).get(name)
+        if isinstance(attribute, ForcedField):
+            attribute.remove(kind)

@@ -1,9 +1,9 @@
-"""What a rebuilt frame takes over from the old frame.
+"""Objects that a rebuilt frame takes from the old frame.
 
-    Again       an await that has begun: it yields the current wait, then continues
-    Rest        an iterator of a `for` during a pass: this pass, then the remaining ones
-    OpenBlock   a `with` block that is open: it is left, not entered
-    Entering    an `async with` whose entry waits
+    ContinuedAwait    an await that has begun: it yields the current wait, then continues
+    RemainingPasses   an iterator of a `for` during a pass: this pass, then the remaining passes
+    OpenBlock         an open `with` block: it is left, not entered
+    Entering          an `async with` with an entry that waits
 
 None of them runs user code before the wait is over.
 """
@@ -20,7 +20,7 @@ Exit = Callable[..., Any]
 """A bound `__exit__` or `__aexit__`."""
 
 
-class Again:
+class ContinuedAwait:
     """The await of a coroutine or generator that already waits."""
 
     def __init__(self, inner: Any, wait: object) -> None:
@@ -40,18 +40,18 @@ class Again:
                 resume = partial(self.inner.send, None)
             try:
                 wait = resume()
-            except StopIteration as over:
-                return over.value
+            except StopIteration as stop:
+                return stop.value
 
 
-class Rest:
+class RemainingPasses:
     """The iterator of a loop during a pass; its first item stands for this pass."""
 
     def __init__(self, inner: Iterator[Any]) -> None:
         self.inner = inner
         self._begun = False
 
-    def __iter__(self) -> Rest:
+    def __iter__(self) -> RemainingPasses:
         return self
 
     def __next__(self) -> Any:
@@ -86,9 +86,9 @@ class OpenBlock:
 
 
 class Entering(OpenBlock):
-    """An `async with` block whose entry waits."""
+    """An `async with` block with an entry that waits."""
 
-    def __init__(self, entry: Again, leave: Exit) -> None:
+    def __init__(self, entry: ContinuedAwait, leave: Exit) -> None:
         super().__init__(leave)
         self._entry = entry
 
@@ -97,8 +97,8 @@ class Entering(OpenBlock):
 
 
 def unwrapped(held: Any) -> Any:
-    """Return the iterator or exit that an earlier edit has wrapped; anything else unchanged."""
-    if isinstance(held, Rest):
+    """Return the iterator or exit that an earlier edit has wrapped; return other objects unchanged."""
+    if isinstance(held, RemainingPasses):
         return held.inner
     owner = getattr(held, "__self__", None)
     return owner.leave if isinstance(owner, OpenBlock) else held
@@ -107,15 +107,14 @@ def unwrapped(held: Any) -> Any:
 def entry_of(awaited: Any) -> Any:
     """Return the coroutine or generator that an await of an earlier edit continues; others unchanged."""
     frame = getattr(awaited, "gi_frame", None)
-    if frame is None or frame.f_code is not Again.__await__.__code__:
+    if frame is None or frame.f_code is not ContinuedAwait.__await__.__code__:
         return awaited
     return frame.f_locals["self"].inner
 
 
-def keep_for_ever(work: object) -> None:
+def keep_forever(work: object) -> None:
     """Keep a replaced coroutine suspended until the process ends.
 
-    Without a reference to it, Python would close it and run its `finally` blocks, which belong to the frame
-    that has replaced it.
+    Without a reference, Python would close it and run its `finally` blocks, which belong to the new frame.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(work))

@@ -1,7 +1,7 @@
-"""Checks that a waiting frame's locals are what the edited function would have at the same await.
+"""Checks that a waiting frame has the locals that the edited function would have at the same await.
 
-A local that may be read after the await must exist, and its value must come from unchanged statements:
-otherwise it would have another value in the edited function.
+A local that may be read after the await must exist, and its value must come from unchanged statements.
+Otherwise it would have another value in the edited function.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class LocalsError(ValueError):
 
 def names_needed(body: list[ast.stmt], point: Point) -> Names:
     """Return the names that may be read after a point before they are assigned, and names in its await."""
-    needed = set(_Reads().of(body))
+    needed = set(_Reads().names_in(body))
     target = point.node.items[0] if isinstance(point.node, ast.AsyncWith) else point.node
     needed.update(node.id for node in ast.walk(target) if isinstance(node, ast.Name))
     return frozenset(name for name in needed if not name.startswith("."))
@@ -31,11 +31,11 @@ class _Reads:
     """Collects names that may be read before they are assigned."""
 
     def __init__(self) -> None:
-        self._found: set[str] = set()
+        self._names_read: set[str] = set()
 
-    def of(self, body: list[ast.stmt]) -> set[str]:
+    def names_in(self, body: list[ast.stmt]) -> set[str]:
         self._block(body, frozenset())
-        return self._found
+        return self._names_read
 
     def _block(self, statements: list[ast.stmt], bound: Names) -> Names:
         for statement in statements:
@@ -50,18 +50,18 @@ class _Reads:
             if field not in _BLOCKS:
                 self._read(value, bound)
         if isinstance(node, ast.If):
-            ways = [self._block(block, bound) for block in (node.body, node.orelse) if not _leaves(block)]
-            return frozenset.intersection(*ways) if ways else bound
+            branches = [self._block(block, bound) for block in (node.body, node.orelse) if not _leaves(block)]
+            return frozenset.intersection(*branches) if branches else bound
         if isinstance(node, ast.With | ast.AsyncWith):
             return self._block(node.body, bound | _names(node.items))
         if isinstance(node, ast.For):
             self._block(node.body, bound | _names(node.target))
             return bound & self._block(node.orelse, bound) if node.orelse else bound
         if isinstance(node, ast.Try | ast.While | ast.TryStar | ast.Match):
-            return self._inside(node, bound)
+            return self._visit_blocks(node, bound)
         return (bound | _names(node)) - _names(node, ast.Del)
 
-    def _inside(self, node: ast.AST, bound: Names) -> Names:
+    def _visit_blocks(self, node: ast.AST, bound: Names) -> Names:
         """Visit the blocks of a statement; the program may leave each block at any point."""
         for field in _BLOCKS:
             value = getattr(node, field, [])
@@ -71,7 +71,7 @@ class _Reads:
                         child for child in ast.iter_child_nodes(clause) if not isinstance(child, ast.stmt)
                     ]
                     self._read(head, bound)
-                    self._block(clause.body, bound | _bound(clause))
+                    self._block(clause.body, bound | _names_bound(clause))
             else:
                 self._block(value, bound)
         return bound
@@ -79,9 +79,9 @@ class _Reads:
     def _read(self, value: object, bound: Names) -> None:
         for node in _nodes(value):
             names = (inner for inner in ast.walk(node) if isinstance(inner, ast.Name))
-            self._found |= {name.id for name in names if not isinstance(name.ctx, ast.Store)} - bound
+            self._names_read |= {name.id for name in names if not isinstance(name.ctx, ast.Store)} - bound
             if isinstance(node, ast.AugAssign):
-                self._found |= _names(node.target) - bound
+                self._names_read |= _names(node.target) - bound
 
 
 def _leaves(block: list[ast.stmt]) -> bool:
@@ -110,18 +110,18 @@ def _captured(case: ast.AST) -> Names:
 
 def check_origins(
     needed: Collection[str],
-    before: PlacedAwait,
-    after: PlacedAwait,
+    old_await: PlacedAwait,
+    new_await: PlacedAwait,
     changed: Collection[str],
     loops: Collection[str] = (),
 ) -> None:
     """Raise a LocalsError for a needed local that would have another value in the edited function.
 
     Args:
-        changed: names, and attributes with a dot, whose meaning the edit changes.
-        loops: heads of loops whose passes so far are the same.
+        changed: names, and attributes with a dot, that the edit changes.
+        loops: heads of loops with the same passes so far.
     """
-    old, new = _origins(*before), _origins(*after)
+    old, new = _origins(*old_await), _origins(*new_await)
     checked: set[str] = set()
     waiting = sorted(needed)
     while waiting:
@@ -131,12 +131,9 @@ def check_origins(
         checked.add(name)
         earlier_texts, later_texts = old.get(name, {}), new.get(name, {})
         if earlier_texts.keys() != later_texts.keys():
-            text = next(
-                candidate
-                for candidate in (*later_texts, *earlier_texts)
-                if not (candidate in earlier_texts and candidate in later_texts)
-            )
-            raise LocalsError(f"its local {name} comes from a line that has changed: `{text}`")
+            changed_texts = [text for text in later_texts if text not in earlier_texts]
+            changed_texts += [text for text in earlier_texts if text not in later_texts]
+            raise LocalsError(f"its local {name} comes from a line that has changed: `{changed_texts[0]}`")
         for text, read in later_texts.items():
             if text.endswith(tuple(loops)):
                 continue
@@ -144,19 +141,18 @@ def check_origins(
         waiting += sorted(local for names in later_texts.values() for local in names)
 
 
-def check_unchanged(what: str, read: Collection[str], changed: Collection[str]) -> None:
-    """Raise a LocalsError if an expression reads a name whose meaning the edit changes."""
+def check_unchanged(description: str, read: Collection[str], changed: Collection[str]) -> None:
+    """Raise a LocalsError if an expression reads a name that the edit changes."""
     for name in sorted(set(read) & set(changed)):
-        raise LocalsError(f"{what}, and {name.lstrip('.')} has changed")
+        raise LocalsError(f"{description}, and {name.lstrip('.')} has changed")
 
 
 def _origins(function: Function, point: Point) -> dict[str, dict[str, Names]]:
     """Return, for each local at a point, the statements that may have set it, and the names they read."""
     origins: dict[str, dict[str, Names]] = {}
+    head = f"def {function.name}({ast.unparse(function.args)})"
     for argument in function.args.args + function.args.kwonlyargs + function.args.posonlyargs:
-        origins.setdefault(argument.arg, {})[f"def {function.name}({ast.unparse(function.args)})"] = (
-            frozenset()
-        )
+        origins.setdefault(argument.arg, {})[head] = frozenset()
     end = end_of(point)
     for text, names, read in _setting(function.body, end, ""):
         for name in names:
@@ -178,7 +174,9 @@ def _setting(
         names, read = _in_head(node)
         if names:
             yield head, names, read
-        yield from _setting_inside(node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above)
+        yield from _setting_in_blocks(
+            node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above
+        )
 
 
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:
@@ -188,20 +186,22 @@ def _in_head(node: ast.stmt) -> tuple[Names, Names]:
     return _names(nodes), _loaded(nodes)
 
 
-def _setting_inside(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
-    """Yield what the blocks of a statement set, see `_setting`."""
+def _setting_in_blocks(
+    node: ast.stmt, end: tuple[int, int], above: str
+) -> Iterator[tuple[str, Names, Names]]:
+    """Yield the statements in the blocks of a statement that set names, see `_setting`."""
     for statement in (inner for field in _BLOCKS for inner in getattr(node, field, [])):
         if isinstance(statement, ast.stmt):
             yield from _setting([statement], end, above)
         elif isinstance(statement, ast.ExceptHandler | ast.match_case):
             head = f"{above}{ast.unparse(statement).strip().splitlines()[0]}"
-            bound = _bound(statement)
+            bound = _names_bound(statement)
             if bound:
                 yield head, bound, _loaded([statement])
             yield from _setting(statement.body, end, f"{head} ")
 
 
-def _bound(head: ast.ExceptHandler | ast.match_case) -> Names:
+def _names_bound(head: ast.ExceptHandler | ast.match_case) -> Names:
     """Return the names that `except ... as` or a pattern sets."""
     if isinstance(head, ast.match_case):
         return _captured(head)
@@ -227,4 +227,4 @@ def check_bound(needed: Collection[str], own: Collection[str], values: Mapping[s
     """Raise a LocalsError for a needed local of a function that the frame does not have."""
     for name in sorted(needed):
         if name in own and name not in values:
-            raise LocalsError(f"its local {name} has no value: it would be set before this await")
+            raise LocalsError(f"its local {name} has no value; the edited function sets it before this await")

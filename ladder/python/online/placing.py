@@ -1,8 +1,8 @@
 """Moves the frames of a sequence to edited code: first plans all of them, then moves them.
 
-    cycle          awaits self.make_round()            rebuilt, awaits the rebuilt one below
+    cycle          awaits self.make_round()            rebuilt, awaits the rebuilt make_round
       make_round   awaits within("5 s", ...)           rebuilt, awaits the same wait
-        within     holds a command                     stays
+        within     awaits a command                    stays
 
 Nothing changes before the whole edit is planned.
 """
@@ -26,7 +26,7 @@ from ..sequences.parts import Part
 from ..sequences.waits import Wait, stepping
 from .conditions import OURS, Texts, branches_in, check_wait
 from .edition import Edition
-from .held import Again, keep_for_ever
+from .held import ContinuedAwait, keep_forever
 from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
 from .points import Function, PlacedAwait, Point, counterpart, points_of
 from .resumed import ResumptionBody, arguments_of, compiled, resume
@@ -48,7 +48,7 @@ class EditContext:
     new: Edition
     codes: frozenset[CodeType]  # codes of rebuilt or kept frames in the current edition
     changed: tuple[Part, ...]  # parts that the edit changes
-    names: frozenset[str]  # names, and attributes with a dot, whose meaning the edit changes
+    names: frozenset[str]  # names, and attributes with a dot, that the edit changes
     texts: Texts  # syntax of the functions in waits
 
     def check_wait(self, wait: Wait[Any]) -> None:
@@ -80,18 +80,18 @@ class SequenceMove:
         """Rebuild its frames; return their codes."""
         if not self.frames:
             return list(self.kept)
-        wait, before = self.sequence._wait, self.sequence._work
-        awaited: Any = Again(self.frames[-1].frame.awaited, wait)
+        wait, old_work = self.sequence._wait, self.sequence._work
+        awaited: Any = ContinuedAwait(self.frames[-1].frame.awaited, wait)
         codes = []
         for frame in reversed(self.frames):
             function = compiled(frame.after.function, frame.resumed, tuple(frame.values), frame.function)
             point = frame.after.point
-            further = arguments_of(
+            arguments = arguments_of(
                 frame.resumed, point.holds, frame.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
             )
-            awaited = function(**frame.values, **further)
+            awaited = function(**frame.values, **arguments)
             codes.append(function.__code__)
-        keep_for_ever(before)
+        keep_forever(old_work)
         self.sequence._work = awaited
         _begin(awaited, wait)
         return codes
@@ -99,22 +99,22 @@ class SequenceMove:
 
 def _begin(work: Work, wait: Wait[Any] | None) -> None:
     """Run a rebuilt frame up to its await; this runs no user code."""
-    before, stepping.now = stepping.now, True
+    was_stepping, stepping.now = stepping.now, True
     try:
-        reached = work.send(None)
+        awaited = work.send(None)
     finally:
-        stepping.now = before
-    assert reached is wait, "a rebuilt frame begins at its await"
+        stepping.now = was_stepping
+    assert awaited is wait, "a rebuilt frame begins at its await"
 
 
 def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
     """Plan how a waiting sequence, and the branches in its wait, continue.
 
     Raises:
-        NotPlacedError: it is not certain that it can continue.
+        NotPlacedError: it is not certain that the sequence can continue.
     """
     wait, work = sequence._wait, sequence._work
-    assert wait is not None, "it waits"
+    assert wait is not None, "the sequence waits"
     waiting = []
     while (frame := _user_frame(work)) is not None:
         waiting.append(frame)
@@ -122,13 +122,13 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
     if not waiting:
         raise NotPlacedError(f"{sequence.name} waits in no function of the program")
     name, last = sequence.name, waiting[-1]
-    _named(name, last, lambda: context.check_wait(wait))
-    if all(_is_as_before(paused, context) for paused in waiting):
-        for unmoved in waiting:
-            _named(name, unmoved, partial(_check_locals, unmoved.values, context))
-        moves = [SequenceMove(sequence, (), tuple(paused.code for paused in waiting))]
+    _checked(name, last, lambda: context.check_wait(wait))
+    if all(_is_unchanged(frame, context) for frame in waiting):
+        for frame in waiting:
+            _checked(name, frame, partial(_check_locals, frame.values, context))
+        moves = [SequenceMove(sequence, (), tuple(frame.code for frame in waiting))]
     else:
-        planned = [_named(name, paused, partial(_move_of, paused, context)) for paused in waiting]
+        planned = [_checked(name, frame, partial(_move_of, frame, context)) for frame in waiting]
         moves = [SequenceMove(sequence, tuple(planned))]
     for branch in branches_in(wait):
         moves += plan_moves(branch, context)
@@ -136,24 +136,24 @@ def plan_moves(sequence: Sequence, context: EditContext) -> list[SequenceMove]:
 
 
 def _user_frame(work: Any) -> WaitingFrame | None:
-    """Return the frame of a user's coroutine; None for another one."""
+    """Return the frame of a user's coroutine; None for other coroutines."""
     if getattr(work, "cr_frame", None) is None or work.cr_await is None:
         return None
     module = work.cr_frame.f_globals.get("__name__", "")
     return None if module.startswith(OURS) else suspended(work)
 
 
-def _named(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
-    """Return the result of a check; if it fails, raise a NotPlacedError with the reason and the place."""
+def _checked(name: str, frame: WaitingFrame, check: Callable[[], T]) -> T:
+    """Return the result of a check; if it fails, raise a NotPlacedError with the reason and the line."""
     try:
         return check()
     except UnknownStackError:
-        reason = "what its open blocks hold can't be read in this Python"
+        reason = "the objects in its open blocks can't be read in this Python version"
     except ValueError as error:
         reason = str(error)
     file, line = frame.code.co_filename, frame.work.cr_frame.f_lineno
-    place = f"{name} waits in {frame.code.co_name}"
-    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{place}: {reason}")
+    position = f"{name} waits in {frame.code.co_name}"
+    raise NotPlacedError.at(Site(file=Path(file).name, line=line), f"{position}: {reason}")
 
 
 def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionType, FunctionType]:
@@ -162,7 +162,7 @@ def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionTy
     present = context.old.function(frame.module, qualified)
     edited = context.new.function(frame.module, qualified)
     if present is None or (present.__code__ is not frame.code and frame.code not in context.codes):
-        raise ValueError("it still runs a program before this one: edit again once that is over")
+        raise ValueError("it still runs an earlier edition of the program; edit again after that has ended")
     if edited is None:
         raise ValueError(f"{qualified} no longer exists")
     return present, edited
@@ -170,62 +170,64 @@ def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionTy
 
 def _trees_of(frame: WaitingFrame, context: EditContext) -> tuple[Function, Function]:
     present, edited = _functions_of(frame, context)
-    before, after = context.old.tree(present), context.new.tree(edited)
-    if not isinstance(before, ast.AsyncFunctionDef) or not isinstance(after, ast.AsyncFunctionDef):
+    old_tree, new_tree = context.old.tree(present), context.new.tree(edited)
+    if not isinstance(old_tree, ast.AsyncFunctionDef) or not isinstance(new_tree, ast.AsyncFunctionDef):
         name = frame.code.co_qualname
-        raise ValueError(f"the source of {name} is not there, or it is no `async def`")
-    return before, after
+        raise ValueError(f"{name} has no source, or is not an `async def`")
+    return old_tree, new_tree
 
 
-def _is_as_before(frame: WaitingFrame, context: EditContext) -> bool:
+def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
     """Return whether text and lines of a frame's function are unchanged, so that the frame can stay."""
     try:
-        before, after = _trees_of(frame, context)
+        old_tree, new_tree = _trees_of(frame, context)
     except ValueError:
         return False
     if "__class__" in frame.code.co_freevars:
         return False
-    read = set(frame.code.co_names)
-    if read & (context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}):
+    names_read = set(frame.code.co_names)
+    if names_read & (
+        context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}
+    ):
         return False
-    texts = [ast.dump(tree, include_attributes=True) for tree in (before, after)]
+    texts = [ast.dump(tree, include_attributes=True) for tree in (old_tree, new_tree)]
     return texts[0] == texts[1]
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
-    matching = [point for point in points if point.is_at(frame.at)]
+    matching = [point for point in points if point.is_at(frame.position)]
     if len(matching) != 1:
-        raise ValueError("its await is not found in the source")
+        raise ValueError("its await is not in the source")
     if _leaves_block(frame, matching[0]):
         raise ValueError("it leaves an `async with`")
     return matching[0]
 
 
 def _check_locals(values: Mapping[str, Any], context: EditContext) -> None:
-    """Raise a ValueError for a local that refers to something that does not continue."""
+    """Raise a ValueError for a local that refers to an object that does not continue."""
     for name, value in values.items():
         _check_local(name, value, context)
 
 
 def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[Any], list[str]]:
-    """Return what open blocks hold in the edited program, and the heads of loops over an edited tuple.
+    """Return the objects in open blocks for the edited program, and the heads of loops over an edited tuple.
 
-    Such a loop continues if its passes so far are the same.
+    A loop over an edited tuple continues if its passes so far are the same.
 
     Raises:
-        LocalsError: the passes differ, or what it iterates over can't be compared.
+        LocalsError: the passes differ, or the loop is over another object than a constant tuple.
     """
     loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
-    places = [number for number, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
+    iterator_indices = [index for index, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
     iterators, heads = list(held), []
-    for place, step in zip(places, loops, strict=True):
+    for index, step in zip(iterator_indices, loops, strict=True):
         node: Any = step.node
         if not names_read(node.iter) & context.names:
             continue
-        iterator = _rest_of(held[place], ast.unparse(node.iter), context)
+        iterator = _iterator_at_same_pass(held[index], ast.unparse(node.iter), context)
         if iterator is None:
             check_unchanged(f"it is in `{step.head}`", names_read(node.iter), context.names)
-        iterators[place] = iterator
+        iterators[index] = iterator
         heads.append(f"{step.head}:")
     return iterators, heads
 
@@ -233,16 +235,20 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
 _TUPLE_ITERATOR: type[Any] = type(iter(()))
 
 
-def _rest_of(iterator: Any, text: str, context: EditContext) -> Any:
-    """Return an iterator over the edited tuple, at the same position; None if that is not certain."""
-    before, after = (edition.constant(text) for edition in (context.old, context.new))
-    if type(iterator) is not _TUPLE_ITERATOR or not isinstance(before, tuple) or not isinstance(after, tuple):
+def _iterator_at_same_pass(iterator: Any, text: str, context: EditContext) -> Any:
+    """Return an iterator over the edited tuple, at the same pass; None if the passes so far may differ."""
+    old_tuple, new_tuple = (edition.constant(text) for edition in (context.old, context.new))
+    if (
+        type(iterator) is not _TUPLE_ITERATOR
+        or not isinstance(old_tuple, tuple)
+        or not isinstance(new_tuple, tuple)
+    ):
         return None
-    turns = len(before) - iterator.__length_hint__()
-    if iterator.__reduce__()[1] != (before,) or before[:turns] != after[:turns]:
+    passes = len(old_tuple) - iterator.__length_hint__()
+    if iterator.__reduce__()[1] != (old_tuple,) or old_tuple[:passes] != new_tuple[:passes]:
         return None
-    remaining = iter(after)
-    for _ in range(turns):
+    remaining = iter(new_tuple)
+    for _ in range(passes):
         next(remaining)
     return remaining
 
@@ -253,14 +259,14 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     points = points_of(present_tree)
     point = _point_of(frame, points)
     target = counterpart(point, points, points_of(edited_tree))
-    before, after = PlacedAwait(present_tree, point), PlacedAwait(edited_tree, target)
-    resume(present_tree, point)  # raises if its frame can't be read
+    old_await, new_await = PlacedAwait(present_tree, point), PlacedAwait(edited_tree, target)
+    resume(present_tree, point)  # raises a CannotBeginError if the frame can't be read
     resumed = resume(edited_tree, target)
     held = frame.held(point.holds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
-    values = _fitting(frame, before, after, resumed, edited, context, loops)
-    return FrameMove(frame, edited, after, resumed, values, held)
+    values = _fitting(frame, old_await, new_await, resumed, edited, context, loops)
+    return FrameMove(frame, edited, new_await, resumed, values, held)
 
 
 def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
@@ -271,21 +277,21 @@ def _leaves_block(frame: WaitingFrame, point: Point) -> bool:
 
 def _fitting(
     frame: WaitingFrame,
-    before: PlacedAwait,
-    after: PlacedAwait,
+    old_await: PlacedAwait,
+    new_await: PlacedAwait,
     resumed: ResumptionBody,
     edited: FunctionType,
     context: EditContext,
     loops: list[str],
 ) -> dict[str, Any]:
-    """Return the locals that the edited function takes over."""
+    """Return the locals for the edited function."""
     code = edited.__code__
     local_names = [name for name in (*code.co_varnames, *code.co_cellvars) if not name.startswith(".")]
     values = {name: frame.values[name] for name in local_names if name in frame.values}
-    needed = names_needed(resumed.body, after.point)
-    if ast.dump(before.function) != ast.dump(after.function):
+    needed = names_needed(resumed.body, new_await.point)
+    if ast.dump(old_await.function) != ast.dump(new_await.function):
         check_bound(needed, local_names, values)
-    check_origins(needed & frozenset(local_names), before, after, context.names, loops)
+    check_origins(needed & frozenset(local_names), old_await, new_await, context.names, loops)
     _check_locals({name: values[name] for name in sorted(needed & values.keys())}, context)
     return values
 
@@ -296,9 +302,9 @@ def _check_local(name: str, value: Any, context: EditContext) -> None:
     if isinstance(value, Wait):
         context.check_wait(value)
     elif isinstance(value, FunctionType | Coroutine):
-        raise ValueError(f"its local {name} is a function or a coroutine of the program before")
+        raise ValueError(f"its local {name} is a function or a coroutine of the previous program")
     else:
-        description = foreign(value, context.old)
+        description = foreign_object_in(value, context.old)
         if description and not isinstance(value, context.old.kind):
             raise ValueError(f"its local {name} is {description}")
 
@@ -307,9 +313,9 @@ def _check_held(held: list[Any], context: EditContext) -> None:
     for value in held:
         owner = getattr(value, "__self__", value)
         if not isinstance(owner, BaseException) and not _is_library(owner):
-            raise ValueError(f"a loop or a `with` holds {type(owner).__name__}, an object of its own")
+            raise ValueError(f"a loop or a `with` uses an object of the class {type(owner).__name__}")
         if any(owner is part for part in context.changed):
-            raise ValueError(f"it holds {owner.name}, whose declaration has changed")
+            raise ValueError(f"a `with` uses {owner.name}, whose declaration has changed")
 
 
 _CODE = (GeneratorType, FunctionType, MethodType, Coroutine)
@@ -333,14 +339,14 @@ def _is_library(owner: Any, depth: int = 3) -> bool:
     return all(depth > 0 and _is_library(item, depth - 1) for item in inner)
 
 
-def foreign(value: Any, old: Edition, depth: int = 4) -> str:
-    """Describe the first object in a value whose class the program defines; "" if there is none."""
+def foreign_object_in(value: Any, old: Edition, depth: int = 4) -> str:
+    """Describe the first object in a value with a class that the program defines; "" for no such object."""
     kind = type(value)
     if kind.__module__ in old.modules:
         name = f"{kind.__name__}.{value.name}" if isinstance(value, Enum) else f"a {kind.__name__}"
-        return f"{name} of the program before"
+        return f"{name} of the previous program"
     if isinstance(value, dict):
         value = [*value, *value.values()]
     if depth and isinstance(value, list | tuple | set | frozenset):
-        return next((text for item in value if (text := foreign(item, old, depth - 1))), "")
+        return next((text for item in value if (text := foreign_object_in(item, old, depth - 1))), "")
     return ""

@@ -4,7 +4,7 @@
         for station in self.stations:        ("for station in self.stations",)
             await dwell("2 s")               the first await of this text at this path
 
-The test of a `while` is not part of the path, since it is evaluated again; the condition of a branch is.
+The path includes the condition of an `if`, but not the test of a `while`, which is evaluated again.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ Function = ast.AsyncFunctionDef
 
 NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 """Nodes with their own scope."""
+
+_COMPOUND = (ast.If, ast.While, ast.For, ast.Match, ast.With, ast.AsyncWith)
+"""Statements with a head that may contain an await."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +57,7 @@ class Point:
 
     @property
     def holds(self) -> list[Hold]:
-        """The kinds of object that open blocks around it keep on the stack, outermost first."""
+        """The kinds of objects of its open blocks on the stack, outermost first."""
         holds: list[Hold] = []
         for step in self.steps:
             if isinstance(step.node, ast.For) and step.field == "body":
@@ -67,11 +70,11 @@ class Point:
             holds.append(Hold.EXIT)
         return holds
 
-    def is_at(self, place: Range) -> bool:
+    def is_at(self, position: Range) -> bool:
         """Return whether a position from Python is the position of this point."""
         if isinstance(self.node, ast.AsyncWith):
-            return place in (_range(self.node), _range(self.node.items[0].context_expr))
-        return place == _range(self.node)
+            return position in (_range(self.node), _range(self.node.items[0].context_expr))
+        return position == _range(self.node)
 
 
 class PlacedAwait(NamedTuple):
@@ -99,14 +102,16 @@ def _points(node: ast.stmt, steps: tuple[BlockStep, ...]) -> Iterator[Point]:
                 yield from _points(child, (*steps, BlockStep(node, field, head)))
         elif field in ("handlers", "cases"):
             for child in value:
-                inside = BlockStep(node, field, f"{head} {_inner_head(child)}", child)
+                clause = BlockStep(node, field, f"{head} {_inner_head(child)}", child)
                 for statement in child.body:
-                    yield from _points(statement, (*steps, inside))
+                    yield from _points(statement, (*steps, clause))
         else:
-            compound = isinstance(node, ast.If | ast.While | ast.For | ast.Match | ast.With | ast.AsyncWith)
-            inside_of = (*steps, BlockStep(node, field, "")) if compound else steps
+            is_compound = isinstance(
+                node, ast.If | ast.While | ast.For | ast.Match | ast.With | ast.AsyncWith
+            )
+            head_steps = (*steps, BlockStep(node, field, "")) if is_compound else steps
             for awaited in _awaits(value):
-                yield Point(awaited, inside_of, node, ast.unparse(awaited))
+                yield Point(awaited, head_steps, node, ast.unparse(awaited))
 
 
 def _awaits(value: object) -> Iterator[ast.Await]:
@@ -161,36 +166,38 @@ def end_of(point: Point) -> tuple[int, int]:
     return (node.end_lineno, node.end_col_offset) if loops else (node.lineno, node.col_offset + 1)
 
 
-def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
+def counterpart(point: Point, old_points: list[Point], new_points: list[Point]) -> Point:
     """Return the point of an edited function that matches a point of the original function.
 
     Raises:
         NoCounterpartError: there is no match, or several points could match.
     """
-    same_before = [candidate for candidate in before if candidate.key == point.key]
-    same_after = [candidate for candidate in after if candidate.key == point.key]
-    if len(same_before) == len(same_after):
-        twin = same_after[same_before.index(point)]
-        count_before, count_after = (_like(*pair) for pair in ((point, before), (twin, after)))
-        if count_before == count_after:
-            return twin
-        same_before, same_after = [point] * count_before, [twin] * count_after
-    if same_after:
-        raise NoCounterpartError(
-            f"`{point.text}` is there {_times(len(same_after))}, before {_times(len(same_before))}: "
-            "which one is meant is not certain"
+    old_matches = [candidate for candidate in old_points if candidate.key == point.key]
+    new_matches = [candidate for candidate in new_points if candidate.key == point.key]
+    if len(old_matches) == len(new_matches):
+        match = new_matches[old_matches.index(point)]
+        count_before, count_after = (
+            _count_reached(*pair) for pair in ((point, old_points), (match, new_points))
         )
-    moved = next((candidate for candidate in after if candidate.kinds == point.kinds), None)
+        if count_before == count_after:
+            return match
+        old_matches, new_matches = [point] * count_before, [match] * count_after
+    if new_matches:
+        raise NoCounterpartError(
+            f"`{point.text}` occurs {_times(len(new_matches))}, before {_times(len(old_matches))}; "
+            "the matching one is not certain"
+        )
+    moved = next((candidate for candidate in new_points if candidate.kinds == point.kinds), None)
     if moved is not None:
         pairs = zip(point.steps, moved.steps, strict=True)
         old, new = next(
             (original.head, edited.head) for original, edited in pairs if original.head != edited.head
         )
-        raise NoCounterpartError(f"`{old}`, which it is in, is now `{new}`")
+        raise NoCounterpartError(f"the statement around it, `{old}`, is now `{new}`")
     raise NoCounterpartError(f"`{point.text}` is no longer at its place")
 
 
-def _like(point: Point, points: list[Point]) -> int:
+def _count_reached(point: Point, points: list[Point]) -> int:
     """Return the number of points with the same text that may have been reached before a point."""
     end = end_of(point)
     reached = (other.node for other in points if other.text == point.text)

@@ -26,7 +26,7 @@ from typing import Any, TypeVar
 from scanrack.io_images.dataclass import dataclass
 
 from ..line_marks import LINES, mark
-from .held import Again, Entering, OpenBlock, Rest
+from .held import Entering, OpenBlock, RemainingPasses
 from .points import NESTED, BlockStep, Function, Point
 from .suspended import Hold
 
@@ -47,7 +47,9 @@ class ResumptionBody:
     """The body of a function after one of its awaits, and its additional parameters."""
 
     body: list[ast.stmt] = field(default_factory=list)
-    blocks: list[str] = field(default_factory=list)  # parameters for what open blocks hold, outermost first
+    blocks: list[str] = field(
+        default_factory=list
+    )  # parameters for the objects of open blocks, outermost first
     once: list[str] = field(default_factory=list)  # parameters that mark the first pass of a loop
 
 
@@ -65,16 +67,16 @@ def resume(function: Function, point: Point) -> ResumptionBody:
 class _Writer:
     """Writes the statements from a point on."""
 
-    def __init__(self, made: ResumptionBody, point: Point) -> None:
-        self._made, self._point = made, point
+    def __init__(self, resumption: ResumptionBody, point: Point) -> None:
+        self._resumption, self._point = resumption, point
         self._entry = isinstance(point.node, ast.AsyncWith)
 
     def block(self, statements: Sequence[ast.stmt], depth: int) -> list[ast.stmt]:
         """Return the rest of a block from the statement with the point on."""
         steps = self._point.steps
         target = steps[depth].node if depth < len(steps) else self._point.statement
-        place = next(number for number, statement in enumerate(statements) if statement is target)
-        return [*self._statement(statements[place], depth), *statements[place + 1 :]]
+        index = next(index for index, statement in enumerate(statements) if statement is target)
+        return [*self._statement(statements[index], depth), *statements[index + 1 :]]
 
     def _statement(self, node: ast.stmt, depth: int) -> list[ast.stmt]:
         if depth >= len(self._point.steps):
@@ -89,11 +91,11 @@ class _Writer:
 
     def _simple(self, node: ast.stmt) -> ast.stmt:
         if not isinstance(node, _VALUE_OF) or node.value is None:
-            raise CannotBeginError(_HALF)
+            raise CannotBeginError(_PARTLY_COMPUTED)
         return _with(node, value=self._first(node.value))
 
     def _first(self, node: ast.expr) -> ast.expr:
-        """Replace the await in an expression; it must be what the expression evaluates first."""
+        """Return an expression with the await replaced; the expression must evaluate the await first."""
         if node is self._point.node:
             return _at(ast.Await(_at(ast.Name(WAIT, ast.Load()), node)), node)
         for kinds, name in _FIRST:
@@ -104,11 +106,11 @@ class _Writer:
                 else:
                     result = _with(node, **{name: self._first(value)})
                 return result
-        raise CannotBeginError(_HALF)
+        raise CannotBeginError(_PARTLY_COMPUTED)
 
     def _entered(self, node: Any) -> ast.stmt:
         if len(node.items) != 1:
-            raise CannotBeginError("`async with` enters several objects")
+            raise CannotBeginError("an `async with` has several objects")
         held = self._block(Hold.EXIT, node)
         entered: ast.stmt = _with(node, items=[ast.withitem(held, node.items[0].optional_vars)])
         return entered
@@ -137,7 +139,7 @@ class _Writer:
         if step.field != "body":
             return [_with(node, iter=self._first(node.iter))]
         iterator, first = self._block(Hold.ITERATOR, node), self._once(node)
-        turn = f".turn{len(self._made.blocks)}"
+        turn = f".turn{len(self._resumption.blocks)}"
         item = _at(ast.Assign([node.target], _at(ast.Name(turn, ast.Load()), node.target)), node.target)
         resumed = self.block(node.body, depth + 1)
         body = _at(ast.If(first(), resumed, [item, *node.body]), node.body[0])
@@ -153,7 +155,7 @@ class _Writer:
         return self._finally(node, self.block(node.orelse, depth + 1))
 
     def _handler(self, node: Any, step: BlockStep, depth: int) -> ast.stmt:
-        """Write a running handler: its exception is raised again, to be caught by this handler only."""
+        """Write a running handler: it raises its exception again, which only this handler catches."""
         inner: Any = step.inner
         error = self._block(Hold.HANDLER, inner)
         body = self.block(inner.body, depth + 1)
@@ -168,7 +170,7 @@ class _Writer:
 
     def _with_block(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field != "body":
-            raise CannotBeginError(_HALF)
+            raise CannotBeginError(_PARTLY_COMPUTED)
         items = [ast.withitem(self._block(Hold.EXIT, node), None) for _ in node.items]
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
@@ -181,14 +183,14 @@ class _Writer:
     # --- parameters
 
     def _block(self, hold: Hold, node: Any) -> ast.Name:
-        name = f".{hold.value}{len(self._made.blocks)}"
-        self._made.blocks.append(name)
+        name = f".{hold.value}{len(self._resumption.blocks)}"
+        self._resumption.blocks.append(name)
         return _at(ast.Name(name, ast.Load()), node)
 
     def _once(self, node: Any) -> Callable[[], ast.expr]:
-        """Return a function that makes an expression: true when first evaluated, then false."""
-        name = f".once{len(self._made.once)}"
-        self._made.once.append(name)
+        """Return a function that creates an expression, which is true when first evaluated, then false."""
+        name = f".once{len(self._resumption.once)}"
+        self._resumption.once.append(name)
 
         def first() -> ast.expr:
             pop = ast.Call(ast.Attribute(ast.Name(name, ast.Load()), "pop", ast.Load()), [], [])
@@ -197,7 +199,7 @@ class _Writer:
         return first
 
 
-_HALF = "the await is within an expression of which a part is computed"
+_PARTLY_COMPUTED = "the expression around the await is partly computed"
 
 _FIRST: Sequence[tuple[Any, str]] = (
     (ast.Compare | ast.BinOp, "left"),
@@ -229,9 +231,9 @@ def _with(node: Node, **fields: Any) -> Node:
     return result
 
 
-def _at(node: Node, place: Any) -> Node:
+def _at(node: Node, origin: Any) -> Node:
     """Give a position to a node, and to the nodes inside it that have none."""
-    ast.copy_location(node, place)
+    ast.copy_location(node, origin)
     return ast.fix_missing_locations(node)
 
 
@@ -244,15 +246,15 @@ def compiled(
     """Compile a function that begins at a point.
 
     Args:
-        values: names of the locals that it takes over, which become parameters of the same names.
+        values: names of the kept locals, which become parameters of the same names.
         original: the edited function, for its globals, names and cells.
 
     Raises:
-        CannotBeginError: it uses variables of an outer function.
+        CannotBeginError: the function uses variables of an outer function.
     """
     code = original.__code__
     if set(code.co_freevars) - {"__class__"}:
-        raise CannotBeginError(f"it uses {', '.join(code.co_freevars)} of a function around it")
+        raise CannotBeginError(f"it uses {', '.join(code.co_freevars)} of an outer function")
     names = [*values, WAIT, *resumed.blocks, *resumed.once, ".everything"]
     outside = [node for node in _own_nodes(function) if isinstance(node, ast.Global)]
     tree = ast.parse("def outer(__class__):\n async def inner(): pass")
@@ -326,12 +328,12 @@ def arguments_of(
     """Return the additional arguments of a resumed function.
 
     Args:
-        held: what the open blocks hold, outermost first.
+        held: the objects of open blocks, outermost first.
         awaited: an awaitable that continues the wait.
         entry: whether the wait is the entry of the last block.
     """
     wrap: Mapping[Hold, Callable[[Any], Any]] = {
-        Hold.ITERATOR: Rest,
+        Hold.ITERATOR: RemainingPasses,
         Hold.EXIT: OpenBlock,
         Hold.HANDLER: lambda error: error,
     }
@@ -341,6 +343,3 @@ def arguments_of(
     once = {name: [True] for name in resumed.once}
     blocks = dict(zip(resumed.blocks, arguments, strict=True))
     return {WAIT: awaited, ".everything": BaseException, **blocks, **once}
-
-
-__all__ = ["Again", "CannotBeginError", "ResumptionBody", "arguments_of", "compiled", "resume"]

@@ -1,4 +1,4 @@
-"""Reads a waiting frame: where it waits, its locals, and what its open blocks hold.
+"""Reads a waiting frame: the position of its await, its locals, and the objects of its open blocks.
 
 CPython shows the value stack of a suspended coroutine to its garbage collector, in order: iterators of `for`
 loops, exits of `with` blocks, the exception before a handler, and on top the awaitable.
@@ -42,7 +42,7 @@ class WaitingFrame:
     work: Any  # the coroutine
     code: CodeType
     module: str
-    at: Range  # position of its await
+    position: Range  # position of its await
     values: dict[str, Any]  # its locals
     awaited: Any  # the coroutine or generator that it awaits
 
@@ -70,7 +70,7 @@ class WaitingFrame:
                 values.append(present)
                 item, present = present, item
             if hold is Hold.EXIT and not _is(hold, item):
-                item = _bound(stack.pop() if stack else None, item)
+                item = _bound_exit(stack.pop() if stack else None, item)
             if not _is(hold, item):
                 raise UnknownStackError
             if hold is not Hold.HANDLER:
@@ -78,7 +78,7 @@ class WaitingFrame:
         return values[::-1]
 
 
-def _bound(function: Any, owner: Any) -> Any:
+def _bound_exit(function: Any, owner: Any) -> Any:
     """Return the bound exit of an object; since Python 3.14 the stack has the function below it."""
     is_exit = getattr(function, "__name__", "") in _EXITS and hasattr(function, "__get__")
     return function.__get__(owner) if is_exit else None
@@ -95,8 +95,8 @@ def _is(hold: Hold, item: Any) -> bool:
 def suspended(work: Any) -> WaitingFrame:
     """Return the frame of a waiting coroutine."""
     frame = work.cr_frame
-    place = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
-    line, end_line, column, end_column = (number or 0 for number in place)
+    position = next(islice(frame.f_code.co_positions(), frame.f_lasti // 2, None))
+    line, end_line, column, end_column = (number or 0 for number in position)
     values = {name: value for name, value in frame.f_locals.items() if not name.startswith(".")}
     return WaitingFrame(
         work,

@@ -17,9 +17,9 @@
 | `Counter(5)` | CTU | once its input has risen 5 times |
 | `DownCounter(5)` | CTD | once its input has risen 5 times since it was loaded |
 
-Calling it returns the result, which stays until the next call: `if self.warning:`. A first scan (power-up or
-after program mode) resets it. As in IEC 61131-3, `Rise`, `Counter` and `DownCounter` treat an input that is
-true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
+A call returns the result, which stays until the next call: `if self.warning:`. A first scan (after power-up
+or program mode) resets the object. As in IEC 61131-3, `Rise`, `Counter` and `DownCounter` treat an input that
+is true at their first call as a rise; ONS, CTU and CTD of a ladder do not.
 """
 
 from __future__ import annotations
@@ -56,17 +56,17 @@ class EdgeBlock(Block):
 
     def __init__(self) -> None:
         super().__init__()
-        self._before = False
+        self._was_on = False
 
     @override
     def reset_part(self) -> None:
         super().reset_part()
-        self._before = False
+        self._was_on = False
 
     def _rises(self, on: object) -> bool:
         """Store the input; return whether it has risen since the previous call."""
-        before, self._before = self._before, bool(on)
-        return self._before and not before
+        was_on, self._was_on = self._was_on, bool(on)
+        return self._was_on and not was_on
 
 
 class PresetBlock(Block):
@@ -92,9 +92,9 @@ class Timer(PresetBlock):
 
     def __init__(self, time: str) -> None:
         super().__init__()
-        self.preset_ns = parse_time(time)  # its time, ns; a change takes effect at the next call
-        self._clock: Clock | None = None
-        self._since_ns: int | None = None
+        self.preset_ns = parse_time(time)  # a change takes effect at the next call
+        self._clock: Clock | None = None  # None before the first scan
+        self._since_ns: int | None = None  # start of the current run; None while stopped
         self._elapsed_ns = 0
 
     @property
@@ -179,7 +179,7 @@ class Fall(EdgeBlock):
 
     def __call__(self, on: object) -> bool:
         """Evaluate this scan's input."""
-        self._result, self._before = self._before and not on, bool(on)
+        self._result, self._was_on = self._was_on and not on, bool(on)
         return self._result
 
 

@@ -1,11 +1,11 @@
 """Waits that contain other waits, and coroutines as branches: `all_of`, `first_of`, `within`.
 
     all_of(a, b)       until all are over; a tuple of their values. The first error ends it
-    first_of(a, b)     until one is over; the value is that argument. Within a scan, the first counts
+    first_of(a, b)     until one is over; the value is that argument. Within a scan, the first has precedence
     within("5 s", a)   the value of a, or WaitTimeout
 
-A branch is a sequence inside a wait, which steps it. A branch that loses gets `Abort`, and the
-wait ends when the branch has ended. A command that loses continues, like a PLCopen block whose Execute falls.
+A branch is a sequence inside a wait, which steps it. A branch that loses gets `Abort`, and the wait ends when
+the branch has ended. A command that loses continues, like a PLCopen block when its Execute falls.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class WaitTimeout(Exception):  # noqa: N818 - the trade says timeout
 
 
 class BranchWait(Wait[T], Generic[T]):
-    """A coroutine as a wait, which starts it."""
+    """A wait that starts a coroutine and steps it."""
 
     __slots__ = ("_error", "_sequence")
 
@@ -83,28 +83,26 @@ class BranchWait(Wait[T], Generic[T]):
         return str(self._sequence)
 
 
-def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], what: str) -> Wait[Any]:
+def _as_wait(work: Wait[Any] | Coroutine[Any, Any, Any], function_name: str) -> Wait[Any]:
     if isinstance(work, Wait):
         return work
     if isinstance(work, Coroutine):
         return BranchWait(work)
-    raise TypeError(
-        f"{what} of {work!r} is not allowed: give it waits, commands, or calls of async functions"
-    )
+    raise TypeError(f"{function_name}: {work!r} is not a wait, a command, or the call of an async function")
 
 
 class Several(Wait[T], Generic[T]):
-    """Several waits as one. First it is decided; it ends when the losers have ended."""
+    """Several waits as one. When the result is decided, it ends with the last of the losers."""
 
-    __slots__ = ("_decided", "_error", "_left", "_moved", "waits")
+    __slots__ = ("_decided", "_error", "_running", "waits")
 
     word = "several"
 
     def __init__(self, work: tuple[Wait[Any] | Coroutine[Any, Any, Any], ...]) -> None:
         if not work:
-            raise TypeError(f"{self.word}() is not allowed: give it one wait at least")
+            raise TypeError(f"{self.word}() has no arguments; pass at least one wait")
         self.waits = tuple(_as_wait(item, self.word) for item in work)
-        self._left: list[Wait[Any]] = []
+        self._running: list[Wait[Any]] = []
         self._decided = False
         self._error: Exception | None = None
 
@@ -115,7 +113,7 @@ class Several(Wait[T], Generic[T]):
 
     @override
     def begin(self, now_ns: int) -> None:
-        self._left, self._decided, self._error = list(self.waits), False, None
+        self._running, self._decided, self._error = list(self.waits), False, None
         for wait in self.waits:
             wait.begin(now_ns)
 
@@ -130,19 +128,19 @@ class Several(Wait[T], Generic[T]):
         return self._decided and self.give_up(now_ns)
 
     def decide(self, now_ns: int) -> bool:
-        """Poll the remaining waits; return whether the result is decided. A failed wait's error is raised."""
+        """Poll the running waits; return whether the result is decided. Raise the error of a failed wait."""
         raise NotImplementedError
 
-    def over(self, wait: Wait[Any], now_ns: int) -> bool:
-        """Poll a wait, and remove it if it ends or fails; return whether it ended. An error is raised."""
+    def poll_one(self, wait: Wait[Any], now_ns: int) -> bool:
+        """Poll a wait, and remove it if it ends or fails; return whether it ended, or raise its error."""
         try:
-            holds = wait.poll(now_ns)
+            is_over = wait.poll(now_ns)
         except Exception:
-            self._left.remove(wait)
+            self._running.remove(wait)
             raise
-        if holds:
-            self._left.remove(wait)
-        return holds
+        if is_over:
+            self._running.remove(wait)
+        return is_over
 
     def value(self) -> T:
         """Return the result of the `await`."""
@@ -156,21 +154,21 @@ class Several(Wait[T], Generic[T]):
 
     @override
     def give_up(self, now_ns: int) -> bool:
-        self._left = [wait for wait in self._left if not wait.give_up(now_ns)]
-        return not self._left
+        self._running = [wait for wait in self._running if not wait.give_up(now_ns)]
+        return not self._running
 
     @override
     def gone(self, now_ns: int) -> bool:
-        self._left = [wait for wait in self._left if not wait.gone(now_ns)]
-        return not self._left
+        self._running = [wait for wait in self._running if not wait.gone(now_ns)]
+        return not self._running
 
     @override
     def drop(self) -> None:
-        for wait in self._left:
+        for wait in self._running:
             wait.drop()
 
     def __repr__(self) -> str:
-        return f"{self.word} {', '.join(map(repr, self._left or self.waits))}"
+        return f"{self.word} {', '.join(map(repr, self._running or self.waits))}"
 
 
 class All(Several[tuple[Any, ...]]):
@@ -182,10 +180,10 @@ class All(Several[tuple[Any, ...]]):
 
     @override
     def decide(self, now_ns: int) -> bool:
-        for wait in tuple(self._left):
-            if self.over(wait, now_ns):
+        for wait in tuple(self._running):
+            if self.poll_one(wait, now_ns):
                 wait.result()  # an error in one ends the wait for all immediately
-        return not self._left
+        return not self._running
 
     @override
     def value(self) -> tuple[Any, ...]:
@@ -195,19 +193,19 @@ class All(Several[tuple[Any, ...]]):
 class First(Several[Any]):
     """The first of several waits."""
 
-    __slots__ = ("_given", "_winner")
+    __slots__ = ("_winner", "_work")
 
     word = "first_of"
 
     def __init__(self, work: tuple[Wait[Any] | Coroutine[Any, Any, Any], ...]) -> None:
         super().__init__(work)
-        self._given = work
+        self._work = work
         self._winner = 0
 
     @override
     def decide(self, now_ns: int) -> bool:
         for place, wait in enumerate(self.waits):
-            if self.over(wait, now_ns):
+            if self.poll_one(wait, now_ns):
                 self._winner = place
                 wait.result()
                 return True
@@ -215,7 +213,7 @@ class First(Several[Any]):
 
     @override
     def value(self) -> Any:
-        return self._given[self._winner]
+        return self._work[self._winner]
 
 
 class Within(Several[T], Generic[T]):
@@ -238,7 +236,7 @@ class Within(Several[T], Generic[T]):
 
     @override
     def decide(self, now_ns: int) -> bool:
-        if self.over(self.waits[0], now_ns):
+        if self.poll_one(self.waits[0], now_ns):
             return True
         if now_ns >= self._over_ns:
             raise WaitTimeout(f"{self.waits[0]!r} took longer than {self.time}")
@@ -273,7 +271,7 @@ def all_of(*work: Any) -> Wait[Any]:
 def first_of(*work: AnyWork) -> Wait[AnyWork]:
     """Wait until one has ended; the value is that argument. The other branches are aborted.
 
-    Commands continue. If several end in one scan, the first in order counts.
+    Commands continue. If several end in one scan, the first in order has precedence.
 
     Args:
         work: waits, commands, and calls of async functions, which become branches.

@@ -1,13 +1,13 @@
 """A sequence: one coroutine and its wait.
 
-    turn of a scan          the sequence
-    it has an order         gets Abort at its await, after its branches have ended
-    its wait does not hold  stays
-    its wait holds, fails   continues to its next wait, which begins in this scan
+    in its turn of a scan       the sequence
+    it has an order             gets Abort at its await, after its branches have ended
+    its wait is not over        stays
+    its wait is over or fails   continues to its next wait, which begins in this scan
 
 `abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes more scans, and
 `restart` begins again in the scan in which the sequence ends. A sequence that continues after a second Abort
-has swallowed it, and faults the CPU.
+has swallowed it, and faults the controller.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ class Sequence:
         self.value: object = None  # the return value of its coroutine
         self._make = make
         self._work: Coroutine[Any, Any, object] | None = None
-        self._wait: Wait[Any] | None = None
+        self._wait: Wait[Any] | None = None  # None while it is not running
         self._resumed = 0
-        self._ordered = False
-        self._again = False
-        self._giving_up = False
-        self._aborted = False
+        self._ordered = False  # whether it gets Abort in its next turn
+        self._again = False  # whether it begins again after its end
+        self._giving_up = False  # whether it waits for the end of branches before Abort
+        self._aborted = False  # whether it has got Abort since it began
         self._due = False  # whether it takes its turn in each scan
         self._seen = 0  # the masked word at its last turn
         self._words, self._word, self._mask, self._until_ns, self._flag, _ = NOTHING
@@ -110,18 +110,18 @@ class Sequence:
     def __repr__(self) -> str:
         return f"<{self}>"
 
-    # -- what the scan does
+    # -- for the scan
 
     def begin(self, now_ns: int) -> None:
         """Begin it, in this scan."""
         self._ordered = self._again = self._giving_up = self._aborted = False
         self._work = self._make()
-        self._go_on(now_ns, None)
+        self._resume(now_ns, None)
 
     def step(self, now_ns: int) -> None:
-        """Take this scan's turn; an exception of the sequence is raised."""
+        """Take this scan's turn; raise an exception of the sequence."""
         if self._ordered or self._giving_up:
-            self._obey(now_ns)
+            self._follow_order(now_ns)
             return
         wait = self._wait
         if wait is None:
@@ -130,21 +130,21 @@ class Sequence:
             if not wait.poll(now_ns):
                 return
         except Exception as error:
-            self._go_on(now_ns, error)
+            self._resume(now_ns, error)
         else:
-            self._go_on(now_ns, None)
+            self._resume(now_ns, None)
         if self._aborted:
             self._begin_again_if_ordered(now_ns)
 
     def step_after_change(self, now_ns: int) -> None:
-        """Take this scan's turn, after a change of something that it depends on."""
+        """Take this scan's turn, after a change that the sequence depends on."""
         resumed = self._resumed
         self.step(now_ns)
         if self._resumed == resumed:
             self._seen = self._words[self._word] & self._mask
 
     def close(self) -> None:
-        """End it outside scans: `finally` runs without further awaits; an exception in it is raised."""
+        """End it outside scans: run `finally` without further awaits, and raise its exceptions."""
         work, self._work = self._work, None
         wait, self._wait = self._wait, None
         self._ordered = self._again = self._giving_up = self._aborted = False
@@ -158,7 +158,7 @@ class Sequence:
     def __del__(self) -> None:
         self.close()
 
-    def _obey(self, now_ns: int) -> None:
+    def _follow_order(self, now_ns: int) -> None:
         """Act on an order, or continue one that waits for branches."""
         wait = self._wait
         if wait is None:
@@ -172,13 +172,13 @@ class Sequence:
         self._begin_again_if_ordered(now_ns)
 
     def _abort(self, now_ns: int) -> None:
-        second, self._aborted = self._aborted, True
-        self._go_on(now_ns, Abort())
-        if second and self._wait is not None:
-            raise _at(
+        was_aborted, self._aborted = self._aborted, True
+        self._resume(now_ns, Abort())
+        if was_aborted and self._wait is not None:
+            raise _located(
                 self.frame,
                 RuntimeError(
-                    f"{self.name} swallows Abort: it is there after the second; write `except Exception`"
+                    f"{self.name} swallows Abort: it continues after the second; write `except Exception`"
                 ),
             )
 
@@ -186,7 +186,7 @@ class Sequence:
         if self._wait is None and self._again:
             self.begin(now_ns)
 
-    def _go_on(self, now_ns: int, error: BaseException | None) -> None:
+    def _resume(self, now_ns: int, error: BaseException | None) -> None:
         """Resume the coroutine up to its next wait."""
         if self._wait is not None:
             self._resumed += self._wait.moved
@@ -205,7 +205,7 @@ class Sequence:
         self._depend_on(wait)
 
     def _depend_on(self, wait: Wait[Any] | None) -> None:
-        """Note what its next turns depend on, see `watch`; an order makes the next turn due."""
+        """Store what its next turns depend on, see `watch`; an order makes the next turn due."""
         watch = NOTHING if wait is None else wait.watched()
         self._due = watch is None or self._ordered
         if watch is not None:
@@ -215,22 +215,22 @@ class Sequence:
     def _advance(self, error: BaseException | None) -> object:
         work = self._work
         assert work is not None, "a sequence that continues has begun"
-        before, stepping.now = stepping.now, True
+        was_stepping, stepping.now = stepping.now, True
         try:
             return work.send(None) if error is None else work.throw(error)
-        except StopIteration as over:
-            self.value = over.value
+        except StopIteration as stop:
+            self.value = stop.value
         except Abort:
             pass  # the requested end
         except RuntimeError as error:
-            if str(error) == "no running event loop":  # asyncio's words
-                text = f"{error}: {self.name} awaits what asyncio runs; {NO_LOOP}"
+            if str(error) == "no running event loop":  # the text of asyncio
+                text = f"{error}: {self.name} awaits an object of asyncio; {NO_LOOP}"
                 raise RuntimeError(text).with_traceback(error.__traceback__) from None
             if isinstance(error.__cause__, StopIteration):  # Python's form of a StopIteration that escapes
-                error = error.with_traceback(error.__cause__.__traceback__)  # which knows the user's line
+                error = error.with_traceback(error.__cause__.__traceback__)  # with the user's line
             raise error
         finally:
-            stepping.now = before
+            stepping.now = was_stepping
             stepping.dropped = 0
         self._work = None
         return _OVER
@@ -251,8 +251,8 @@ def _close(work: Coroutine[Any, Any, object]) -> None:
             raise  # raised by its own code; a coroutine that swallows its end is abandoned
 
 
-def _at(frame: FrameType | None, error: Exception) -> Exception:
-    """Add the place of a frame to an error, so that the fault names the user's line."""
+def _located(frame: FrameType | None, error: Exception) -> Exception:
+    """Return an error with a traceback to a frame, so that the fault names the user's line."""
     if frame is None:
         return error
     return error.with_traceback(TracebackType(None, frame, frame.f_lasti, frame.f_lineno))

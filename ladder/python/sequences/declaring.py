@@ -35,7 +35,7 @@ class SequenceMethod:
     @overload
     def __get__(self, logic: object, owner: type) -> Sequence: ...
     def __get__(self, logic: Any, owner: type) -> Any:
-        return self  # an instance has a Sequence with that name, which Python finds first
+        return self  # only for the class: an instance has a Sequence of this name, which Python finds first
 
 
 @overload
@@ -52,11 +52,11 @@ def sequence(function: Method | None = None, *, start: bool = True) -> Any:
 def _check_method(function: Any) -> None:
     name, where = getattr(function, "__qualname__", repr(function)), where_is(function)
     if inspect.isasyncgenfunction(function):
-        raise TypeError(f"{where}: {name} has a yield: a sequence is `async def` without yield")
+        raise TypeError(f"{where}: {name} has a yield; a sequence must be an `async def` without yield")
     if not inspect.iscoroutinefunction(function):
-        raise TypeError(f"{where}: {name} is not an `async def` method: a sequence is")
+        raise TypeError(f"{where}: {name} is not an `async def` method; a sequence must be one")
     if len(signature_of(function).parameters) != 1:
-        raise TypeError(f"{where}: {name} takes arguments: a sequence takes self alone")
+        raise TypeError(f"{where}: {name} has arguments; a sequence must have only self")
 
 
 def where_is(function: Any) -> str:
@@ -71,8 +71,8 @@ def check_class(cls: type) -> None:
         if isinstance(value, SHARED) and not name.startswith("__"):
             kind = type(value).__name__
             raise TypeError(
-                f"{cls.__name__}.{name} is a {kind}, which all instances would share: "
-                "write a tuple, or make it in __init__"
+                f"{cls.__name__}.{name} is a {kind}, which all instances would share; "
+                "write a tuple, or create it in __init__"
             )
     _check_every_scan(vars(cls).get(EVERY_SCAN))
 

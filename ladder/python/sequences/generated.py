@@ -1,7 +1,7 @@
 """Generates a scan of a logic instance as one function, for its devices and sequences.
 
-It calls only what has something to do: a device that is not idle, a sequence that is due or whose wait
-depends on something that has changed. `Logic.__call__` describes the same scan, slow and clear.
+It calls only a device that is not idle, and a sequence that is due or that depends on a change, see `watch`.
+`Logic._logic_scan_slowly` is the same scan, slow and clear.
 """
 
 from __future__ import annotations
@@ -60,16 +60,16 @@ def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
 
 
 def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
-    """Yield Python text that calls a device's actions before and after the logic."""
+    """Yield the Python texts that call a device's actions before and after the logic; add their names."""
     idle = device.idle()
-    known = {} if idle is None else {name: f"{own}_{name}" for name in idle.names}
+    name_of = {} if idle is None else {name: f"{own}_{name}" for name in idle.names}
     if idle is not None:
-        names.update({known[name]: value for name, value in idle.names.items()})
+        names.update({name_of[name]: value for name, value in idle.names.items()})
     conditions = (None, None) if idle is None else (idle.before, idle.after)
-    for when, turn, condition in zip(("before", "after"), device.turns(), conditions, strict=True):
-        names[f"{own}_{when}"] = turn
-        call = f"{own}_{when}(now_ns)"
-        yield call if condition is None else f"if not ({condition.format(**known)}): {call}"
+    for phase, turn, condition in zip(("before", "after"), device.turns(), conditions, strict=True):
+        names[f"{own}_{phase}"] = turn
+        call = f"{own}_{phase}(now_ns)"
+        yield call if condition is None else f"if not ({condition.format(**name_of)}): {call}"
 
 
 @lru_cache(maxsize=256)

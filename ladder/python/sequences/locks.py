@@ -1,4 +1,4 @@
-"""A lock: only one sequence at a time has a resource."""
+"""A lock: only one sequence at a time uses a resource."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class Lock(Part):
         self._queue = []
 
     async def __aenter__(self) -> None:
-        me = object()
-        self._queue.append(me)
+        request = object()
+        self._queue.append(request)
         try:
-            if self._queue[0] is not me:
-                await until(lambda: self._queue[0] is me, f"{self.name or 'a lock'} free")
+            if self._queue[0] is not request:
+                await until(lambda: self._queue[0] is request, f"{self.name or 'a lock'} free")
         except BaseException:
-            self._queue.remove(me)
+            self._queue.remove(request)
             raise
 
     async def __aexit__(

@@ -2,21 +2,20 @@
 
     input latch | axes judge the inputs | every_scan | sequences, in order | axes write | output latch
 
-Order is order of definition, base classes first. An instance is the logic of a CPU. Before its first scan it
-is attached to the slots; on each first scan (after power-up or program mode) its sequences are closed, its
-parts are reset, and sequences begin again. Its own fields keep their values.
+The order is the order of definition, base classes first. An instance is the logic of a controller. Before
+its first scan, it is attached to the slots. Each first scan (after power-up or program mode) closes the
+sequences, resets the parts, and begins the sequences again. Fields of the instance keep their values.
 
 Observers can read, in any scan:
 
-    for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
-        each.resumed                    # changes when it, or one of its branches, continues
-        each.name, each.line, each.file # where it waits; line is None when it is over
-        each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made on demand
-        str(each)                       # "cycle, line 14: axis.move_to(4000)"
-    fields_of(logic)                    # its fields that are numbers, flags or text, by name
+    for sequence in sequences_of(logic):            # in order; always the same objects
+        sequence.resumed                            # changes when it, or one of its branches, continues
+        sequence.name, sequence.line, sequence.file # where it waits; line is None when it is over
+        sequence.waits_for, sequence.since_ns       # "axis.move_to(4000)", and since when
+        str(sequence)                               # "cycle, line 14: axis.move_to(4000)"
+    fields_of(logic)                                # its fields that are numbers, flags or text, by name
 
-Reading these changes nothing. `resumed` is cheap enough to read in every scan: write a row when it
-changes.
+Reading these changes nothing. `resumed` is fast enough for every scan: write a row when it changes.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ class Logic:
         cls._logic_sources = sources_of(cls)
 
     def __new__(cls, *args: Any, **options: Any) -> Self:
-        """Create an instance with its own parts and sequences, whatever its `__init__` does."""
+        """Create an instance with its own parts and sequences; its `__init__` need not call the base's."""
         logic = super().__new__(cls)
         logic._logic_made = (args, options)
         logic._logic_clock = Clock()
@@ -125,7 +124,7 @@ class Logic:
             turn(scan.now_ns)
 
     def __attach_logic__(self, slots: Slots) -> None:
-        """Attach the parts to a rack's slots; raise a ValueError that lists all unknown and shared places."""
+        """Attach the parts to a rack's slots, or raise a ValueError that lists unknown and shared places."""
         errors: list[ValueError] = _undeclared(self)
         for part in self._logic_parts:
             try:
@@ -151,7 +150,7 @@ class Logic:
         self._logic_scan = self._logic_by_turns  # an edit changes parts and sequences after this
 
     def __close_logic__(self) -> None:
-        """Close all sequences when the CPU ends. An exception in a `finally` is raised afterwards."""
+        """Close all sequences when the controller ends, then raise an exception of a `finally`."""
         with ExitStack() as stack:
             for sequence in reversed(self._logic_sequences):
                 stack.callback(sequence.close)
@@ -177,7 +176,7 @@ def _undeclared(logic: Logic) -> list[ValueError]:
     """Return an error for each part that an instance creates itself."""
     return [
         DeclarationError.at(
-            value.declared, f"{name} is made by an instance: declare it in the body of {type(logic).__name__}"
+            value.declared, f"{name} is made by an instance; declare it in the body of {type(logic).__name__}"
         )
         for name, value in vars(logic).items()
         if isinstance(value, Part) and not value.loose and value not in logic._logic_parts
@@ -189,25 +188,24 @@ def _shared(parts: tuple[Part, ...]) -> list[ValueError]:
     owners: list[tuple[Part, tuple[int, int, int]]] = []
     errors: list[ValueError] = []
     for part in parts:
-        place = part.owns()
-        if place is None:
+        owned = part.owns()
+        if owned is None:
             continue
-        errors += [
-            DeclarationError.at(
-                part.declared,
-                f"{part.name} writes what {other.name} owns, slot {place[0]} [{other.declared.spot}]",
-            )
-            for other, taken in owners
-            if _overlap(place, taken)
-        ]
-        owners.append((part, place))
+        for other, other_owned in owners:
+            if _overlap(owned, other_owned):
+                spot = other.declared.spot
+                text = f"{part.name} and {other.name} [{spot}] write the same place in slot {owned[0]}"
+                errors.append(DeclarationError.at(part.declared, text))
+        owners.append((part, owned))
     return errors
 
 
-def _overlap(one: tuple[int, int, int], other: tuple[int, int, int]) -> bool:
-    if one[0] != other[0]:
+def _overlap(a: tuple[int, int, int], b: tuple[int, int, int]) -> bool:
+    """Return whether two places overlap, see `Part.owns`."""
+    (a_slot, a_word, a_mask), (b_slot, b_word, b_mask) = a, b
+    if a_slot != b_slot:
         return False
-    return -1 in (one[1], other[1]) or (one[1] == other[1] and one[2] & other[2] != 0)
+    return -1 in (a_word, b_word) or (a_word == b_word and a_mask & b_mask != 0)
 
 
 def sequences_of(logic: Logic) -> tuple[Sequence, ...]:
@@ -231,7 +229,7 @@ def fields_of(logic: Logic) -> dict[str, Field]:
 
 
 def _is_plain(logic: Logic, name: str) -> bool:
-    """Whether reading a name runs no user code."""
+    """Return whether reading a name runs no user code."""
     return name in vars(logic) or not hasattr(getattr(type(logic), name, None), "__get__")
 
 

@@ -1,15 +1,15 @@
 """Checks a class's source for statements without effect and undeclared fields.
 
-    dwell("2 s")            a wait that is never awaited: it does nothing
-    self.start.rises        likewise
-    self.part()             an `async def` that never runs, or a function that returns a wait
-    pause = dwell("2 s")    a wait in a variable that nothing reads
-    self.pause = dwell("2 s")   likewise in a field
-    self.start = True       would hide an input, an axis or a sequence
-    self.lmp = True         a field that the class does not declare
+    dwell("2 s")                a wait that is never awaited: it does nothing
+    self.start.rises            the same
+    self.part()                 an `async def` that never runs, or a function that returns a wait
+    pause = dwell("2 s")        a wait in a variable that nothing reads
+    self.pause = dwell("2 s")   the same in a field
+    self.start = True           would hide an input, an axis or a sequence
+    self.lmp = True             a field that the class does not declare
 
-A command has an effect without `await`: `self.axis.halt()` is executed. A wait that is stored and read may be
-awaited later and is accepted.
+A command has an effect without `await`: `self.axis.halt()` is executed. A wait that is stored and read is
+accepted, because it may be awaited later.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class _File(NamedTuple):
 
 
 class _MistakeError(TypeError):
-    """A mistake in a class, with its place."""
+    """A mistake in a class, with its file and line."""
 
     def __init__(self, file: str, line: int, text: str) -> None:
         super().__init__(f"{file}:{line}: {text}")
@@ -73,19 +73,19 @@ def check_statements(cls: type) -> None:
 
 
 def _check_body(scope: _Scope, file: str, body: ast.AST) -> None:
-    read, attributes = _names_read(body), _file(file).read
+    names_read, attributes_read = _names_read(body), _file(file).read
     for node in ast.walk(body):
         mistake = (
-            _statement(scope, node)
-            or _hidden(scope, node)
-            or _undeclared(scope, node)
-            or _unread(scope, node, read, attributes)
+            _unawaited_wait(scope, node)
+            or _hidden_part(scope, node)
+            or _undeclared_field(scope, node)
+            or _unread_wait(scope, node, names_read, attributes_read)
         )
         if mistake:
             raise _MistakeError(file, getattr(node, "lineno", 1), mistake)
 
 
-def _statement(scope: _Scope, node: ast.AST) -> str:
+def _unawaited_wait(scope: _Scope, node: ast.AST) -> str:
     """Return the mistake in a statement that is a wait; "" without a mistake."""
     if not (isinstance(node, ast.Expr) and scope.is_wait(node.value)):
         return ""
@@ -93,17 +93,17 @@ def _statement(scope: _Scope, node: ast.AST) -> str:
     return f"`{text}` is never awaited and does nothing: write `await {text}`"
 
 
-def _hidden(scope: _Scope, node: ast.AST) -> str:
+def _hidden_part(scope: _Scope, node: ast.AST) -> str:
     """Return the mistake in an assignment to a part of the class; "" without a mistake."""
     for target in _targets(node):
-        declared = scope.of_self(target)
-        if isinstance(declared, Part | SequenceMethod) and not hasattr(type(declared), "__set__"):
-            text, kind = ast.unparse(target), type(declared).__name__
+        declaration = scope.of_self(target)
+        if isinstance(declaration, Part | SequenceMethod) and not hasattr(type(declaration), "__set__"):
+            text, kind = ast.unparse(target), type(declaration).__name__
             return f"`{text} = ...` would hide {text}, which the class declares as {kind}"
     return ""
 
 
-def _undeclared(scope: _Scope, node: ast.AST) -> str:
+def _undeclared_field(scope: _Scope, node: ast.AST) -> str:
     """Return the mistake in an assignment to an undeclared field; "" without a mistake."""
     if not (isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)):
         return ""
@@ -118,7 +118,7 @@ def _undeclared(scope: _Scope, node: ast.AST) -> str:
 
 
 def _fields(cls: type) -> frozenset[str] | None:
-    """Return the declared names of a class and its bases, None if they can't be known."""
+    """Return the declared names of a class and its bases; None if its source does not show them."""
     names = set(dir(cls))
     for kind in cls.__mro__:
         names.update(declared(vars(kind)))
@@ -135,26 +135,30 @@ def _fields(cls: type) -> frozenset[str] | None:
     return None if sets_its_own else frozenset(names)
 
 
-def _unread(scope: _Scope, node: ast.AST, read: frozenset[str], attributes: frozenset[str]) -> str:
-    """Return the mistake of storing a wait where nothing reads it, "" if there is none."""
+def _unread_wait(
+    scope: _Scope, node: ast.AST, names_read: frozenset[str], attributes_read: frozenset[str]
+) -> str:
+    """Return the mistake of a stored wait that nothing reads; "" without a mistake."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
         return ""
     for target in _targets(node):
-        known = target.id in read if isinstance(target, ast.Name) else True
-        if isinstance(target, ast.Attribute):
-            known = target.attr in attributes
-        if not known:
+        is_read = True
+        if isinstance(target, ast.Name):
+            is_read = target.id in names_read
+        elif isinstance(target, ast.Attribute):
+            is_read = target.attr in attributes_read
+        if not is_read:
             text = ast.unparse(value)
             return f"`{ast.unparse(target)} = {text}` is never awaited and does nothing: write `await {text}`"
     return ""
 
 
 def _names_read(body: ast.AST) -> frozenset[str]:
-    alone = {id(node.value) for node in ast.walk(body) if isinstance(node, ast.Expr)}
+    unused = {id(node.value) for node in ast.walk(body) if isinstance(node, ast.Expr)}
     names = set()
     for node in ast.walk(body):
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and id(node) not in alone:
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and id(node) not in unused:
             names.add(node.id)
         elif isinstance(node, ast.Global | ast.Nonlocal):
             names.update(node.names)
@@ -207,10 +211,12 @@ def _parsed(source: str) -> _File:
         return _File({}, frozenset())
     nodes = list(ast.walk(tree))
     functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
-    alone = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-    attributes = (node for node in nodes if isinstance(node, ast.Attribute) and id(node) not in alone)
-    read = frozenset(attribute.attr for attribute in attributes if isinstance(attribute.ctx, ast.Load))
-    return _File({(function.name, first_line(function)): function for function in functions}, read)
+    unused = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    attributes = (node for node in nodes if isinstance(node, ast.Attribute) and id(node) not in unused)
+    attributes_read = frozenset(
+        attribute.attr for attribute in attributes if isinstance(attribute.ctx, ast.Load)
+    )
+    return _File({(function.name, first_line(function)): function for function in functions}, attributes_read)
 
 
 def first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
@@ -219,20 +225,20 @@ def first_line(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
 
 
 class _Scope(NamedTuple):
-    """The meaning of names in a method; `fields` is None if the class's names can't be known."""
+    """The meaning of names in a method; `fields` has the declared names, None if unknown, see `_fields`."""
 
     owner: type
     names: Mapping[str, Any]
     fields: frozenset[str] | None = None
 
     def of_self(self, node: ast.expr) -> Any:
-        """Return the class attribute that `self.name` means, None for any other expression."""
+        """Return the class attribute of an expression `self.name`; None for other expressions."""
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
             return inspect.getattr_static(self.owner, node.attr, None)
         return None
 
     def is_wait(self, node: ast.expr) -> bool:
-        """Whether an expression is a wait or a coroutine, by its text."""
+        """Return whether an expression is a wait or a coroutine, by its text."""
         if isinstance(node, ast.Attribute):
             return node.attr in OF_INPUTS and isinstance(self.of_self(node.value), Input)
         if not isinstance(node, ast.Call):
@@ -249,7 +255,7 @@ class _Scope(NamedTuple):
         return _is_ours(called) or inspect.iscoroutinefunction(called) or self._returns_wait(called)
 
     def _returns_wait(self, called: Any) -> bool:
-        """Whether every `return` of a user's function returns a wait."""
+        """Return whether every `return` of a user's function returns a wait."""
         body = _body_of(called) if isinstance(called, FunctionType) else None
         if body is None:
             return False
@@ -260,7 +266,7 @@ class _Scope(NamedTuple):
 
 
 def _is_ours(called: Any) -> bool:
-    """Whether this is a wait class or one of `WAITS`."""
+    """Return whether an object is a class of waits or one of `WAITS`."""
     if isinstance(called, type):
         return issubclass(called, Wait)
     return getattr(called, "__module__", "").startswith(_OURS) and getattr(called, "__name__", "") in WAITS

@@ -1,7 +1,7 @@
 """Parts: declared in a logic class, copied for each instance.
 
-A part in the class body is a description. Each instance of the class has its own copy, attached to the slots
-of a rack before the first scan, and reset on each first scan.
+A part in the class body is a declaration. Each instance of the class has a separate copy, which is attached
+to the slots of a rack before the first scan, and reset on each first scan.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ class Clock:
 
 
 class DeclarationError(SiteError):
-    """Declared parts whose places the rack lacks, or that share a place."""
+    """Declared parts with places that the rack lacks, or with a shared place."""
 
-    errors: tuple[ValueError, ...] = ()  # one for each such part
+    errors: tuple[ValueError, ...] = ()  # one for each wrong part
 
 
 class Part:
@@ -74,7 +74,7 @@ class Part:
 
     Attributes:
         declared: file and line of its declaration.
-        loose: whether an `__init__` may create it, since it needs nothing from the rack.
+        loose: whether an `__init__` may create it, because it needs nothing from the rack.
     """
 
     name = ""
@@ -104,11 +104,11 @@ class Part:
         return type(self) is type(edited) and self._part_made == edited._part_made
 
     def continue_as(self, edited: Part) -> None:
-        """Take over the declaration of an edited program; the state stays."""
+        """Copy the declaration of an edited program, and keep the state."""
         self.declared, self._part_made = edited.declared, edited._part_made
 
     def owns(self) -> tuple[int, int, int] | None:
-        """Return the place that only this part writes: slot, word, mask; word -1 is the whole slot."""
+        """Return the place that only this part writes: slot, word and mask; word -1 is the whole slot."""
         return None
 
 
@@ -120,7 +120,7 @@ class Level(Part):
 
 
 class Idle(NamedTuple):
-    """Python expressions that are true when a device's action has no effect."""
+    """Python expressions that are true while a device's actions have no effect."""
 
     before: str  # for the action before the logic; `{name}` stands for an object in `names`
     after: str

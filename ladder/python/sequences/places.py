@@ -29,15 +29,15 @@ def find_bit(text: str, image: str, rack: Rack) -> Address:
         image: "I" or "O".
 
     Raises:
-        ValueError: it is unknown, in the other image, a word, or not a terminal of a card.
+        ValueError: the bit is unknown, in the other image, a word, or not a terminal of a card.
     """
     address = _find(text, image, rack, _bits(image, rack))
     if address.bit is None:
         kind = KINDS[image].capitalize()
-        raise ValueError(f"{text!r} is a word: add a bit, or declare it as {kind}Word")
-    listed = rack[address.slot].terminals_instead(image, address.word, address.bit)
-    if listed:
-        raise ValueError(f"{text!r}: the card in slot {address.slot} has {listed}")
+        raise ValueError(f"{text!r} is a word; add a bit, or declare it as {kind}Word")
+    terminals = rack[address.slot].terminals_instead(image, address.word, address.bit)
+    if terminals:
+        raise ValueError(f"{text!r}: the card in slot {address.slot} has {terminals}")
     return address
 
 
@@ -45,26 +45,24 @@ def find_word(text: str, image: str, rack: Rack) -> Address:
     """Find a word, see `find_bit`; raise a ValueError if it is unknown, in the other image, or a bit."""
     address = _find(text, image, rack, _words(image, rack))
     if address.bit is not None:
-        raise ValueError(f"{text!r} is a bit: declare it as {KINDS[image].capitalize()}")
+        raise ValueError(f"{text!r} is a bit; declare it as {KINDS[image].capitalize()}")
     return address
 
 
-def _find(text: str, image: str, rack: Rack, named: Iterator[tuple[str, Address]]) -> Address:
+def _find(text: str, image: str, rack: Rack, candidates: Iterator[tuple[str, Address]]) -> Address:
     if _BARE_NAME.fullmatch(text):
-        return _by_name(text, image, list(named))
+        return _by_name(text, image, list(candidates))
     address = parse_address(text, rack)
     if address.image != image:
-        other = KINDS[address.image].capitalize()
-        raise ValueError(f"{text!r} is an {KINDS[address.image]}: declare it as {other}")
+        kind = KINDS[address.image]
+        raise ValueError(f"{text!r} is an {kind}; declare it as {kind.capitalize()}")
     return address
 
 
 def _bits(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
     for slot, words in rack.items():
         for names in words.groups.values():
-            yield from (
-                (name, Address(slot, *place)) for name, place in names.items() if place.image == image
-            )
+            yield from ((name, Address(slot, *bit)) for name, bit in names.items() if bit.image == image)
 
 
 def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
@@ -73,11 +71,11 @@ def _words(image: str, rack: Rack) -> Iterator[tuple[str, Address]]:
         yield from ((name, Address(slot, image, word, None)) for word, name in enumerate(names))
 
 
-def _by_name(text: str, image: str, named: list[tuple[str, Address]]) -> Address:
-    matches = [address for name, address in named if name.upper() == text.upper()]
+def _by_name(text: str, image: str, candidates: list[tuple[str, Address]]) -> Address:
+    matches = [address for name, address in candidates if name.upper() == text.upper()]
     if len(matches) == 1:
         return matches[0]
     if matches:
-        raise ValueError(f"{text!r} is in several slots: write one of {', '.join(map(str, matches))}")
-    names = dict.fromkeys(name for name, _ in named)
+        raise ValueError(f"{text!r} is in several slots; write one of {', '.join(map(str, matches))}")
+    names = dict.fromkeys(name for name, _ in candidates)
     raise ValueError(f"no {KINDS[image]} {text!r}; {allowed(text, names)}")

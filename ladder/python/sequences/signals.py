@@ -6,9 +6,9 @@
     level = InputWord("Local:3:I.Ch0Data")    a word, signed
     lamp: Output = Output("Local:2:O.Data.0")
 
-The value is from the current scan's input latch. An input itself is true or false; `.rises`, `.falls`,
-`.on` and `.off` are waits. A status bit of a 3601 by its meaning is false in configuration mode, in which the
-module mirrors other bits there.
+The value is from the current scan's input latch. An input itself is true or false; `.rises`, `.falls`, `.on`
+and `.off` are waits. A status bit of a 3601 by its meaning is false in configuration mode, because the module
+then mirrors other bits.
 """
 
 from __future__ import annotations
@@ -66,17 +66,17 @@ class Signal(Part):
 
 
 class Input(Signal, Level):
-    """A bit of an input image, true or false in the current scan; `read` returns it as a bool, fast."""
+    """A bit of an input image, true or false in the current scan; `read` returns it as a bool."""
 
     def __init__(self, address: str) -> None:
         super().__init__(address)
         self.read: Callable[[], bool] = _unattached(self)
-        self._place: Place | None = None  # all that `read` reads; None = more than one word, or unknown
+        self._place: Place | None = None  # the word that `read` reads; None = several words, or unknown
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
         self.at = address = self.find(slots)
-        assert address.bit is not None, "_check refuses words"
+        assert address.bit is not None, "find_bit refuses words"
         module = words_of(slots)[address.slot]
         guarded = is_stepper(module) and _BY_MEANING.fullmatch(self.address) is not None
         self.read, self._place = _reader(
@@ -87,7 +87,7 @@ class Input(Signal, Level):
         return self.read()
 
     def __call__(self) -> bool:
-        """Return whether it is on, so that an input is a condition: `steady(self.door, "1 s")`."""
+        """Return whether it is on; an input can be a condition: `steady(self.door, "1 s")`."""
         return self.read()
 
     @property
@@ -115,9 +115,9 @@ class Input(Signal, Level):
 
 
 def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callable[[], bool], Place | None]:
-    """Return the reader of a bit, and the place that it reads if that is one word of 16 or 32 bits.
+    """Return the reader of a bit, and the word of 16 or 32 bits that it reads; None if it reads more.
 
-    In configuration mode a guarded bit reads false, unless it is a live bit.
+    In configuration mode, a guarded bit is false unless it is a live bit.
     """
     words, mask = image.words, mask_of(bit)
     if not guarded or (word == 0 and mask & LIVE_BITS):
@@ -163,7 +163,7 @@ class OutputWord(InputWord):
 
     def __set__(self, logic: object, value: int) -> None:
         if not WORD_MIN <= value <= WORD_MAX:
-            raise ValueError(f"{self.name} = {value} is out of range: a word is {WORD_MIN} to {WORD_MAX}")
+            raise ValueError(f"{self.name} = {value} is out of range; must be {WORD_MIN} to {WORD_MAX}")
         words, word, _ = _place(self, logic)
         words[word] = value
 
@@ -204,7 +204,7 @@ class Output(Signal):
         elif isinstance(on, _LEVELS):
             self.__set__(logic, bool(on))
         else:
-            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
+            raise TypeError(f"{self.name} = {on!r} is not allowed; an output must be True or False")
 
     def __repr__(self) -> str:
         return f"Output({self.address!r})"
@@ -222,7 +222,7 @@ def _place(part: Signal, logic: Any) -> Place:
 def place_of(part: Signal, slots: Slots) -> Place:
     """Return the place of an attached signal."""
     address = part.at
-    assert address is not None, "it is attached"
+    assert address is not None, "the signal is attached"
     slot = slots[address.slot]
     words = slot.inputs.words if address.image == "I" else slot.outputs.words
     return words, address.word, 0 if address.bit is None else mask_of(address.bit)

@@ -34,8 +34,8 @@ Condition = Callable[[], object]
 class SequenceTurn(threading.local):
     """Whether a sequence takes its turn, per thread.
 
-    Python may close coroutines at any time, the innermost first. Nothing would then resume an await in a
-    `finally`, so such an await ends at once.
+    Python may close coroutines at any time, the innermost first. Nothing resumes an await in their `finally`,
+    so this await ends at once.
 
     Attributes:
         now: whether a sequence takes its turn.
@@ -46,7 +46,7 @@ class SequenceTurn(threading.local):
     dropped = 0
 
     def drop(self) -> None:
-        """End an await outside a turn with GeneratorExit; a loop that always catches it waits in the end."""
+        """End an await outside a turn with GeneratorExit, up to `DROPS` times: a loop may always catch it."""
         self.dropped += 1
         if self.dropped <= DROPS:
             raise GeneratorExit
@@ -57,11 +57,11 @@ stepping = SequenceTurn()
 
 
 DROPS = 100
-"""Maximum awaits ended per close; a coroutine with more of them has swallowed its end."""
+"""Maximum awaits ended per close; a coroutine with more awaits has swallowed its end."""
 
 
 class Wait(Generic[T_co]):
-    """An awaitable; subclass it, with `poll` at least. Charts and the debugger show its `repr`."""
+    """An awaitable; a subclass needs at least `poll`. Charts and the debugger show its `repr`."""
 
     __slots__ = ("__weakref__",)
 
@@ -71,7 +71,7 @@ class Wait(Generic[T_co]):
             cls.watched = Wait.watched  # type: ignore[method-assign]  # the base's `watched` does not match this `poll`
 
     def watched(self) -> Watch | None:
-        """Return what it depends on, once it has begun; None = poll it in each scan."""
+        """Return what the wait depends on, once it has begun; None = poll it in each scan."""
         return None
 
     @property
@@ -83,7 +83,7 @@ class Wait(Generic[T_co]):
         """Begin to wait, in the scan of the await."""
 
     def poll(self, now_ns: int) -> bool:
-        """Return whether it is over, once per later scan; an exception is raised at the await."""
+        """Return whether it is over, once in each later scan; an exception is raised at the await."""
         raise NotImplementedError(f"{type(self).__name__} has no poll")
 
     def result(self) -> T_co:
@@ -108,29 +108,31 @@ class Wait(Generic[T_co]):
         return self.result()
 
     def __bool__(self) -> NoReturn:
-        raise TypeError(f"`{self!r}` is a wait, neither true nor false: await it")
+        raise TypeError(f"`{self!r}` is a wait, which is neither true nor false; await it")
 
 
-def check_condition(condition: object, what: str) -> None:
+def check_condition(condition: object, function_name: str) -> None:
     """Raise a TypeError unless `condition` is a function."""
     if not callable(condition):
-        raise TypeError(f"{what}({condition!r}) is not allowed: write {what}(lambda: ...), a function")
+        raise TypeError(
+            f"{function_name}({condition!r}) needs a function; write {function_name}(lambda: ...)"
+        )
     if inspect.iscoroutinefunction(condition):
         name = getattr(condition, "__name__", "the condition")
-        raise TypeError(f"{what}({name}) is not allowed: {_never_answers(name)}")
+        raise TypeError(f"{function_name}({name}) is not allowed: {_async_mistake(name)}")
 
 
-def holds(condition: Condition) -> bool:
-    """Evaluate a condition; raise a TypeError for a coroutine, which would count as true."""
-    answer = condition()
-    if inspect.iscoroutine(answer):
-        answer.close()  # so that Python does not warn that it was never awaited
-        raise TypeError(_never_answers(answer.__name__))
-    return bool(answer)
+def is_true(condition: Condition) -> bool:
+    """Return whether a condition is true; raise a TypeError for a coroutine, which would count as true."""
+    result = condition()
+    if inspect.iscoroutine(result):
+        result.close()  # so that Python does not warn that it was never awaited
+        raise TypeError(_async_mistake(result.__name__))
+    return bool(result)
 
 
-def _never_answers(name: str) -> str:
-    return f"{name} is an `async def`, which answers only where it is awaited: make it a `def`"
+def _async_mistake(name: str) -> str:
+    return f"{name} is an `async def`, which returns a value only where it is awaited; make it a `def`"
 
 
 def text_of(condition: Condition) -> str:
@@ -152,8 +154,8 @@ LONGEST = 80
 
 @lru_cache(maxsize=1024)
 def _expression(code: CodeType) -> str:
-    """Return the text of a lambda's expression in its file; "" if the file has other text there now."""
-    text = _written_at(code)
+    """Return the text of a lambda's expression in its file; "" if the file has changed."""
+    text = _source_text(code)
     if not text or len(text) > LONGEST:
         return ""
     try:
@@ -164,8 +166,8 @@ def _expression(code: CodeType) -> str:
     return text if {*read.co_names} == names and _plain(read) == _plain(code) else ""
 
 
-def _written_at(code: CodeType) -> str:
-    """Return the text in a file at the positions of some code, in one line; "" if it is unknown."""
+def _source_text(code: CodeType) -> str:
+    """Return the source text of code as one line; "" if it is unknown."""
     spans = [
         position for position in code.co_positions() if None not in position and position[2] != position[3]
     ]
@@ -190,7 +192,7 @@ def _plain(code: CodeType) -> set[str]:
 
 
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
-    """Waits until a condition, a function without arguments, is true in a later scan; `text` names it."""
+    """Waits until a condition, a function without arguments, is true in a later scan; `text` describes it."""
 
     __slots__ = ("_place", "condition", "text")
 
@@ -213,7 +215,7 @@ class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
 
     @override
     def poll(self, now_ns: int) -> bool:
-        return holds(self.condition)
+        return is_true(self.condition)
 
     def __repr__(self) -> str:
         return self.text or f"until {text_of(self.condition)}"
@@ -264,7 +266,7 @@ class steady(Wait[None]):  # noqa: N801
 
     @override
     def poll(self, now_ns: int) -> bool:
-        if not holds(self.condition):
+        if not is_true(self.condition):
             self._since_ns = None
             return False
         if self._since_ns is None:
@@ -278,12 +280,12 @@ class steady(Wait[None]):  # noqa: N801
 class Edge(Wait[None]):
     """Waits for a change of a signal to the level `to`, after the scan of the await."""
 
-    __slots__ = ("_before", "_place", "_read", "_to", "text")
+    __slots__ = ("_last_level", "_place", "_read", "_to", "text")
 
     def __init__(self, read: Callable[[], bool], to: bool, text: str, place: Place | None = None) -> None:
         self._read, self._to, self.text = read, to, text
         self._place = place  # everything that `read` reads
-        self._before = to
+        self._last_level = to
 
     @override
     def watched(self) -> Watch | None:
@@ -291,12 +293,12 @@ class Edge(Wait[None]):
 
     @override
     def begin(self, now_ns: int) -> None:
-        self._before = self._read()
+        self._last_level = self._read()
 
     @override
     def poll(self, now_ns: int) -> bool:
-        before, self._before = self._before, self._read()
-        return self._before is self._to and before is not self._to
+        last_level, self._last_level = self._last_level, self._read()
+        return self._last_level is self._to and last_level is not self._to
 
     def __repr__(self) -> str:
         return self.text

@@ -1,10 +1,10 @@
-"""What a wait depends on: a scan need not poll the wait if none of this changes.
+"""What a wait depends on: a scan need not poll the wait while nothing of this changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time
     a command               its flag
 
-While all of these stay the same, polling the wait has no effect. Any other wait is polled in each scan.
+Other waits are polled in each scan.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Watch(NamedTuple):
     words: Sequence[int] = array("h", [0])  # an image
     word: int = 0  # index of its word
     mask: int = 0  # the bits in the word
-    until_ns: int = NEVER_NS  # it may be over from this time on, ns
+    until_ns: int = NEVER_NS  # the wait may be over from this time on, ns
     flag: Flag = _NeverEnds()
-    at_once: bool = False  # it may be over in the first scan although nothing changes
+    at_once: bool = False  # whether the wait may be over in the first scan without a change
 
 
 NOTHING = Watch()

@@ -77,7 +77,7 @@ def _export_command(
             to_stdout = target == STDOUT
             with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
                 into = target if not to_stdout else sys.stdout.buffer if format_.binary else sys.stdout
-                signals = [_chosen(opened, signal or (), bits=bits)] if format_.chooses else []
+                signals = [_chosen(opened, signal or (), bits=bits)] if format_.selects_signals else []
                 count = format_.write(opened, into, *signals, selected, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
@@ -102,7 +102,7 @@ def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: 
     Args:
         choice: the option that chooses signals; "" without one.
     """
-    if choice and not any(export_format.chooses for export_format, _ in chosen):
+    if choice and not any(export_format.selects_signals for export_format, _ in chosen):
         raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
     if not chosen:
         options = ", ".join(export_format.option for export_format in formats.FORMATS)

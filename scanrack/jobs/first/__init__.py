@@ -1,1 +1,1 @@
-"""The first run of an export: conditions it waits for, inputs that never changed, modules it needs."""
+"""The first run of an export: conditions it waits for, inputs that never changed, modules not simulated."""

@@ -1,13 +1,12 @@
 """Runs an export for the first time, on a rack in a temporary folder for a thousand scans, and reports.
 
-Modules that are not simulated are only memory: no one presses a button, and no part arrives. So the report
-names the conditions for which the program waits, the inputs that never changed, and the modules that would
-change them.
+Modules that are not simulated are only memory: no button is pressed, and no part arrives. The report lists
+the conditions the program waits for, the inputs that never changed, and the modules that are not simulated.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ SCANS = 1000
 """Number of scans in a first run."""
 
 SHOWN = 12
-"""Largest number of inputs that are listed as text."""
+"""Maximum number of inputs that are listed as text."""
 
 
 @dataclass(slots=True)
@@ -45,8 +44,8 @@ class FirstRun:
 
     scans: int = 0  # number of completed scans
     time_ns: int = 0
-    fault: str = ""  # why the run ended early; "" if it did not
-    problem: str = ""  # why nothing ran; "" if it did
+    fault: str = ""  # the fault that ended the run early, or ""
+    problem: str = ""  # the reason why nothing ran, or ""
     stubs: tuple[str, ...] = ()
     waits: list[Condition] = field(default_factory=list)
     inputs: list[str] = field(default_factory=list)  # inputs of modules that never changed
@@ -70,40 +69,39 @@ class FirstRun:
     def lines(self) -> Iterator[str]:
         """Yield the result as lines of text."""
         if self.problem:
-            yield f"first run: none: {self.problem}"
+            yield f"first run: not possible: {self.problem}"
             return
-        ended = f", ended by {self.fault}" if self.fault else ""
-        yield f"first run: {self.scans:,} scans, {time_text(self.time_ns)}{ended}"
-        waits = [line for wait in self.waits for line in wait.lines()]
-        modules = [_module_text(module) for module in self.modules]
-        sections: dict[str, Iterable[str]] = {
-            "it waits for": waits,
+        end_text = f", ended by {self.fault}" if self.fault else ""
+        yield f"first run: {self.scans:,} scans, {time_text(self.time_ns)}{end_text}"
+        sections: dict[str, Sequence[str]] = {
+            "it waits for": [line for wait in self.waits for line in wait.lines()],
             "inputs that never changed": _first(self.inputs),
             "tags that nothing writes": _first(self.others),
-            "modules it wants, memory here": modules,
-            "in place of what is not here": self.stubs,
+            "modules that are not simulated, only memory": [_module_text(module) for module in self.modules],
+            "stubs": self.stubs,
         }
-        for title, section_rows in sections.items():
-            row_lines = [f"    {row}" for row in section_rows]
-            yield from (f"{title}:", *row_lines) if row_lines else ()
+        for title, rows in sections.items():
+            if rows:
+                yield f"{title}:"
+                yield from (f"    {row}" for row in rows)
 
 
 def first_run(
     export: Path,
     imported: L5xImport | SlcImport,
     scans: int = SCANS,
-    begins: ExportStart = DOWNLOADED,
+    start: ExportStart = DOWNLOADED,
 ) -> FirstRun:
-    """Run an export on its own rack and report.
+    """Run an export on a rack of its own; return the report.
 
     Args:
         imported: the export, already imported for a trial.
-        begins: how the program begins.
+        start: initial state of the program.
     """
-    missing = (module for module in _modules(imported) if module.module is None)
-    run = FirstRun(modules=[_module_row(module) for module in missing])
+    not_simulated = (slot for slot in _slots(imported) if slot.module is None)
+    run = FirstRun(modules=[_module_row(slot) for slot in not_simulated])
     try:
-        job = load_job(str(rack_of_export(export, imported, begins)))
+        job = load_job(str(rack_of_export(export, imported, start)))
         opened = bench_of(job, watched=True)
     except (LadderError, ValueError, OSError, RecursionError) as error:
         run.problem = str(error)
@@ -111,15 +109,15 @@ def first_run(
     with opened as bench:
         debugger: Debugger = bench.program
         inputs = _Inputs(debugger)
-        _scan(bench, run, scans, inputs.look)
+        _scan(bench, run, scans, inputs)
         run.stubs = job.stubs
-        run.inputs, run.others = inputs.unchanged(module=True), inputs.unchanged(module=False)
+        run.inputs, run.others = inputs.unchanged(of_modules=True), inputs.unchanged(of_modules=False)
         if bench.scans and not run.fault:
             run.waits = conditions(debugger)
     return run
 
 
-def _modules(imported: L5xImport | SlcImport) -> list[ExportSlot]:
+def _slots(imported: L5xImport | SlcImport) -> list[ExportSlot]:
     if isinstance(imported, SlcImport):
         return slots_of_slc(imported.document.slots.values())
     return all_modules(imported.document.modules)
@@ -129,63 +127,68 @@ STRIDE = 20
 """Number of scans between two checks of the inputs."""
 
 
-def _scan(bench: Bench, run: FirstRun, scans: int, look: Any) -> None:
+def _scan(bench: Bench, run: FirstRun, scans: int, inputs: _Inputs) -> None:
+    """Run scans up to a fault; check the inputs at intervals."""
     try:
         for begin in range(0, scans, STRIDE):
             bench.scan(min(STRIDE, scans - begin))
-            look()
+            inputs.note_changes()
     except CpuFault as error:
         run.fault = str(error)
     run.scans, run.time_ns = bench.scans, bench.now_ns
 
 
 class _Inputs:
-    """The tags that instructions read but none writes, with their initial values."""
+    """The tags that instructions read but no instruction writes, with their initial values."""
 
     def __init__(self, debugger: Debugger) -> None:
         self._engine = debugger.engine
-        self._places = dict(_read_only(debugger))
-        self._before = {name: self._value(place) for name, place in self._places.items()}
-        self._changed: set[str] = set()
+        self._unchanged = dict(_read_only(debugger))
+        self._initial = {name: self._value(place) for name, place in self._unchanged.items()}
 
     def _value(self, place: Place) -> Value:
         return self._engine.interpreter.get(place)
 
-    def look(self) -> None:
-        """Record the inputs that have changed."""
-        for name, value in self._before.items():
-            if name not in self._changed and self._value(self._places[name]) != value:
-                self._changed.add(name)
+    def note_changes(self) -> None:
+        """Drop the inputs that have another value than at the beginning."""
+        self._unchanged = {
+            name: place
+            for name, place in self._unchanged.items()
+            if self._value(place) == self._initial[name]
+        }
 
-    def unchanged(self, *, module: bool) -> list[str]:
+    def unchanged(self, *, of_modules: bool) -> list[str]:
         """Return the inputs that never changed: inputs of modules, or all others."""
-        left = (name for name in self._places if name not in self._changed)
-        return [name for name in left if (":" in self._places[name].path) is module]
+        return [name for name, place in self._unchanged.items() if (":" in place.path) is of_modules]
 
 
 def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
     """Yield tags that are read but never written, as named in rungs; skip computed subscripts."""
-    paths_written: set[str] = set()
+    written_paths: set[str] = set()
     read: dict[str, Place] = {}
     for mention in debugger.cross_reference.mentions:
-        where = mention.where
+        place = mention.where
         if mention.writes:
-            paths_written.add(path_of(where))
-        elif isinstance(where, Place) and not where.frame and _is_fixed(where):
-            read.setdefault(mention.text, where)
-    for text, where in read.items():
-        parts = where.path.upper().split(".")
-        above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        if above.isdisjoint(paths_written) and not parts[0].startswith("S:"):
-            yield text, where
+            written_paths.add(path_of(place))
+        elif isinstance(place, Place) and not place.frame and _is_fixed(place):
+            read.setdefault(mention.text, place)
+    for text, place in read.items():
+        members = place.path.upper().split(".")
+        path_and_owners = {".".join(members[:count]) for count in range(1, len(members) + 1)}
+        if path_and_owners.isdisjoint(written_paths) and not members[0].startswith("S:"):
+            yield text, place
 
 
 def _is_fixed(place: Place) -> bool:
-    return all(isinstance(index, Constant) for index in (*place.indices, *filter(None, [place.bit])))
+    """Return whether all subscripts of a tag are constants."""
+    subscripts = place.indices if place.bit is None else (*place.indices, place.bit)
+    return all(isinstance(subscript, Constant) for subscript in subscripts)
 
 
 def _first(names: list[str]) -> list[str]:
-    return [*names[:SHOWN], *([f"and {len(names) - SHOWN:,} more"] * (len(names) > SHOWN))]
+    """Return the first `SHOWN` names, and a line with the number of the others."""
+    more = len(names) - SHOWN
+    return [*names[:SHOWN], f"and {more:,} more"] if more > 0 else names
 
 
 def _module_row(slot: ExportSlot) -> dict[str, object]:

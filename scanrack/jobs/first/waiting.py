@@ -1,15 +1,15 @@
-"""Finds the conditions for which a program waits: where the power in a rung ends after the last scan.
+"""Finds the conditions a program waits for: where the power in a rung ends after the last scan.
 
     XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
 
-A rung whose first conditions pass is closer to passing than a rung whose first condition is false. Such rungs
-come first, in scan order.
+Rungs with a true condition before the false one come first, in scan order, as they are closer to passing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.model.errors import LadderError
@@ -19,8 +19,7 @@ from scanrack.ladder.state.lowered import LoweredLine, LoweredRoutine, LoweredSt
 from scanrack.ladder.state.memory import Value
 
 SHOWN = 3
-"""Largest number of conditions that are shown."""
-
+"""Maximum number of conditions that are shown, and of lines of each explanation."""
 
 HEADS = frozenset({"IF", "ELSIF", "WHILE"})
 """Instructions of structured text with a condition."""
@@ -49,20 +48,28 @@ class Condition:
 
 
 def conditions(debugger: Debugger) -> list[Condition]:
-    """Return the first conditions that are false after the last scan."""
-    blocked = sorted(_blocked(debugger), key=lambda each: not each[0])
-    conditions: list[Condition] = []
-    for _, routine, line, step in blocked:
-        condition = _condition(debugger, routine, line, step)
-        if condition is not None and condition.tag not in [known.tag for known in conditions]:
-            conditions.append(condition)
-        if len(conditions) == SHOWN:
+    """Return the first conditions that are false after the last scan, each of another tag."""
+    by_tag: dict[str, Condition] = {}
+    for blocked in sorted(_blocked(debugger), key=lambda blocked: not blocked.is_reached):
+        condition = _condition(debugger, blocked)
+        if condition is not None:
+            by_tag.setdefault(condition.tag, condition)
+        if len(by_tag) == SHOWN:
             break
-    return conditions
+    return list(by_tag.values())
 
 
-def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, LoweredLine, LoweredStep]]:
-    """Yield scanned rungs with a false condition, and whether a condition before it passes."""
+class _Blocked(NamedTuple):
+    """A scanned line with a false condition."""
+
+    is_reached: bool  # whether a condition before it is true; always for structured text
+    routine: LoweredRoutine
+    line: LoweredLine
+    step: LoweredStep  # the first false condition
+
+
+def _blocked(debugger: Debugger) -> Iterator[_Blocked]:
+    """Yield the scanned lines with a false condition, in scan order."""
     for routine in debugger.engine.lowered.routines.values():
         if routine.frame or routine.name == "Axes3601":
             continue
@@ -70,35 +77,36 @@ def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, Lowered
             truths = debugger.truth(routine.name)
         except LadderError:
             continue
-        find = _false_in_rung if routine.body is None else _false_head
+        find_false = _false_in_rung if routine.body is None else _false_head
         for line in routine.lines:
             power = truths[line.number] if line.number < len(truths) else None
-            step = find(steps_of(line.nodes, copies=False), power) if power else None
-            if step is not None:
-                yield step[0], routine, line, step[1]
+            steps = steps_of(line.nodes, copies=False)
+            index = find_false(steps, power) if power else None
+            if power and index is not None:
+                is_reached = routine.body is not None or any(power[:index])
+                yield _Blocked(is_reached, routine, line, steps[index])
 
 
-def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
-    """Return the false condition of structured text; it always counts as reached."""
-    return (True, steps[-1]) if steps and not power[-1] and steps[-1].name in HEADS else None
+def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> int | None:
+    """Return the index of the false condition in a line of structured text, or None."""
+    return len(steps) - 1 if steps and not power[-1] and steps[-1].name in HEADS else None
 
 
-def _false_in_rung(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
-    """Return the first false condition of a rung, and whether a condition before it passes."""
-    for place, step in enumerate(steps if len(power) == len(steps) else ()):
-        if not power[place] and _is_condition(step):
-            return any(power[:place]), step
-    return None
+def _false_in_rung(steps: Sequence[LoweredStep], power: Sequence[bool]) -> int | None:
+    """Return the index of the first false condition in a rung, or None."""
+    if len(power) != len(steps):
+        return None
+    return next((index for index, step in enumerate(steps) if not power[index] and _is_condition(step)), None)
 
 
 def _is_condition(step: LoweredStep) -> bool:
     return (step.spec.decides or step.spec.kind is InstructionKind.INPUT) and bool(step.operands)
 
 
-def _condition(
-    debugger: Debugger, routine: LoweredRoutine, line: LoweredLine, step: LoweredStep
-) -> Condition | None:
-    tags = [operand_tag for operand in step.operands for operand_tag in _tags(operand)]
+def _condition(debugger: Debugger, blocked: _Blocked) -> Condition | None:
+    """Describe a false condition by its first false tag; None if it has no tag that can be explained."""
+    _, routine, line, step = blocked
+    tags = [tag for operand in step.operands for tag in _tags(operand)]
     if not tags:
         return None
     try:
@@ -114,21 +122,23 @@ def _condition(
 
 
 def _why(debugger: Debugger, tag: str, value: Value) -> str:
-    """Return why a tag has its value; do not search the past if nothing writes the tag."""
+    """Explain a tag's value; do not search past scans if no rung writes the tag."""
     if ":" in tag or any(mention.writes for mention in debugger.cross_reference.of(tag)):
         return str(debugger.why(tag))
     return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."
 
 
 def _tags(operand: object) -> Iterator[str]:
+    """Yield the tags in an operand, as written."""
     if isinstance(operand, (Place, Group)):
         yield operand.text
     elif isinstance(operand, Calculation):
-        for part in operand.operands:
-            yield from _tags(part)
+        for inner in operand.operands:
+            yield from _tags(inner)
 
 
 def _text(operand: object) -> str:
+    """Return an operand as written."""
     if isinstance(operand, Calculation):
         return f"{operand.name}({','.join(map(_text, operand.operands))})"
     return str(getattr(operand, "text", getattr(operand, "value", operand)))

@@ -1,13 +1,13 @@
-"""Makes the slots of a rack file for an export.
+"""Writes the slots of a rack file for an export.
 
 | the export has | the rack file has |
 |---|---|
 | a 3601: by name, by its words, or by the user's choice | `amci3601` |
-| a card that is simulated here | that card |
+| a card that scanrack simulates | that card |
 | any other module | a comment: its tags are memory of the real size |
 | no simulated module | `amci3601` in the first free slot: a rack needs one module |
 
-The export's module tree has precedence: no other module gets an occupied slot.
+Of two modules in one slot, the rack file has the first.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def simulated(catalog: str) -> str | None:
 
 
 def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
-    """Return the slots, with the modules that the user names turned into 3601s.
+    """Return the slots; the modules that the user names become 3601s.
 
     Args:
         named: module names or slot numbers.
@@ -58,50 +58,45 @@ def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[E
     Raises:
         ValueError: the export lacks one of the named modules.
     """
-    left = {name.upper(): name for name in named}
-    slots_found = []
+    unmatched = {name.upper(): name for name in named}
+    marked_slots = []
     for slot in slots:
-        stepper = left.pop(slot.name.upper(), None) if slot.name else None
-        stepper = left.pop(str(slot.number), stepper)
-        why = f"--stepper {stepper} says so"
-        slots_found.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
-    if left:
-        module_list = (
-            ", ".join(
-                f"{found_slot.name or found_slot.catalog} in slot {found_slot.number}"
-                for found_slot in slots_found
-            )
-            or "none"
-        )
+        stepper = unmatched.pop(slot.name.upper(), None) if slot.name else None
+        stepper = unmatched.pop(str(slot.number), stepper)
+        why = f"--stepper {stepper} names it"
+        marked_slots.append(slot if stepper is None else replace(slot, module=STEPPER, why=why))
+    if unmatched:
+        modules = [f"{slot.name or slot.catalog} in slot {slot.number}" for slot in marked_slots]
         raise ValueError(
-            f"--stepper {next(iter(left.values()))}: the export has no such module; it has {module_list}"
+            f"--stepper {next(iter(unmatched.values()))}: the export has no such module; "
+            f"it has {', '.join(modules) or 'none'}"
         )
-    return slots_found
+    return marked_slots
 
 
 def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
     """Yield the lines of a rack file's slots, with the decisions as comments."""
-    numbers_taken: set[int] = set()
-    for slot in sorted(slots, key=lambda each: each.number):
+    used_numbers: set[int] = set()
+    for slot in sorted(slots, key=lambda slot: slot.number):
         yield ""
-        if slot.number in numbers_taken:
-            yield comment(f"{slot}: left out, the slot has another module already")
+        if slot.number in used_numbers:
+            yield comment(f"{slot}: left out, because the slot already has a module")
         elif slot.module is None:
             yield comment(f"{slot}: not simulated, its tags are memory{slot.tags and f': {slot.tags}'}")
         else:
             yield from _table(slot)
-        numbers_taken.add(slot.number)
-    if not any(slot_found.module for slot_found in slots):
-        free = next(number for number in range(1, len(numbers_taken) + 2) if number not in numbers_taken)
+        used_numbers.add(slot.number)
+    if not any(slot.module for slot in slots):
+        free = next(number for number in range(1, len(used_numbers) + 2) if number not in used_numbers)
         yield ""
-        yield comment("The export has no module that is simulated here: this one is in the first free slot.")
+        yield comment("No module of the export is simulated. A rack needs one: this one is in a free slot.")
         yield from _table(ExportSlot(free, "", module=STEPPER))
 
 
 def _table(slot: ExportSlot) -> Iterator[str]:
     assert slot.module is not None
     if slot.catalog or slot.name:
-        yield comment(str(slot) + (f": taken for a 3601, since {slot.why}" if slot.why else ""))
+        yield comment(str(slot) + (f": treated as a 3601, since {slot.why}" if slot.why else ""))
     yield "[[slot]]"
     yield f"number = {slot.number}"
     yield f"module = {text(slot.module)}"
@@ -127,20 +122,20 @@ def _wiring(module: str) -> Iterator[str]:
 
 
 def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) -> Iterator[str]:
-    """Yield sentences about differences between a rack and the export's module tree.
+    """Yield a sentence for each difference between a rack and the export's module tree.
 
     Args:
         rack: number and module of each slot in the rack.
     """
-    slots_by_number = {slot_found.number: slot_found for slot_found in slots}
+    slots_by_number = {slot.number: slot for slot in slots}
     for number, module in rack:
         slot = slots_by_number.get(number)
-        if slot is None or slot.module == module or simulated(slot.catalog) == module:
+        if slot is None or module in (slot.module, simulated(slot.catalog)):
             continue
-        if slot.module is None and simulated(slot.catalog) is None and slot.catalog in ANY:
-            continue  # a generic profile: the user knows the module
-        yield f"{slot} in the export, and {module} in the rack: its tags are those of the {module}"
+        if slot.module is None and simulated(slot.catalog) is None and slot.catalog in GENERIC_CATALOGS:
+            continue  # a generic profile: only the user knows the module
+        yield f"{slot} in the export, but {module} in the rack: the slot has the tags of the {module}"
 
 
-ANY = ("1769-MODULE", "OTHER")
+GENERIC_CATALOGS = ("1769-MODULE", "OTHER")
 """Catalog numbers of generic profiles."""

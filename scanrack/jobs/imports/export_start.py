@@ -12,8 +12,8 @@ class ExportStart:
 
     Attributes:
         keep_values: whether the first scan continues with the values of the export; otherwise prescan resets
-        some of them.
-        memory_mib: largest memory for the tags of the export, MiB.
+            some of them.
+        memory_mib: maximum memory for the tags of the export, MiB.
     """
 
     keep_values: bool = False
@@ -21,4 +21,4 @@ class ExportStart:
 
 
 DOWNLOADED = ExportStart()
-"""An export that begins as after a download."""
+"""The initial state after a download."""

@@ -1,7 +1,7 @@
-"""Makes the rack file for an export that `scanrack l5x --print-rack` prints; `export_slots` makes its slots.
+"""Writes the rack file that `scanrack l5x --print-rack` prints for an export; `export_slots` adds its slots.
 
-The file runs as printed. Instructions without an implementation have a stub, with a comment that lists the
-alternatives. Other refused parts do nothing.
+The file runs as printed. Instructions without an implementation have a stub, and a comment lists the possible
+stubs. Other refused parts do nothing.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def rack_of(
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)
     head = _head(imported, program, recorded=recorded)
-    return "\n".join([*head, *_begins(export), *_stubs(imported), *slot_tables(slots)]) + "\n"
+    return "\n".join([*head, *_start(export), *_stubs(imported), *slot_tables(slots)]) + "\n"
 
 
 def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str]:
@@ -69,10 +69,10 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
     yield '# tags = ["*"]        # variables to record, by name or pattern'
 
 
-def _begins(export: ExportStart) -> Iterator[str]:
-    """Yield the table of settings that differ from a download."""
-    usual = asdict(DOWNLOADED)
-    changed = {name: value for name, value in asdict(export).items() if value != usual[name]}
+def _start(export: ExportStart) -> Iterator[str]:
+    """Yield the table `[export]` with the settings that differ from a download; nothing without any."""
+    defaults = asdict(DOWNLOADED)
+    changed = {name: value for name, value in asdict(export).items() if value != defaults[name]}
     if changed:
         yield ""
         yield "[export]"
@@ -85,25 +85,26 @@ def _stubs(imported: L5xImport) -> Iterator[str]:
     if report.complete and not (report.stubs or declares):
         return
     yield ""
-    yield '# Stubs for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
+    yield '# Stubs of missing instructions: "false", "true", "done after 20 ms", or "plant.py:function".'
     yield "[stubs]"
     for name, line in _stub_lines(imported).items():
         yield f"{key(name)} = {line}"
     if declares:
-        yield f"{MISSING_TAGS} = {text(DECLARE)}    # tags that the export leaves out, from their use"
+        yield f"{MISSING_TAGS} = {text(DECLARE)}    # declare tags that the export leaves out, from their use"
     if not report.complete:
-        yield f"{REFUSED} = {text(EMPTY)}    # what is refused all the same does nothing"
+        yield f"{REFUSED} = {text(EMPTY)}    # other refused parts do nothing"
 
 
 def _stub_lines(imported: L5xImport) -> dict[str, str]:
     """Return the stubs for unimplemented instructions and missing routines of an export."""
     report = imported.report
     stubs = {name: text(stub) for name, stub in report.stubs.items()}
-    instructions = dict.fromkeys(map(_instruction, report.refused))
-    for name in (name for name in instructions if name and name not in BY_NAME):
-        stubs.setdefault(name, text("false"))
-    for name in (refused_object.routine for refused_object in report.objects if refused_object.routine):
-        stubs.setdefault(name, f"{text('false')}    # a routine that is not imported")
+    for name in map(_instruction, report.refused):
+        if name and name not in BY_NAME:
+            stubs.setdefault(name, text("false"))
+    for refused_object in report.objects:
+        if refused_object.routine:
+            stubs.setdefault(refused_object.routine, f"{text('false')}    # a routine that is not imported")
     return stubs
 
 
@@ -114,18 +115,21 @@ def _instruction(refused: Refusal) -> str:
 
 
 def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
-    """Return all modules of an export except the controller; some on networks have no slot."""
+    """Return all modules of an export except the controller; a module on a network has slot 0."""
     slots = []
     for module in modules:
         slot = _slot(slot_of(module) or 0, module)
-        if module.tags or slot.number:
-            slots.append(slot if slot.number else replace(slot, module=None))
+        if slot.number:
+            slots.append(slot)
+        elif module.tags:
+            slots.append(replace(slot, module=None))
     return slots
 
 
 def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
     """Return the slots of the controller's own chassis."""
-    return [_slot(number, module) for module in modules if (number := slot_of(module)) is not None]
+    numbered_modules = ((slot_of(module), module) for module in modules)
+    return [_slot(number, module) for number, module in numbered_modules if number is not None]
 
 
 def _slot(number: int, module: ModuleRecord) -> ExportSlot:
@@ -133,7 +137,7 @@ def _slot(number: int, module: ModuleRecord) -> ExportSlot:
     if "3601" in module.catalog:
         kind = STEPPER
     elif module.catalog.partition("/")[0] == GENERIC and _has_the_sizes_of_a_3601(module):
-        kind, why = STEPPER, "it has the words of one; if it is another module, take these lines out"
+        kind, why = STEPPER, "it has a 3601's sizes; if it is another module, remove these lines"
     sizes = [f"{prefix_of(module)}:{tag.suffix} of {tag.size} bytes" for tag in module.tags if tag.size]
     return ExportSlot(number, module.catalog, module.name, ", ".join(sizes), kind, why)
 

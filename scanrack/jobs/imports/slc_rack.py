@@ -1,4 +1,4 @@
-"""Makes a rack file for an RSLogix 500 export; `export_slots` makes its slots."""
+"""Writes a rack file for an RSLogix 500 export; `export_slots` writes its slots."""
 
 from __future__ import annotations
 
@@ -28,17 +28,20 @@ def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ())
     slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
     lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
     lines += slot_tables(slots)
-    for refused in sorted({refusal.reason for refusal in imported.report.refused}):
-        lines += [comment(refused)] * ("no instruction" in refused)
+    reasons = sorted({refusal.reason for refusal in imported.report.refused})
+    lines += [comment(reason) for reason in reasons if "no instruction" in reason]
     return "\n".join(lines) + "\n"
 
 
 def _stubs(report: Report) -> Iterator[str]:
     """Yield the stubs for messages and for refused instructions."""
-    messages = [f"{ALL_MESSAGES} = {text(MESSAGES)}"] if ALL_MESSAGES in report.stubs else []
-    refused = [f"{REFUSED} = {text(EMPTY)}    # what is refused does nothing"] * (not report.complete)
-    if messages or refused:
-        yield from ("", "[stubs]", *messages, *refused)
+    stubs = []
+    if ALL_MESSAGES in report.stubs:
+        stubs.append(f"{ALL_MESSAGES} = {text(MESSAGES)}")
+    if not report.complete:
+        stubs.append(f"{REFUSED} = {text(EMPTY)}    # refused parts do nothing")
+    if stubs:
+        yield from ("", "[stubs]", *stubs)
 
 
 def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:
@@ -48,9 +51,6 @@ def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:
 
 def _slot(slot: SlotRecord) -> ExportSlot:
     kind = STEPPER if slot.is_3601 else simulated(slot.catalog)
-    sizes = [
-        f"{way}:{slot.number} of {words} words"
-        for way, words in (("I", slot.inputs), ("O", slot.outputs))
-        if words
-    ]
+    images = {"I": slot.inputs, "O": slot.outputs}
+    sizes = [f"{image}:{slot.number} of {words} words" for image, words in images.items() if words]
     return ExportSlot(slot.number, slot.catalog, slot.comment, ", ".join(sizes), kind)

@@ -19,6 +19,10 @@ def claims_of(spec: RackSpec) -> list[Claim]:
     ]
 
 
+NO_LADDER = "{}: the program is in Python; proofs cover only ladder logic and structured text"
+"""The error for a program without ladder logic, by the path of the program."""
+
+
 def has_claims(job: LoadedRack) -> bool:
     """Return whether a job has claims in its rack file, in comments, or in a routine NEVER."""
     if not isinstance(job.logic, LadderLogic):
@@ -33,7 +37,5 @@ def with_monitors(job: LoadedRack) -> MonitoredProgram:
         ValueError: a claim can't be used, or the program is in Python and so has no claims.
     """
     if not isinstance(job.logic, LadderLogic):
-        raise ValueError(
-            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
-        )
+        raise ValueError(NO_LADDER.format(job.program))
     return monitored(job.logic, claims_of(job.spec), [slot.number for slot in job.spec.slot])

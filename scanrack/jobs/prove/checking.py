@@ -1,12 +1,12 @@
-"""A second opinion: another solver checks the certificate of a proof, without any code of the prover.
+"""Has another solver check the certificate of a proof, without any code of the prover.
 
 `proof.smt2` has the relation of one scan, and `proof.json` names its parts (see `ladder.prove.certificate`).
 The checker writes four kinds of questions about consecutive scans. Each must be unsatisfiable:
 
     ranges       a number leaves its interval, at power-up or in a scan
-    invariants   one fails after the first scan, or after a scan that begins with all of them true
-    base         what never holds does hold in one of the first k + 1 scans after power-up
-    step         it holds in a scan but not in the k scans before, whatever the state before them
+    invariants   an invariant fails after the first scan, or after a scan that begins with all invariants true
+    base         the claim is broken in one of the first k + 1 scans after power-up
+    step         the claim is broken in a scan but not in the k scans before it, from any state
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _DECLARED = re.compile(r"\(declare-const (\|[^|]*\|) (.*)\)$")
 
 
 class Solver(NamedTuple):
-    """A solver: its name with version, and a function that answers a script: unsat, sat, or why neither."""
+    """A solver: its name with version, and a function that answers a script: unsat, sat, or a reason."""
 
     name: str
     answer: Callable[[str], str]
@@ -55,15 +55,15 @@ class Opinion(NamedTuple):
 
 def solvers() -> list[Solver]:
     """Return the installed solvers: Python packages first, then programs."""
-    solvers_found = {
+    installed = {
         name: Solver(f"{name} {distribution_version(package)}", answer)
         for name, package, answer in _PACKAGES
         if find_spec(name)
     }
     for name, words in _PROGRAMS.items():
-        if name not in solvers_found and shutil.which(name):
-            solvers_found[name] = Solver(name, partial(_program, words))
-    return list(solvers_found.values())
+        if name not in installed and shutil.which(name):
+            installed[name] = Solver(name, partial(_program, words))
+    return list(installed.values())
 
 
 def check(folder: Path, solver: Solver) -> Opinion:
@@ -75,8 +75,7 @@ def check(folder: Path, solver: Solver) -> Opinion:
     relation = (folder / "proof.smt2").read_text(encoding="utf-8").splitlines()
     roles = json.loads((folder / "proof.json").read_text(encoding="utf-8"))
     for question, script in questions(relation, roles):
-        answer = solver.answer(script)
-        if answer != "unsat":
+        if (answer := solver.answer(script)) != "unsat":
             return Opinion(solver.name, False, answer == "sat", f"{question}: {answer}")
     return Opinion(solver.name, True, False, "")
 
@@ -91,30 +90,28 @@ def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[s
         invariants = [invariant["term"] for invariant in part["invariants"]]
         for script in _inductive(relation, roles, invariants, contract):
             yield f"invariants of {says}", script
-        base, step = (_Scans(relation, roles, first=first, more=part["k"]) for first in (True, False))
-        some = " ".join(base.each(part["bad"]))
-        yield f"base of {says}", base.text([f"(or {some} false)"], contract)
-        kept = [term for invariant in invariants for term in step.each(invariant)]
-        *before, last = step.each(part["bad"])
-        unbroken = [f"(not {term})" for term in before]
-        yield f"step of {says}", step.text([*kept, *unbroken, last], contract)
+        base = _Scans(relation, roles, first=True, more=part["k"])
+        any_broken = f"(or {' '.join(base.each(part['bad']))} false)"
+        yield f"base of {says}", base.text([any_broken], contract)
+        step = _Scans(relation, roles, first=False, more=part["k"])
+        invariants_true = [term for invariant in invariants for term in step.each(invariant)]
+        *earlier_broken, last_broken = step.each(part["bad"])
+        unbroken = [f"(not {term})" for term in earlier_broken]
+        yield f"step of {says}", step.text([*invariants_true, *unbroken, last_broken], contract)
 
 
 def _inductive(
     relation: list[str], roles: Mapping[str, Any], terms: list[str], contract: str = ""
 ) -> Iterator[str]:
-    """Yield the scripts that ask whether the first scan breaks some truths, or a scan after all of them held.
-
-    The intervals of numbers are asserted for each scan, except where a state of the next scan is defined.
-    """
+    """Yield two scripts: can the first scan make a term false, or a scan after one with all terms true?"""
     if not terms:
         return
     first = _Scans(relation, roles, first=True)
-    yield first.text([_some_not(first.last(term) for term in terms)], contract)
+    yield first.text([_some_false(first.last(term) for term in terms)], contract)
     scans = _Scans(relation, roles, first=False)
-    before = [scans.last(term) for term in terms]
+    all_true = [scans.last(term) for term in terms]
     scans.add_next()
-    yield scans.text([*before, _some_not(scans.last(term) for term in terms)], contract)
+    yield scans.text([*all_true, _some_false(scans.last(term) for term in terms)], contract)
 
 
 class _Scans:
@@ -126,55 +123,59 @@ class _Scans:
     """
 
     def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool, more: int = 0) -> None:
-        self._relation, self._roles, self.count, self._lines = relation, roles, 0, [relation[0]]
+        self._relation, self._roles = relation, roles
+        self._count = 0  # number of scans
+        self._lines = [relation[0]]
         initial = {name: state["initial"] for name, state in roles["states"].items()} | roles["late"]
         self._add(initial if first else {})
         for _ in range(more):
             self.add_next()
 
     def add_next(self) -> None:
-        """Add a scan whose states are what the previous scan leaves."""
+        """Add a scan that begins with the states that the previous scan leaves."""
         self._add({name: self.last(state["next"]) for name, state in self._roles["states"].items()})
 
-    def _add(self, given: Mapping[str, str]) -> None:
-        number = self.count
-        self.count += 1
+    def _add(self, values: Mapping[str, str]) -> None:
+        """Add a scan in which some variables have the values of other terms, by the variable's name."""
+        number = self._count
+        self._count += 1
         for line in self._relation[1:]:
             declared = _DECLARED.match(line)
-            if declared and declared[1] in given:
+            if declared and declared[1] in values:
                 name = _numbered(declared[1], number)
-                self._lines.append(f"(define-fun {name} () {declared[2]} {given[declared[1]]})")
+                self._lines.append(f"(define-fun {name} () {declared[2]} {values[declared[1]]})")
             else:
                 self._lines.append(_numbered(line, number))
         for bound in self._roles["ranges"]:
-            if bound["of"] not in given:
+            if bound["of"] not in values:
                 self._lines.append(f"(assert {_numbered(bound['term'], number)})")
 
     def last(self, term: str) -> str:
         """Return a term in the last scan."""
-        return _numbered(term, self.count - 1)
+        return _numbered(term, self._count - 1)
 
     def each(self, term: str) -> list[str]:
         """Return a term in each scan."""
-        return [_numbered(term, number) for number in range(self.count)]
+        return [_numbered(term, number) for number in range(self._count)]
 
     def text(self, truths: list[str], contract: str) -> str:
-        """Return the script that asks whether truths can hold if each scan keeps a contract; "" for none."""
+        """Return the script: are all truths possible if a contract is true in each scan ("" for none)?"""
         truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {truth})" for truth in truths], "(check-sat)", ""])
 
 
 def _numbered(text: str, number: int) -> str:
-    return _SYMBOL.sub(
-        lambda found: f"{found[0].removesuffix('|')}@{number}" + "|" * (found[0][0] == "|"), text
-    )
+    """Add the number of a scan to each symbol: `t5` becomes `t5@2`, `|Run|` becomes `|Run@2|`."""
+
+    def numbered(match: re.Match[str]) -> str:
+        symbol = match[0]
+        return f"{symbol[:-1]}@{number}|" if symbol.startswith("|") else f"{symbol}@{number}"
+
+    return _SYMBOL.sub(numbered, text)
 
 
-def _some_not(terms: Iterator[str]) -> str:
+def _some_false(terms: Iterator[str]) -> str:
     return f"(not (and {' '.join(terms)} true))"
-
-
-# --- solvers
 
 
 def _z3(text: str) -> str:

@@ -20,6 +20,7 @@ from scanrack.ladder.prove.system import Key, ScanBounds
 from scanrack.ladder.prove.system.events import LEFT_OUT
 
 from ..check.alone import load_any
+from ..load.claims import NO_LADDER
 from ..load.loading import LoadedRack
 from .on_rack import OnRack, difference_on_rack
 from .proving import ScenarioFolder, write_scenario
@@ -32,18 +33,18 @@ FAULT_NAME = "a major fault"
 
 @dataclass(frozen=True, slots=True)
 class ChangedTag:
-    """A value that can differ, under its name in the program, with a run that shows the difference.
+    """A value that can differ, with a run that shows the difference.
 
-    A major fault in only one of the programs also counts as such a value: `FAULT_NAME`.
+    A major fault in only one of the programs also counts as a value, with the name `FAULT_NAME`.
     """
 
-    name: str
+    name: str  # as in the program
     now: bool  # whether one scan from equal states can make the difference
-    steps: tuple[ScenarioStep, ...]
-    inputs: tuple[str, ...]  # on which the difference depends
+    steps: tuple[ScenarioStep, ...]  # the run; empty if no run was found
+    inputs: tuple[str, ...]  # inputs on which the difference depends
     scenario: Path | None
-    allowed: bool  # by the option --may-differ
-    rack: OnRack | None = None
+    allowed: bool  # whether --may-differ names it
+    rack: OnRack | None = None  # the effect of the run on the rack
 
     @property
     def when(self) -> str:
@@ -60,13 +61,13 @@ class ChangedTag:
 class EditedSubject:
     """The possible differences between two programs."""
 
-    compared: int  # values that both programs have and at least one writes
+    compared: int  # number of values that both programs have and at least one writes
     changed: tuple[ChangedTag, ...]
-    removed: tuple[str, ...]
-    added: tuple[str, ...]
+    removed: tuple[str, ...]  # tags that only the old program has
+    added: tuple[str, ...]  # tags that only the new program has
     bounds: ScanBounds
     held: Mapping[str, Any]  # numbers that nothing writes, with their assumed values
-    open: tuple[str, ...] = ()  # what is not compared, and where the relation is not exact
+    open: tuple[str, ...] = ()  # limits of the comparison, one sentence each
 
     @property
     def is_equal(self) -> bool:
@@ -77,10 +78,10 @@ class EditedSubject:
 def edited(
     old: str, new: str, outputs: Sequence[str], only: Sequence[str], folder: ScenarioFolder
 ) -> EditedSubject:
-    """Compare two programs with the same inputs. The settings of [prove] are those of the new program.
+    """Compare two programs with the same inputs and the new program's settings of [prove].
 
     Args:
-        outputs: tags to compare; empty for all. A structure stands for all its members.
+        outputs: tags to compare; empty for all. The name of a structure includes all its members.
         only: tags that may differ.
         folder: receives a scenario for each value that can differ.
 
@@ -88,44 +89,52 @@ def edited(
         ValueError: a file or a tag name is invalid, or no proof covers a program.
         OSError: a file can't be written.
     """
-    before, after = (_ladder(path) for path in (old, new))
-    job, logic = after
-    prove_spec = job.spec.prove
+    _, old_logic = _ladder(old)
+    job, new_logic = _ladder(new)
     bounds = bounds_of(job)
-    layout = logic.build().layout
+    layout = new_logic.build().layout
     allowed_places = [_named(layout, text, "--may-differ") for text in only]
-    places = [_named(layout, output, "--outputs") for output in outputs]
+    output_places = [_named(layout, text, "--outputs") for text in outputs]
     difference = compare(
-        before[1],
-        logic,
+        old_logic,
+        new_logic,
         bounds,
-        free=prove_spec.free,
-        written_outside=prove_spec.written_outside,
-        is_output=lambda key: not places or any(_is_in(key, place) for place in places),
+        free=job.spec.prove.free,
+        written_outside=job.spec.prove.written_outside,
+        is_output=lambda key: not output_places or any(_is_in(key, place) for place in output_places),
     )
     held_values = {number.named(tag_text(layout, number.key)): number.value for number in difference.held}
-    changed = []
-    for changed_tag in (*difference.changed, *([] if difference.fault is None else [difference.fault])):
-        may_differ = any(_is_in(changed_tag.key, place) for place in allowed_places)
-        changed.append(_with_scenario(job, before[1], layout, changed_tag, folder, allowed=may_differ))
-    names = tuple(difference.removed), tuple(difference.added)
+    changed_values = list(difference.changed)
+    if difference.fault is not None:
+        changed_values.append(difference.fault)
+    changed_tags = []
+    for value in changed_values:
+        may_differ = any(_is_in(value.key, place) for place in allowed_places)
+        changed_tags.append(_with_scenario(job, old_logic, layout, value, folder, allowed=may_differ))
     return EditedSubject(
-        difference.compared, tuple(changed), *names, bounds, held_values, tuple(_left_open(difference))
+        difference.compared,
+        tuple(changed_tags),
+        tuple(difference.removed),
+        tuple(difference.added),
+        bounds,
+        held_values,
+        tuple(_limits_of(difference)),
     )
 
 
-def _left_open(found: Difference) -> Iterator[str]:
-    """Yield what the comparison does not cover, one sentence each."""
-    yield from (f"elements of {array} from {MOST_OPEN:,} on are not compared" for array in found.uncompared)
-    yield from (f"nothing is known after {step}" for step in found.unfollowed)
+def _limits_of(difference: Difference) -> Iterator[str]:
+    """Yield the limits of a comparison, one sentence each."""
+    for array in difference.uncompared:
+        yield f"elements of {array} from {MOST_OPEN:,} on are not compared"
+    for step in difference.unfollowed:
+        yield f"nothing is known after {step}"
 
 
 def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
+    """Load a file; raise a ValueError unless its program is ladder logic."""
     job, _ = load_any(file)
     if not isinstance(job.logic, LadderLogic):
-        raise ValueError(
-            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
-        )
+        raise ValueError(NO_LADDER.format(job.program))
     return job, job.logic
 
 
@@ -136,12 +145,12 @@ def _named(layout: Layout, text: str, option: str) -> Place | Group:
     except LadderError as error:
         raise ValueError(f"{option} {text}: {error}") from None
     if isinstance(place, Place) and place.bit is not None:
-        raise ValueError(f"{option} {text}: it is a bit of a number, which is compared as a whole: name that")
+        raise ValueError(f"{option} {text}: only whole numbers are compared, not their bits: name the number")
     return place
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Whether a value is the tag or element that an option names, or a part of it."""
+    """Return whether a value is the tag or element that an option names, or a part of this tag."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()
@@ -152,65 +161,67 @@ def _with_scenario(
     job: LoadedRack,
     old: LadderLogic,
     layout: Layout,
-    found: ChangedValue,
+    value: ChangedValue,
     folder: ScenarioFolder,
     *,
     allowed: bool,
 ) -> ChangedTag:
-    is_fault = found.key == FAULT
-    name, file, rack = FAULT_NAME if is_fault else tag_text(layout, found.key), None, None
-    if found.scans:
-        rack = None if is_fault else difference_on_rack(job, old, layout, found.scans, found.key)
-        file = write_scenario(job, layout, name, found.scans, rack, folder)
-    inputs = tuple(_cased(layout, input_) for input_ in found.inputs)
-    return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed, rack)
+    """Run the scenario of a changed value on the rack, and write it; return the value's row of the report."""
+    is_fault = value.key == FAULT
+    name = FAULT_NAME if is_fault else tag_text(layout, value.key)
+    file, rack = None, None
+    if value.scans:
+        rack = None if is_fault else difference_on_rack(job, old, layout, value.scans, value.key)
+        file = write_scenario(job, layout, name, value.scans, rack, folder)
+    inputs = tuple(_program_spelling(layout, address) for address in value.inputs)
+    return ChangedTag(name, value.now, tuple(steps_of(layout, value.scans)), inputs, file, allowed, rack)
 
 
-def _cased(layout: Layout, text: str) -> str:
+def _program_spelling(layout: Layout, text: str) -> str:
     """Return an address with its tag in the program's spelling."""
     path, sign, index = text.partition("[")
     leaf = layout.find(path)
     return text if leaf is None else f"{leaf.path}{sign}{index}"
 
 
-def lines_of(found: EditedSubject) -> Iterator[str]:
-    """Yield a line for each value that can differ, with its run."""
-    yield _summary(found)
-    shown = [changed for changed in found.changed if changed.steps]
-    width = max((len(changed.name) for changed in shown), default=0)
-    for tag in shown:
+def lines_of(edit: EditedSubject) -> Iterator[str]:
+    """Yield the lines of a comparison: the values that can differ with their runs, and the assumptions."""
+    yield _summary(edit)
+    with_run = [tag for tag in edit.changed if tag.steps]
+    width = max((len(tag.name) for tag in with_run), default=0)
+    for tag in with_run:
         yield from _lines_of_tag(tag, width)
-    without_run = [changed for changed in found.changed if not changed.steps]
+    without_run = [tag for tag in edit.changed if not tag.steps]
     for when in ("now", "later"):
-        names = [f"{changed.name}{changed.allowed_text}" for changed in without_run if changed.when == when]
+        names = [f"{tag.name}{tag.allowed_text}" for tag in without_run if tag.when == when]
         yield from _list_line(f"{when}, no run found within the limits:", names)
-    yield from found.open
-    yield from _list_line("only the old program has", found.removed)
-    yield from _list_line("only the new program has", found.added)
-    bounds = found.bounds
+    yield from edit.open
+    yield from _list_line("only the old program has", edit.removed)
+    yield from _list_line("only the new program has", edit.added)
+    bounds = edit.bounds
     yield f"assumed: scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
-    for assumption in (*LEFT_OUT.values(), *([held_text(found.held)] if found.held else [])):
-        yield f"    {assumption}"
+    yield from (f"    {assumption}" for assumption in LEFT_OUT.values())
+    if edit.held:
+        yield f"    {held_text(edit.held)}"
 
 
-def _summary(found: EditedSubject) -> str:
+def _summary(edit: EditedSubject) -> str:
     """Return a sentence with the number of values that can differ."""
-    values = [tag for tag in found.changed if tag.name != FAULT_NAME]
+    values = [tag for tag in edit.changed if tag.name != FAULT_NAME]
     now = sum(value.now for value in values)
-    others = "the others are not proved equal" if found.open else "all others are equal in every run"
-    return f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
+    others = "the others are not proved equal" if edit.open else "all others are equal in every run"
+    return f"{len(values):,} of {edit.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
 
 
-def _lines_of_tag(changed: ChangedTag, width: int) -> Iterator[str]:
-    """Yield the lines of a value that can differ: its run, what the rack did, and the inputs that matter."""
-    scans = f"scan {len(changed.steps):,}"
-    line = f"{changed.name:<{width}}  {changed.when:<5}  {scans}   {changed.scenario}  {changed.allowed_text}"
-    yield line.rstrip()
-    for number, step in enumerate(changed.steps, start=1):
+def _lines_of_tag(tag: ChangedTag, width: int) -> Iterator[str]:
+    """Yield the lines of a value that can differ: its run, the run on the rack, its inputs."""
+    scans = f"scan {len(tag.steps):,}"
+    yield f"{tag.name:<{width}}  {tag.when:<5}  {scans}   {tag.scenario}  {tag.allowed_text}".rstrip()
+    for number, step in enumerate(tag.steps, start=1):
         yield f"    scan {number}: {step}"
-    if changed.rack is not None:
-        yield f"    {changed.rack}"
-    yield from _list_line("    depends on", changed.inputs)
+    if tag.rack is not None:
+        yield f"    {tag.rack}"
+    yield from _list_line("    depends on", tag.inputs)
 
 
 def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
@@ -219,10 +230,10 @@ def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
         yield f"{begin} {', '.join(names)}"
 
 
-def as_json(found: EditedSubject) -> dict[str, Any]:
+def as_json(edit: EditedSubject) -> dict[str, Any]:
     """Return the differences as JSON values."""
     return {
-        "compared": found.compared,
+        "compared": edit.compared,
         "changed": [
             {
                 "tag": tag.name,
@@ -233,12 +244,12 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
                 "scenario": None if tag.scenario is None else str(tag.scenario),
                 "rack": None if tag.rack is None else tag.rack.to_json(),
             }
-            for tag in found.changed
+            for tag in edit.changed
         ],
-        "removed": list(found.removed),
-        "added": list(found.added),
-        "open": list(found.open),
-        "held": dict(found.held),
-        "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
+        "removed": list(edit.removed),
+        "added": list(edit.added),
+        "open": list(edit.open),
+        "held": dict(edit.held),
+        "scan_ms": [edit.bounds.low_ms, edit.bounds.high_ms],
         "assumed": list(LEFT_OUT.values()),
     }

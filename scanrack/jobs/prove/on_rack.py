@@ -2,7 +2,7 @@
 
 The program first runs with its monitors, to find the scan that breaks the claim. Then it runs without them
 and is recorded, so that `scanrack watch` and `scanrack why` can open the recording. Module words are forced.
-If a run without these forces also breaks the claim, the modules give these inputs by themselves.
+If a run without the forces also breaks the claim, the modules produce these inputs themselves.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from ..run.running import JobRun, RunOptions
 from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject
 
-TWO_RUNS = "it takes two runs with the same --retain FILE, which a scenario has not"
-"""Why a scenario that restarts with retained tags is not run."""
+TWO_RUNS = "it needs two runs with the same --retain FILE, but a scenario is one run"
+"""The reason why a scenario that restarts with retained tags is not run."""
 
 MORE = 5
-"""Number of recorded scans after the one that breaks the claim."""
+"""Number of recorded scans after the scan that breaks the claim."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +44,9 @@ class OnRack:
 
     Attributes:
         confirmed: whether the scenario showed the expected result.
-        scan: number of the scan that showed it, from 0; None if none did.
-        scenario: the orders of the scenario.
-        forced: forced words that the modules do not show by themselves.
+        scan: number of the scan that showed it, from 0; None if no scan did.
+        scenario: the operator actions of the scenario.
+        forced: forced words that the modules do not produce themselves.
         why: the reason if it did not show the result, or could not be run.
     """
 
@@ -61,10 +61,9 @@ class OnRack:
             return f"on the rack: {self.why}"
         text = f"on the rack: scan {self.scan}"
         if not self.forced:
-            return f"{text}, as its modules answer"
-        return (
-            f"{text} with {', '.join(self.forced)} forced: the models of the modules do not give these inputs"
-        )
+            return f"{text}, without forced inputs"
+        words = ", ".join(self.forced)
+        return f"{text} with {words} forced: the models of the modules do not produce these inputs"
 
     def to_json(self) -> dict[str, Any]:
         """Return the result as JSON values."""
@@ -72,11 +71,14 @@ class OnRack:
 
 
 Shows = Callable[[Debugger], Callable[[], bool]]
-"""For a program about to run, makes a test of whether the latest scan shows what is expected."""
+"""Returns a test for a program before its run: does the latest scan show the expected result?"""
+
+FindScan = Callable[[RackScenario], int | None]
+"""Runs a scenario; returns the first scan that shows the expected result, or None."""
 
 
 def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
-    """Make a test of whether the latest scan breaks a claim whose assumptions have held so far."""
+    """Return a test of whether the latest scan breaks a claim while its assumptions are true."""
 
     def shows(program: Debugger) -> Callable[[], bool]:
         watch = ClaimWatch(subject.program, watched)
@@ -86,7 +88,7 @@ def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
 
 
 def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
-    """Make a test of whether two coils had different power in the latest scan."""
+    """Return a test of whether two coils had different power in the latest scan."""
     places = [_place_of(subject.problem.lowered, number) for number in coils]
 
     def shows(program: Debugger) -> Callable[[], bool]:
@@ -119,67 +121,66 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
     """
     job = replace(subject.job, logic=subject.program.program)
 
-    def first(scenario: RackScenario) -> int | None:
-        return next((scan for scan, is_shown in enumerate(_seen(job, scenario, shows)) if is_shown), None)
+    def find_scan(scenario: RackScenario) -> int | None:
+        results = _results(job, scenario, shows)
+        return next((scan for scan, is_shown in enumerate(results) if is_shown), None)
 
-    return _replayed(job, subject.problem.lowered.layout, scans, first)
+    return _replayed(job, subject.problem.lowered.layout, scans, find_scan)
 
 
 def difference_on_rack(
     job: LoadedRack, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
 ) -> OnRack | None:
-    """Run a scenario on a job's rack with its program and with another one; return None if there is no rack.
+    """Run a scenario on a rack with its program and with an old one; return None if there is no rack.
 
     Args:
         key: the value that differs after the last scan.
     """
     tag = tag_text(layout, key)
 
-    def first(scenario: RackScenario) -> int | None:
-        both = zip(_values(replace(job, logic=old), scenario, tag), _values(job, scenario, tag), strict=False)
-        return next(
-            (scan for scan, (old_value, new_value) in enumerate(both) if old_value != new_value), None
-        )
+    def find_scan(scenario: RackScenario) -> int | None:
+        old_values = _tag_values(replace(job, logic=old), scenario, tag)
+        pairs = enumerate(zip(old_values, _tag_values(job, scenario, tag), strict=False))
+        return next((scan for scan, (old_value, new_value) in pairs if old_value != new_value), None)
 
-    return _replayed(job, layout, scans, first)
+    return _replayed(job, layout, scans, find_scan)
 
 
-def _replayed(
-    job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
-) -> OnRack | None:
-    """Run a scenario. Where scans replace a long one, inputs change before the last or before the first."""
+def _replayed(job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], find_scan: FindScan) -> OnRack | None:
+    """Run a scenario in two variants, until one shows the result; return None if there is no rack.
+
+    Where several scans replace a long one, inputs change before the last or before the first of them.
+    """
     if not job.spec.slot:
         return None
     period_ns = job.spec.scan_ns
-    tried = [on_scans_of(layout, scans, period_ns, inputs_first=order) for order in (False, True)]
+    variants = [on_scans_of(layout, scans, period_ns, inputs_first=first) for first in (False, True)]
     if any(model_scan.again for model_scan in scans):
-        return OnRack(False, None, tried[0], why=TWO_RUNS)
+        return OnRack(False, None, variants[0], why=TWO_RUNS)
     why = ""
-    for scenario in tried:
+    for scenario in variants:
         try:
-            scan = first(scenario)
+            scan = find_scan(scenario)
         except (ValueError, CpuFault) as error:
             why = str(error)
             continue
         if scan is not None:
-            return OnRack(True, scan, scenario, _not_given(scenario, first))
-    if not why and tried[0].left_out:
-        why = f"nothing sets {', '.join(tried[0].left_out)} there"
-    period = time_text(period_ns)
-    return OnRack(
-        False, None, tried[0], why=why or f"scans of {period} do not show it; one of another length does"
-    )
+            return OnRack(True, scan, scenario, _needed_forces(scenario, find_scan))
+    if not why and variants[0].left_out:
+        why = f"nothing on the rack sets {', '.join(variants[0].left_out)}"
+    why = why or f"scans of {time_text(period_ns)} do not show it; a scan of another length does"
+    return OnRack(False, None, variants[0], why=why)
 
 
-def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | None]) -> tuple[str, ...]:
-    """Return the forced words that the result needs."""
+def _needed_forces(scenario: RackScenario, find_scan: FindScan) -> tuple[str, ...]:
+    """Return the forced words, if the scenario does not show the result without them."""
     if not scenario.forced:
         return ()
     try:
-        alone = first(scenario.without_forces())
+        scan = find_scan(scenario.without_forces())
     except (ValueError, CpuFault):
-        alone = None
-    return scenario.forced if alone is None else ()
+        scan = None
+    return scenario.forced if scan is None else ()
 
 
 def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
@@ -200,49 +201,58 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
     return "on the rack: the controller does not stop"
 
 
-class _Looker(QuietListener):
+class _ScanResults(QuietListener):
     """Calls a function after each scan, and keeps the results."""
 
-    def __init__(self, look: Callable[[], Any]) -> None:
-        self._look = look
-        self.found: list[Any] = []
+    def __init__(self, read: Callable[[], Any]) -> None:
+        self._read = read
+        self.results: list[Any] = []
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Call the function after a scan."""
-        self.found.append(self._look())
+        self.results.append(self._read())
 
 
-def _seen(
-    job: LoadedRack, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]
+def _results(
+    job: LoadedRack, scenario: RackScenario, reader: Callable[[Debugger], Callable[[], Any]]
 ) -> list[Any]:
-    """Return the results after all scans; ValueError if an order can't be carried out."""
+    """Run a scenario; return the result of a function after each scan.
+
+    Args:
+        reader: returns the function for a program.
+
+    Raises:
+        ValueError: an operator action can't be applied.
+        CpuFault: the controller faults.
+    """
     with ExitStack() as ports:
         run = _run(job, scenario, ports)
         assert run.program.debugger is not None
-        looker = _Looker(look(run.program.debugger))
-        run.cpu.add_listener(looker)
+        listener = _ScanResults(reader(run.program.debugger))
+        run.cpu.add_listener(listener)
         run.run(scenario.scans)
     if run.repeated is not None and run.repeated.refused:
         raise ValueError(run.repeated.refused[0])
-    return looker.found
+    return listener.results
 
 
-def _values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
-    """Return the value of a tag after each scan."""
-    return _seen(job, scenario, lambda program: lambda: program.tags[tag])
+def _tag_values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
+    """Run a scenario; return the value of a tag after each scan."""
+    return _results(job, scenario, lambda program: lambda: program.tags[tag])
 
 
-def record(job: LoadedRack, found: OnRack, trace: Path) -> None:
-    """Record a scenario on the rack, with the program without its monitors.
+def record(job: LoadedRack, result: OnRack, trace: Path) -> None:
+    """Record a confirmed scenario on the rack, with the program without its monitors.
 
     Raises:
         OSError: the trace can't be written.
     """
-    assert found.scan is not None
+    assert result.scan is not None
     with ExitStack() as ports:
-        _run(job, found.scenario, ports, trace).run(found.scan + 1 + MORE)
+        _run(job, result.scenario, ports, trace).run(result.scan + 1 + MORE)
 
 
 def _run(job: LoadedRack, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
+    """Return a run of a scenario's operator actions, before its first scan."""
     orders = [AppliedAction(scan, order) for scan, order in scenario.orders]
     return JobRun(job, ports, RunOptions(trace=trace, orders=orders, handled=True, keep=0))

@@ -1,4 +1,4 @@
-"""Runs the rack on its own, as its file describes it. What it reaches is possible without asking a solver.
+"""Runs the rack as its file describes it, without a scenario. No solver need prove the states it reaches.
 
 Random scans rarely home an axis; the rack does so within thousands of scans.
 """
@@ -23,7 +23,7 @@ from ..run.running import JobRun, RunOptions
 from .subject import ProofSubject
 
 SCANS = 10_000
-"""Maximum number of scans; the run ends as soon as every truth has been seen."""
+"""Maximum number of scans; the run ends earlier if every truth has been true in some scan."""
 
 BLOCK = 500
 """Number of scans for which truths are computed at once."""
@@ -32,33 +32,40 @@ FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
 def seen_in_own_run(subject: ProofSubject, truths: Sequence[T]) -> set[T]:
-    """Run a rack on its own, and return the truths that hold in some scan; none without a rack."""
+    """Run a rack as its file describes it; return the truths that are true in some scan.
+
+    Empty without a rack.
+    """
     job = subject.job
     if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
         return set()
     logic = job.logic.copied()
     notes = _ValueNotes(subject, logic.engine, truths)
-    with ExitStack() as ports, suppress(CpuFault, ValueError):  # after a fault there are no more scans
+    with ExitStack() as ports, suppress(CpuFault, ValueError):  # a fault ends the run
         run = JobRun(replace(job, logic=logic), ports, RunOptions(warn=lambda _text: None))
         notes.stop = run.cpu.stop
         run.cpu.add_listener(notes)
         run.run(SCANS)
     notes.compute()
-    return notes.found
+    return notes.seen
 
 
 @dataclass(frozen=True, slots=True)
 class _Variable:
-    """Where the value of a variable is in the program's memory."""
+    """A variable of the prover, and a function that reads its value from the program's memory."""
 
     v: T
     read: Callable[[], Value]
     is_state: bool
 
     def column(self, values: Sequence[Value], times: Array, tick_ns: int) -> Array:
-        """Return the values before each scan of a block except the first, from the values after each scan.
+        """Return the variable's value in each scan of a block except the first.
 
-        A state keeps the value that the previous scan left; an input has its value in the scan itself.
+        An input has the value noted after the scan itself. A state has the value that the previous scan left.
+
+        Args:
+            values: the values noted after each scan.
+            times: the times of the scans, ns.
         """
         column = np.array(values[:-1] if self.is_state else values[1:], dtype=dtype_of(self.v))
         if self.v.val.endswith(f"{CLOCK}[0]"):
@@ -67,42 +74,47 @@ class _Variable:
 
 
 class _ValueNotes(QuietListener):
-    """Notes the values that decide truths, and computes the truths of many scans at once."""
+    """Notes the values that decide truths, and computes the truths of many scans at once.
+
+    Attributes:
+        unseen: the truths that were not true in any scan, and can be computed from memory.
+        seen: the truths that were true in some scan.
+        stop: called when no truth is unseen.
+    """
 
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
         self._engine, self._problem = engine, subject.problem
         self._variables = variables_by_root(truths)
-        places = self._places_of(variable for variables in self._variables.values() for variable in variables)
-        known = {place.v for place in places}
-        self.left = [
+        in_memory = self._in_memory(term for terms in self._variables.values() for term in terms)
+        known = {variable.v for variable in in_memory}
+        self.unseen = [
             truth
             for truth in truths
-            if all(variable in known or _is_known(variable) for variable in self._variables[truth])
+            if all(term in known or _is_known(term) for term in self._variables[truth])
         ]
-        self.found: set[T] = set()
+        self.seen: set[T] = set()
         self.stop: Callable[[], object] = lambda: None
-        self._watch(places)
+        self._watch(in_memory)
         self._times: list[int] = []
 
-    def _places_of(self, variables: Iterable[T]) -> list[_Variable]:
-        """Return the places of variables in memory; leave out variables that are not modeled."""
-        problem, places = self._problem, []
+    def _in_memory(self, terms: Iterable[T]) -> list[_Variable]:
+        """Return the variables that are in memory, each once; leave out variables that are not modeled."""
+        problem, variables = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
-        for variable in dict.fromkeys(variables):
-            key = problem.key_of.get(variable.val, FIRST_SCAN)
-            leaf = None if key == FIRST_SCAN or variable.val in problem.unmodeled else layout.find(key[0])
+        for term in dict.fromkeys(terms):
+            key = problem.key_of.get(term.val, FIRST_SCAN)
+            leaf = None if key == FIRST_SCAN or term.val in problem.unmodeled else layout.find(key[0])
             if leaf is not None:
-                places.append(
-                    _Variable(variable, memory.reader(leaf, key[1]), problem.role(variable.val) == "state")
-                )
-        return places
+                is_state = problem.role(term.val) == "state"
+                variables.append(_Variable(term, memory.reader(leaf, key[1]), is_state))
+        return variables
 
-    def _watch(self, places: Iterable[_Variable]) -> None:
-        """From now on, note the values that decide the remaining truths."""
-        deciding = {variable for truth in self.left for variable in self._variables[truth]}
-        self._places = [place for place in places if place.v in deciding]
-        self._readers = [place.read for place in self._places]
-        self._rows: list[list[Value]] = []
+    def _watch(self, variables: Iterable[_Variable]) -> None:
+        """From now on, note the values that decide the unseen truths."""
+        deciding = {term for truth in self.unseen for term in self._variables[truth]}
+        self._watched = [variable for variable in variables if variable.v in deciding]
+        self._readers = [variable.read for variable in self._watched]
+        self._rows: list[list[Value]] = []  # values after each scan
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Note the values after a scan."""
@@ -110,29 +122,30 @@ class _ValueNotes(QuietListener):
         self._times.append(now_ns)
         if len(self._rows) > BLOCK:
             self.compute()
-            if not self.left:
+            if not self.unseen:
                 self.stop()
 
     def compute(self) -> None:
-        """Compute the remaining truths for the noted scans; the last of these scans begins a new block."""
+        """Compute the unseen truths for the noted scans; the last of these scans begins a new block."""
         count = len(self._rows) - 1
-        if count < 1 or not self.left:
+        if count < 1 or not self.unseen:
             return
-        truths = BatchEvaluator(self.left, count)(self._values(count))
-        self.found |= {truth for truth, values in zip(self.left, truths, strict=True) if values.any()}
-        self.left = [truth for truth in self.left if truth not in self.found]
-        last = dict(zip(self._places, self._rows[-1], strict=True))
-        self._watch(self._places)
-        self._rows, self._times = [[last[place] for place in self._places]], self._times[-1:]
+        truths = BatchEvaluator(self.unseen, count)(self._values(count))
+        self.seen |= {truth for truth, values in zip(self.unseen, truths, strict=True) if values.any()}
+        self.unseen = [truth for truth in self.unseen if truth not in self.seen]
+        last_values = dict(zip(self._watched, self._rows[-1], strict=True))
+        self._watch(self._watched)
+        self._rows, self._times = [[last_values[variable] for variable in self._watched]], self._times[-1:]
 
     def _values(self, count: int) -> dict[str, Array]:
-        """Return the values of variables before each scan of the block."""
+        """Return the values of the variables in each scan of the block except the first, by name."""
         times, tick_ns = np.array(self._times, dtype=np.int64), self._problem.tick_ns
-        columns = zip(self._places, zip(*self._rows, strict=True), strict=True)
-        columns_by_name = {place.v.val: place.column(values, times, tick_ns) for place, values in columns}
-        return {DT: np.diff(times) // tick_ns, FIRST_SCAN_NAME: np.zeros(count, np.bool_), **columns_by_name}
+        columns = {DT: np.diff(times) // tick_ns, FIRST_SCAN_NAME: np.zeros(count, np.bool_)}
+        for variable, values in zip(self._watched, zip(*self._rows, strict=True), strict=True):
+            columns[variable.v.val] = variable.column(values, times, tick_ns)
+        return columns
 
 
 def _is_known(v: T) -> bool:
-    """Whether the value of a variable is known without the program's memory."""
+    """Return whether the value of a variable is known without the program's memory."""
     return v.val in (DT, FIRST_SCAN_NAME)

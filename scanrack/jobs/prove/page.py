@@ -1,4 +1,4 @@
-"""Answers as one HTML page: a table of claims, and for each scenario its scans and its rungs with power."""
+"""Writes answers as one HTML page: a table of claims, and each scenario's scans and rungs with power flow."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WIDTH = 96
 """Columns between the rails of a drawn rung."""
 
 MOST_RUNGS = 12
-"""Number of rungs that are drawn for a scenario: those closest to the claim."""
+"""Maximum number of rungs that are drawn for a scenario: the closest to the claim."""
 
 STYLE = """\
 body { font: 15px system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; color: #1b1f24 }
@@ -60,39 +60,31 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
 
 def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
     """Yield the parts of a page of answers."""
-    rows = [_row(result) for result in results]
-    if rows:
-        yield _table(("property", "claim", "", ""), rows)
+    if results:
+        yield _table(("property", "claim", "", ""), [_row(result) for result in results])
     watched = {claim.claim: claim for claim in subject.program.properties}
-    for proof_result in results:
-        if proof_result.answer.steps:
-            yield f'<h2 id="{escape(proof_result.name)}">{escape(proof_result.name)}</h2>'
-            yield _scans(subject, proof_result.answer.steps)
-            if proof_result.rack is not None:
-                yield f"<p>{escape(str(proof_result.rack))}</p>"
-            yield drawn(
-                subject.program.program, proof_result.answer.scans, watched[proof_result.answer.claim]
-            )
+    for result in results:
+        if result.answer.steps:
+            yield f'<h2 id="{escape(result.name)}">{escape(result.name)}</h2>'
+            yield _scans(subject, result.answer.steps)
+            if result.rack is not None:
+                yield f"<p>{escape(str(result.rack))}</p>"
+            yield drawn(subject.program.program, result.answer.scans, watched[result.answer.claim])
     yield "<h2>built-in questions</h2>"
     yield f"<pre>{escape(chr(10).join(question_lines(answers)))}</pre>"
     yield "<h2>assumed</h2>"
     yield f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in assumptions(subject, results))}</ul>"
 
 
-def parts_of_edit(found: EditedSubject) -> Iterator[str]:
+def parts_of_edit(edit: EditedSubject) -> Iterator[str]:
     """Yield the parts of a page that compares two programs."""
-    yield f"<pre>{escape(chr(10).join(lines_of_edit(found)))}</pre>"
+    yield f"<pre>{escape(chr(10).join(lines_of_edit(edit)))}</pre>"
 
 
 def _row(result: Result) -> Sequence[str]:
     word = result.answer.word
-    shown = f'<b class="{word}">{word}</b>'
-    return (
-        escape(result.name),
-        f"<code>{escape(result.answer.claim.sentence)}</code>",
-        shown,
-        escape(detail_of(result)),
-    )
+    claim = f"<code>{escape(result.answer.claim.sentence)}</code>"
+    return escape(result.name), claim, f'<b class="{word}">{word}</b>', escape(detail_of(result))
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -120,39 +112,36 @@ def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) 
             debugger.scan(1, scan.ms)
         except LadderFault:
             break
-    shown = list(_deciding(debugger, watched))
-    by_name = {routine.name: routine for routine in program.routines}
-    routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in _grouped(shown).items()]
-    truths = {name: debugger.truth(name) for name in _grouped(shown) if name in by_name}
+    rung_numbers: dict[str, list[int]] = {}
+    for name, number in _deciding_rungs(debugger, watched):
+        rung_numbers.setdefault(name, []).append(number)
+    routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in rung_numbers.items()]
+    own_names = {routine.name for routine in program.routines}
+    truths = {name: debugger.truth(name) for name in rung_numbers if name in own_names}
     return routines_svg(routines, WIDTH, truths, captions_of(program))
 
 
-def _grouped(rungs: Iterable[RungPlace]) -> dict[str, list[int]]:
-    numbers_by_name: dict[str, list[int]] = {}
-    for name, number in rungs:
-        numbers_by_name.setdefault(name, []).append(number)
-    return numbers_by_name
-
-
-def _deciding(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
-    """Yield the rungs that write what a claim reads, then those that write what these read, and so on."""
+def _deciding_rungs(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
+    """Yield the rungs that write tags of a claim, then the rungs that write tags of these rungs, ..."""
     drawable = {
         routine.name: set(routine.numbers) for routine in debugger.program.routines if routine.chart is None
     }
     reads, writers = _cross_reference(debugger)
     queue = list(writers.get(watched.bit[0], ()))
-    seen: set[RungPlace] = set()
+    visited: set[RungPlace] = set()
     count = 0
     while queue and count < MOST_RUNGS:
-        place = queue.pop(0)
-        if place in seen:
+        rung = queue.pop(0)
+        if rung in visited:
             continue
-        seen.add(place)
-        if place[1] in drawable.get(place[0], ()):
+        visited.add(rung)
+        routine, number = rung
+        if number in drawable.get(routine, ()):
             count += 1
-            yield place
-        for path in sorted(reads.get(place, ())):
-            queue += [writer for name in _around(path, writers) for writer in writers[name]]
+            yield rung
+        for path in sorted(reads.get(rung, ())):
+            for written_path in _overlapping(path, writers):
+                queue += writers[written_path]
 
 
 def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dict[str, list[RungPlace]]]:
@@ -160,17 +149,17 @@ def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dic
     reads: dict[RungPlace, set[str]] = {}
     writers: dict[str, list[RungPlace]] = {}
     for mention in debugger.cross_reference.mentions:
-        place = mention.site.routine, mention.site.rung or 0
+        rung = mention.site.routine, mention.site.rung or 0
         path = mention.where.path.upper()
         if mention.reads:
-            reads.setdefault(place, set()).add(path)
+            reads.setdefault(rung, set()).add(path)
         if mention.writes:
-            writers.setdefault(path, []).append(place)
+            writers.setdefault(path, []).append(rung)
     return reads, writers
 
 
-def _around(path: str, writers: Iterable[str]) -> list[str]:
-    """Return the written paths that share memory with a path: itself, its members, and what contains it."""
+def _overlapping(path: str, writers: Iterable[str]) -> list[str]:
+    """Return the written paths that share memory with a path: the path, its members, and its owners."""
     return sorted(
         writer
         for writer in writers

@@ -1,4 +1,4 @@
-"""Decides all claims of a subject, one after the other. Runs each scenario on the rack, and writes it."""
+"""Decides all claims of a subject, one after the other; runs each scenario on the rack, and writes it."""
 
 from __future__ import annotations
 
@@ -46,22 +46,22 @@ Progress = Callable[[str, int, int], object]
 
 
 def no_progress(_name: str, _number: int, _of: int) -> None:
-    """Show nothing."""
+    """Ignore the progress."""
 
 
 @dataclass(slots=True)
 class ScenarioFolder:
-    """The folder for a command's scenarios. The first one creates and locks it; the context unlocks it."""
+    """The folder of a command's scenarios. Saving creates and locks it; the context unlocks it."""
 
     path: Path
-    _held: ExitStack = field(default_factory=ExitStack)
+    _lock: ExitStack = field(default_factory=ExitStack)
     _is_locked: bool = False
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_error: object) -> None:
-        self._held.close()
+        self._lock.close()
 
     def save(self, name: str, scenario: Scenario, used: Used) -> Path:
         """Write the scenario of a claim to a folder with the claim's name; return the path of the scenario.
@@ -70,28 +70,29 @@ class ScenarioFolder:
             ValueError: the folder has other files, or another process uses it.
             OSError: the scenario can't be written.
         """
-        return write_text(self._own(name) / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
+        text = json.dumps(scenario.to_json(), indent=1) + "\n"
+        return write_text(self._claim_folder(name) / SCENARIO, text, used)
 
     def save_proof(self, name: str, certificates: Sequence[Certificate], used: Used) -> Path:
-        """Write a claim's certificate to a folder with its name; return the folder. Raises as `save` does."""
-        own, (relation, roles) = self._own(name), written(certificates)
-        write_text(own / RELATION, relation, used)
-        write_text(own / ROLES, json.dumps({"claim": name, **roles}, indent=1) + "\n", used)
-        return own
+        """Write a claim's certificate to a folder with its name; return the folder. Errors: see `save`."""
+        folder, (relation, roles) = self._claim_folder(name), written(certificates)
+        write_text(folder / RELATION, relation, used)
+        write_text(folder / ROLES, json.dumps({"claim": name, **roles}, indent=1) + "\n", used)
+        return folder
 
-    def _own(self, name: str) -> Path:
-        """Return the folder of a claim."""
+    def _claim_folder(self, name: str) -> Path:
+        """Return the folder of a claim, after creating it."""
         if not self._is_locked:
-            self._held.enter_context(locked(self.path))
+            self._lock.enter_context(locked(self.path))
             self._is_locked = True
-        own = self.path / slug(name)
-        own.mkdir(exist_ok=True)
-        return own
+        folder = self.path / slug(name)
+        folder.mkdir(exist_ok=True)
+        return folder
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """An answer, with the time it took, what the rack did, and its scenario file."""
+    """An answer with its duration, its run on the rack, and its files."""
 
     answer: Answer
     spent_ns: int
@@ -100,11 +101,13 @@ class Result:
     proof: Path | None = None  # the folder with the certificate of the proof
     opinions: tuple[Opinion, ...] = ()  # verdicts of other solvers
     own_ns: int = 0  # the rack's time between two scans
-    at_own_time: Answer | None = None  # the answer at that time, if only longer scans break the claim
+    at_own_time: Answer | None = (
+        None  # the answer for scans of that time, if only longer scans break the claim
+    )
 
     @property
     def refused_by(self) -> tuple[Opinion, ...]:
-        """Solvers that find a run which the proof excludes; the claim is then unknown."""
+        """Verdicts of solvers that find a run that the proof excludes; with any, the claim is unknown."""
         return tuple(opinion for opinion in self.opinions if opinion.refused)
 
     @property
@@ -152,38 +155,47 @@ def prove_all(
         rack = replay_on_rack(subject, claim_broken(subject, claim), result.scans)
         layout = subject.problem.lowered.layout
         file = write_scenario(subject.job, layout, result.claim.name, result.scans, rack, folder)
-        own = _at_own_time(subject, number - 1, result, rack, limits)
+        at_own_time = _at_own_time(subject, number - 1, result, rack, limits)
         yield Result(
-            result, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
+            result,
+            wall_ns() - start_ns,
+            rack,
+            file,
+            own_ns=subject.job.spec.scan_ns,
+            at_own_time=at_own_time,
         )
 
 
 def _at_own_time(
-    subject: ProofSubject, number: int, found: Answer, rack: OnRack | None, limits: Limits
+    subject: ProofSubject, index: int, refuted: Answer, rack: OnRack | None, limits: Limits
 ) -> Answer | None:
-    """Decide a claim again with the rack's own scan time, if a run with longer scans breaks it.
+    """Decide a refuted claim again with the rack's own scan time, if a run with longer scans breaks it.
+
+    Args:
+        index: place of the claim among the subject's claims.
 
     Returns:
-        The answer; None if the rack has shown the run, no scan is longer, or the claim is refuted again.
+        The answer; None if the rack confirms the run, no scan is longer, or the claim is refuted again.
     """
     own_ns = subject.job.spec.scan_ns
-    longer = any(scan.ms * 1_000_000 > own_ns and not scan.turned for scan in found.scans)
-    if rack is None or rack.confirmed or not longer:
+    has_longer_scan = any(scan.ms * 1_000_000 > own_ns and not scan.turned for scan in refuted.scans)
+    if rack is None or rack.confirmed or not has_longer_scan:
         return None
     bounds = ScanBounds.of(own_ns / 1e6, own_ns / 1e6)
-    own = subject_of_job(subject.job, subject.problem, bounds)
-    answered = answer(own.problem, own.program, own.program.properties[number], limits)
-    return None if answered.verdict.kind is VerdictKind.REFUTED else answered
+    own_subject = subject_of_job(subject.job, subject.problem, bounds)
+    claim = own_subject.program.properties[index]
+    own_answer = answer(own_subject.problem, own_subject.program, claim, limits)
+    return None if own_answer.verdict.kind is VerdictKind.REFUTED else own_answer
 
 
 @dataclass(frozen=True, slots=True)
 class FoundAnswer:
-    """A finding of a built-in question, with its run and file if there are any."""
+    """A finding of a built-in question, with its run and its files if it has any."""
 
     finding: Finding
     steps: tuple[ScenarioStep, ...] = ()
     scenario: Path | None = None
-    rack: str = ""  # what the rack did
+    rack: str = ""  # the effect of the run on the rack, as text
     proof: Path | None = None  # the folder with the certificate of the proof
     opinions: tuple[Opinion, ...] = ()
 
@@ -198,12 +210,12 @@ class Questions:
     """The answers to the built-in questions."""
 
     found: tuple[FoundAnswer, ...]
-    counts: Mapping[str, int]  # by rule
-    open: Mapping[str, int]
+    counts: Mapping[str, int]  # number of questions by rule
+    open: Mapping[str, int]  # number of undecided questions by rule
 
 
 AnswerListener = Listener[FoundAnswer]
-"""Receives the answers to built-in questions as they come, those that are quickest to find first."""
+"""Receives the findings of built-in questions as soon as they are decided."""
 
 
 def ask_questions(
@@ -215,8 +227,8 @@ def ask_questions(
 ) -> Questions:
     """Answer the built-in questions about the user's own code. For `folder` and `others` see `prove_all`.
 
-    With solvers, each proved finding also gets a certificate. If a solver refuses it, the question stays
-    open.
+    With other solvers, each proved finding also gets a certificate. If a solver refuses it, the question
+    stays open.
 
     Args:
         work: factor for the limits.
@@ -224,18 +236,19 @@ def ask_questions(
     Raises:
         ValueError, OSError: see `prove_all`.
     """
-    own = {routine.name.upper() for routine in own_routines(subject.program.program, subject.problem.lowered)}
+    routines = own_routines(subject.program.program, subject.problem.lowered)
     writer = _FindingWriter(subject, folder, others, listener or AnswerListener())
     answers = ask(
         subject.problem,
         limits=QUESTION_LIMITS.times(work),
-        routines=own,
+        routines={routine.name.upper() for routine in routines},
         known_run=partial(seen_in_own_run, subject),
         listener=writer,
     )
     answers.open.update(writer.refused)
-    results = [writer.made[id(finding)] for finding in answers.findings if id(finding) in writer.made]
-    return Questions(tuple(results), answers.counts, answers.open)
+    in_program_order = [writer.answers.get(id(finding)) for finding in answers.findings]
+    found = tuple(answer for answer in in_program_order if answer is not None)
+    return Questions(found, answers.counts, answers.open)
 
 
 class _FindingWriter(Listener[Finding]):
@@ -249,7 +262,7 @@ class _FindingWriter(Listener[Finding]):
         listener: AnswerListener,
     ) -> None:
         self._subject, self._folder, self._others, self._listener = subject, folder, others, listener
-        self.made: dict[int, FoundAnswer] = {}  # by the `id` of the finding
+        self.answers: dict[int, FoundAnswer] = {}  # by the `id` of the finding
         self.refused: list[str] = []  # rules of the findings that another solver refuses
 
     def begun(self, count: int) -> None:
@@ -270,25 +283,26 @@ class _FindingWriter(Listener[Finding]):
         if result is None:
             self.refused.append(answer.rule)
         else:
-            self.made[id(answer)] = result
+            self.answers[id(answer)] = result
             self._listener.found(result)
 
-    def _with_files(self, each: Finding) -> FoundAnswer | None:
+    def _with_files(self, finding: Finding) -> FoundAnswer | None:
         """Write the files of a finding, and return it with them; None if another solver refuses it."""
-        subject, scans = self._subject, each.verdict.scans
-        name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
+        subject, scans, site = self._subject, finding.verdict.scans, finding.site
+        name = f"{finding.rule} {site.routine} {site.rung} {site.instruction}"
         if not scans and not self._others:
-            return FoundAnswer(each)
+            return FoundAnswer(finding)
         if not scans:
-            proof = self._folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
+            proof = self._folder.save_proof(name, finding.verdict.certificates, in_use(subject.job))
             opinions = tuple(check(proof, other) for other in self._others)
-            refused = any(opinion.refused for opinion in opinions)
-            return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
-        rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
+            is_refused = any(opinion.refused for opinion in opinions)
+            return None if is_refused else FoundAnswer(finding, proof=proof, opinions=opinions)
+        coils = finding.coils
+        rack = replay_on_rack(subject, coils_disagree(subject, coils), scans) if coils else None
         layout = subject.problem.lowered.layout
         file = write_scenario(subject.job, layout, name, scans, rack, self._folder)
-        on_rack = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
-        return FoundAnswer(each, tuple(steps_of(layout, scans)), file, on_rack)
+        on_rack = faults_on_rack(subject, scans) if finding.rule in FAULTS else str(rack or "")
+        return FoundAnswer(finding, tuple(steps_of(layout, scans)), file, on_rack)
 
 
 def slug(name: str) -> str:
@@ -313,7 +327,7 @@ def write_scenario(
     Args:
         layout: the tags of the program that runs.
         name: name of the claim, or another name for the scenario's folder.
-        rack: what the run did on the rack; None if it did not run there.
+        rack: the effect of the run on the rack; None if it did not run there.
     """
     scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000  # without a rack, the time unit of the prover
     orders = on_scans_of(layout, scans, scan_ns) if rack is None else rack.scenario

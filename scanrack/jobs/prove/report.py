@@ -1,4 +1,4 @@
-"""Answers as text and as JSON."""
+"""Formats answers as text and as JSON."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .scenario import step_text
 from .subject import ProofSubject
 
 HELD_SHOWN = 12
-"""Number of held numbers that the text lists."""
+"""Maximum constant numbers that the text lists."""
 
 LATEST_MS = 1000
-"""The longest time between two scans that a rack file can set with `scan_ms`."""
+"""Maximum time between two scans that a rack file can set with `scan_ms`, ms."""
 
 BLAME_SHOWN = 3
-"""Number of reasons that the text lists for an unknown claim."""
+"""Maximum reasons that the text lists for an unknown claim."""
 
 
 def line_of(result: Result, width: int) -> str:
@@ -35,20 +35,20 @@ def line_of(result: Result, width: int) -> str:
 
 
 def own_time_text(result: Result) -> str:
-    """Return a sentence if only scans longer than the rack's break a claim, else ""."""
+    """Return a sentence about the rack's own scan time if only longer scans break a claim, else ""."""
     if result.at_own_time is None:
         return ""
-    time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
-    verdict = "it is proved" if known is VerdictKind.PROVED else "no run breaks it within the limits"
-    return f"only with scans longer than the rack's: with scans of {time} {verdict}   "
+    is_proved = result.at_own_time.verdict.kind is VerdictKind.PROVED
+    verdict = "it is proved" if is_proved else "no run breaks it within the limits"
+    return f"only with scans longer than the rack's: with scans of {time_text(result.own_ns)} {verdict}   "
 
 
 def detail_of(result: Result) -> str:
-    """Return the detail of a verdict."""
+    """Return the detail of a verdict: the scenario, the effort of the proof, or the reasons for unknown."""
     answer, verdict = result.answer, result.answer.verdict
     if result.refused_by:
         return "; ".join(
-            f"{refusal.solver} refuses the proof, {refusal.why}" for refusal in result.refused_by
+            f"{opinion.solver} refuses the proof, {opinion.why}" for opinion in result.refused_by
         )
     if answer.steps:
         return f"{own_time_text(result)}scan {verdict.k:,}   {result.scenario}"
@@ -63,17 +63,14 @@ def detail_of(result: Result) -> str:
 
 def opinions_text(opinions: Iterable[Opinion]) -> str:
     """Return the verdicts of other solvers on a proof as text; "" if there are none."""
-    texts = [
-        f"{opinion.solver} confirms it"
-        if opinion.confirmed
-        else f"{opinion.solver} does not confirm it: {opinion.why}"
+    return "; ".join(
+        f"{opinion.solver} {'confirms it' if opinion.confirmed else f'does not confirm it: {opinion.why}'}"
         for opinion in opinions
-    ]
-    return "; ".join(texts)
+    )
 
 
 def below(subject: ProofSubject, result: Result) -> Iterator[str]:
-    """Yield the lines below a claim: its scenario, and what the rack did."""
+    """Yield the lines below a claim: its scenario, the run on the rack, and advice."""
     for number, step in enumerate(result.answer.steps, start=1):
         yield f"scan {number}: {step_text(step, subject.job.spec)}"
     yield from result.answer.end
@@ -88,22 +85,23 @@ def questions_text(count: int) -> str:
     return f"{count:,} questions about rungs, contacts, coils and faults"
 
 
-def found_lines(each: FoundAnswer) -> Iterator[str]:
+def found_lines(answer: FoundAnswer) -> Iterator[str]:
     """Yield the lines of a finding of the built-in questions, with its run."""
-    scenario = f"   {each.scenario}" if each.scenario else ""
-    details = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
-    yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{details}"
-    for number, step in enumerate(each.steps, start=1):
+    texts = (str(answer.scenario or ""), opinions_text(answer.opinions))
+    details = "".join(f"   {text}" for text in texts if text)
+    finding = answer.finding
+    yield f"{finding.rule:<10}  {finding.site.where}: {finding.text}{details}"
+    for number, step in enumerate(answer.steps, start=1):
         yield f"    scan {number}: {step}"
-    if each.rack:
-        yield f"    {each.rack}"
+    if answer.rack:
+        yield f"    {answer.rack}"
 
 
 def open_text(answers: Questions) -> str:
     """Return the number of open questions as text, by rule; "" if there are none."""
-    left = sum(answers.open.values())
+    open_count = sum(answers.open.values())
     by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
-    return f"{left:,} of them are open (--work 10 may decide more): {by_rule}" if left else ""
+    return f"{open_count:,} of them are open (--work 10 may decide more): {by_rule}" if open_count else ""
 
 
 def question_lines(answers: Questions) -> Iterator[str]:
@@ -112,30 +110,31 @@ def question_lines(answers: Questions) -> Iterator[str]:
         yield questions_text(count)
     for answer in answers.found:
         yield from found_lines(answer)
-    if left := open_text(answers):
-        yield left
+    if open_line := open_text(answers):
+        yield open_line
 
 
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return the assumptions of the answers, one sentence each."""
     held_values: dict[str, Any] = {}
-    sentences = dict.fromkeys(assumed(subject.problem.happens))  # also those of the built-in questions
+    sentences = dict.fromkeys(assumed(subject.problem.happens))  # of the built-in questions
     for result in results:
         held_values |= dict(result.answer.held)
         sentences |= dict.fromkeys(result.answer.assumed)
     bounds = subject.problem.bounds
-    wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
-    late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
-    apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}{late}"
-    lines = [apart, *subject.assumed, *sentences]
+    spacing = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
+    if bounds.high_ms < LATEST_MS:
+        spacing += f"; scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}] also covers later scans"
+    lines = [spacing, *subject.assumed, *sentences]
     return [*lines, held_text(held_values)] if held_values else lines
 
 
 def held_text(held: Mapping[str, Any]) -> str:
-    """Return the held numbers as one line, by name; only the first ones if there are many."""
-    shown = [f"{name} = {value}" for name, value in sorted(held.items())]
-    hidden = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
-    return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *hidden])}"
+    """Return the numbers that are assumed constant as one line, by name; at most `HELD_SHOWN` of them."""
+    texts = [f"{name} = {value}" for name, value in sorted(held.items())]
+    if len(texts) > HELD_SHOWN:
+        texts[HELD_SHOWN:] = [f"and {len(texts) - HELD_SHOWN:,} more (--json lists all)"]
+    return f"constant, because nothing writes them: {', '.join(texts)}"
 
 
 def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
@@ -191,8 +190,8 @@ def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
     ]
 
 
-def _found(found: FoundAnswer) -> dict[str, Any]:
-    finding = found.finding
+def _found(answer: FoundAnswer) -> dict[str, Any]:
+    finding = answer.finding
     site = finding.site
     return {
         "rule": finding.rule,
@@ -201,9 +200,9 @@ def _found(found: FoundAnswer) -> dict[str, Any]:
         "routine": site.routine,
         "number": site.rung,
         "text": finding.text,
-        "scans": scans_of(found.steps),
-        "scenario": None if found.scenario is None else str(found.scenario),
-        "rack": found.rack or None,
-        "proof": None if found.proof is None else str(found.proof),
-        "opinions": [opinion._asdict() for opinion in found.opinions],
+        "scans": scans_of(answer.steps),
+        "scenario": None if answer.scenario is None else str(answer.scenario),
+        "rack": answer.rack or None,
+        "proof": None if answer.proof is None else str(answer.proof),
+        "opinions": [opinion._asdict() for opinion in answer.opinions],
     }

@@ -1,4 +1,4 @@
-"""Turns a run of the prover into operator's orders on a rack, and into a scenario for `scanrack fuzz`.
+"""Turns a run of the prover into operator actions on a rack, and into a scenario for `scanrack fuzz`.
 
     prover      scan 1      scan 2                          scan 3
     ms          0           35                              70
@@ -28,19 +28,19 @@ from ..fuzz.scenarios.scenario import OperatorAction, Scenario
 
 @dataclass(frozen=True, slots=True)
 class RackScenario:
-    """Orders before scans of a rack, the number of scans, and the inputs that no order can set."""
+    """A run of the prover on a rack."""
 
-    orders: tuple[tuple[int, Action], ...]
-    scans: int
-    left_out: tuple[str, ...] = ()
+    orders: tuple[tuple[int, Action], ...]  # operator actions, each with the scan that follows it
+    scans: int  # number of scans
+    left_out: tuple[str, ...] = ()  # inputs that no action can set
 
     def scenario(self, scan_ns: int) -> Scenario:
-        """Return the orders as a scenario that `scanrack fuzz` can replay."""
+        """Return the operator actions as a scenario that `scanrack fuzz` can replay."""
         return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
         """Return the scenario without forces on module words."""
-        kept = tuple(order for order in self.orders if not isinstance(order[1], Force))
+        kept = tuple((scan, order) for scan, order in self.orders if not isinstance(order, Force))
         return RackScenario(kept, self.scans, self.left_out)
 
     @property
@@ -52,39 +52,44 @@ class RackScenario:
 def on_scans_of(
     layout: Layout, scans: Sequence[ScanOf], scan_ns: int, *, inputs_first: bool = False
 ) -> RackScenario:
-    """Return a run as orders on a rack with scans of `scan_ns`.
+    """Return a run as operator actions on a rack with scans of `scan_ns`.
 
     Args:
-        inputs_first: of the scans that replace a long one, inputs change before the first, not the last.
+        inputs_first: whether inputs change before the first of the scans that replace a long one; otherwise
+            before the last.
     """
     orders: list[tuple[int, Action]] = []
-    begin = 0
+    last_scan = 0  # the rack's scan for the previous scan of the prover
     for number, model_scan in enumerate(scans):
         count = max(1, round(model_scan.ms * 1_000_000 / scan_ns)) if number else 0
-        first = begin + (1 if inputs_first and number else count)
+        inputs_scan = last_scan + (1 if inputs_first and number else count)
         if model_scan.turned:
             count = max(count, 2)
-            orders.append((begin + 1, Mode("program")))
-            orders.append((begin + count, Mode("run")))
-            first = begin + count
-        orders += [(first, order) for order in _orders(layout, model_scan.inputs)]
-        begin += count
-    left_out = {tag_text(layout, key) for scan in scans for key in scan.inputs if not _is_set(layout, key)}
-    return RackScenario(tuple(orders), begin + 1, tuple(sorted(left_out)))
+            orders.append((last_scan + 1, Mode("program")))
+            orders.append((last_scan + count, Mode("run")))
+            inputs_scan = last_scan + count
+        orders += [(inputs_scan, order) for order in _orders(layout, model_scan.inputs)]
+        last_scan += count
+    keys = {key for model_scan in scans for key in model_scan.inputs}
+    left_out = sorted({tag_text(layout, key) for key in keys if not _can_set(layout, key)})
+    return RackScenario(tuple(orders), last_scan + 1, tuple(left_out))
 
 
-def _is_set(layout: Layout, key: Key) -> bool:
-    """Whether an order can set an input; it can't set a connection fault or a hidden value."""
-    leaf = layout.leaf(key[0])
-    return leaf.is_image or (leaf.slot is None and not key[0].startswith(("S:", "~")))
+def _can_set(layout: Layout, key: Key) -> bool:
+    """Return whether an operator action can set an input; not a connection fault or a hidden value."""
+    path, _ = key
+    leaf = layout.leaf(path)
+    return leaf.is_image or (leaf.slot is None and not path.startswith(("S:", "~")))
 
 
 def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Action]:
+    """Yield the operator actions that set inputs: forces of module words, and writes of tags."""
     for key, value in sorted(inputs.items()):
-        leaf = layout.leaf(key[0])
+        path, index = key
+        leaf = layout.leaf(path)
         if leaf.is_image:
-            yield Force(f"Local:{leaf.slot}:I.Data[{key[1]}]", int(value))
-        elif _is_set(layout, key):
+            yield Force(f"Local:{leaf.slot}:I.Data[{index}]", int(value))
+        elif _can_set(layout, key):
             yield Write(tag_text(layout, key), value)
 
 

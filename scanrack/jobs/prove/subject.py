@@ -25,7 +25,7 @@ class ProofSubject:
 
     Attributes:
         name: stem of its file.
-        assumed: what the proofs assume about the modules, one sentence each.
+        assumed: assumptions of the proofs about the modules, one sentence each.
     """
 
     name: str
@@ -39,7 +39,7 @@ def subject_of(file: str) -> ProofSubject:
     """Load a rack with its program, or only a program or export.
 
     Raises:
-        ValueError: a file is invalid, or no proof covers something in the program, which the message names.
+        ValueError: a file is invalid, or no proof covers a part of the program; the message names it.
     """
     job, _ = load_any(file)
     return replace(subject_of_job(job), name=Path(split_address(file)[0]).stem)
@@ -51,11 +51,11 @@ def subject_of_job(
     """Return the subject of a loaded rack.
 
     Args:
-        beside: another problem whose terms stay shared.
-        bounds: bounds of the time between scans; None for those of the rack.
+        beside: another problem that shares its terms with this one.
+        bounds: bounds of the time between scans; None = as in the rack file.
 
     Raises:
-        ValueError: no proof covers something in the program, which the message names.
+        ValueError: no proof covers a part of the program; the message names it.
     """
     program = with_monitors(job)
     prove_spec = job.spec.prove
@@ -77,7 +77,8 @@ def subject_of_job(
 def bounds_of(job: LoadedRack) -> ScanBounds:
     """Return the times between scans that proofs cover, from 0 ms for a rack with scans below 1 ms."""
     shortest, longest = job.spec.prove.scan_ms
-    shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
+    if shortest == 1 and job.spec.scan_ns < 1_000_000:
+        shortest = 0
     return ScanBounds.of(shortest, longest, job.spec.scan_ns)
 
 

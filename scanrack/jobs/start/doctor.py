@@ -1,6 +1,6 @@
-"""Reports what an installation has, what it lacks, and how to fix it.
+"""Checks the parts of an installation; reports missing parts and how to install them.
 
-The checks import nothing and send nothing over the network.
+The checks do not import optional libraries, and send nothing over the network.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ GIVES: Mapping[str, str] = {
     "opcua": "tags over OPC UA: scanrack run --server opc-ua",
     "parquet": "scanrack export --parquet",
     "plot": "charts as PNG and SVG: scanrack plot",
-    "prove": "scanrack prove, and a search that solves its way on",
+    "prove": "scanrack prove, and a search that reaches branches with a solver",
 }
 """The purpose of each extra; `test` and `dev` are for developers of scanrack."""
 
 PROGRAMS: Mapping[str, str] = {
     "tshark": "records lines of real controllers: scanrack import line.pcapng",
-    "gtkwave": "shows what scanrack export --vcd writes",
+    "gtkwave": "shows the files of scanrack export --vcd",
 }
 """Optional system programs that scanrack can use."""
 
@@ -51,72 +51,71 @@ class Health(StrEnum):
 
     GOOD = "ok"
     ABSENT = "absent"
-    """Something optional is missing."""
+    """An optional part is missing."""
     BROKEN = "broken"
-    """Something required is missing."""
+    """A required part is missing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Diagnosis:
-    """One line of the report."""
+    """One line of the report; the fields are the keys of `doctor --json`."""
 
     name: str
     state: Health
     says: str
-    mend: str = ""  # how to fix it, or what it would add
+    mend: str = ""  # how to fix it, or the benefit of a missing part
 
 
 def _diagnosis(
-    name: str, text: str, lack: str = "", mend: str = "", state: Health = Health.ABSENT
+    name: str, good_text: str, problem: str, remedy: str, bad_state: Health = Health.ABSENT
 ) -> Diagnosis:
-    """Return a line of the report: `text`, or `lack` with its state and its remedy."""
-    return Diagnosis(name, state, lack, mend) if lack else Diagnosis(name, Health.GOOD, text)
+    """Return a line of the report: `good_text` without a problem, else the problem and its remedy."""
+    if problem:
+        return Diagnosis(name, bad_state, problem, remedy)
+    return Diagnosis(name, Health.GOOD, good_text)
 
 
 def examined() -> list[Diagnosis]:
     """Examine the installation; return the lines of the report in order."""
-    return [check for part in PARTS for check in part()]
+    return [diagnosis for check in CHECKS for diagnosis in check()]
 
 
 def _python() -> Iterator[Diagnosis]:
     oldest, newest = (".".join(map(str, version)) for version in PYTHONS)
-    fits = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
-    mend = "" if fits else f"use Python {oldest} to {newest}"
     text = f"{platform.python_version()} in {sys.executable}"
-    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, text, mend)
+    problem = "" if PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1] else text
+    yield _diagnosis("Python", text, problem, f"use Python {oldest} to {newest}", Health.BROKEN)
 
 
 def _package() -> Iterator[Diagnosis]:
     missing = _missing("")
     text = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
-    lack = missing and f"{text}, without {missing}"
-    yield _diagnosis(PACKAGE, text, lack, how_to_install(), Health.BROKEN)
+    problem = missing and f"{text}, without {missing}"
+    yield _diagnosis(PACKAGE, text, problem, how_to_install(), Health.BROKEN)
 
 
 def _extras() -> Iterator[Diagnosis]:
-    for extra, gives in GIVES.items():
+    for extra, purpose in GIVES.items():
         missing = _missing(extra)
-        mend = f"{how_to_install(extra)} for {gives}"
-        yield _diagnosis(f"extra {extra}", gives, missing and f"{missing} missing", mend)
+        remedy = f"{how_to_install(extra)} for {purpose}"
+        yield _diagnosis(f"extra {extra}", purpose, missing and f"{missing} missing", remedy)
 
 
 def _required(extra: str) -> list[str]:
-    """Return the distributions that scanrack or one of its extras requires."""
-    expected = f'extra == "{extra}"' if extra else ""
-    project, names = own_project(), []
+    """Return the distributions that one of scanrack's extras requires, or scanrack itself for ""."""
+    project = own_project()
     if project is not None:
         rows = project["optional-dependencies"][extra] if extra else project["dependencies"]
-        return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
-    for row in requires(PACKAGE) or ():
-        name, _, marker = row.replace("'", '"').partition(";")
-        if marker.strip() == expected:
-            names.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
-    return names
+    else:
+        expected = f'extra == "{extra}"' if extra else ""
+        parts = [row.replace("'", '"').partition(";") for row in requires(PACKAGE) or ()]
+        rows = [requirement for requirement, _, marker in parts if marker.strip() == expected]
+    return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
 
 
 def _missing(extra: str) -> str:
-    """Return the required distributions that are not installed, see `_required`."""
-    return ", ".join(requirement for requirement in _required(extra) if not _installed(requirement))
+    """Return the required distributions that are not installed, as text; see `_required`."""
+    return ", ".join(distribution for distribution in _required(extra) if not _installed(distribution))
 
 
 def _installed(distribution: str) -> bool:
@@ -128,18 +127,18 @@ def _ports() -> Iterator[Diagnosis]:
 
     devices = sorted(port.device for port in comports())
     if not devices:
-        mend = "plug in the adapter of a controller; simulated ones need none"
-        yield Diagnosis("serial ports", Health.ABSENT, "there is none", mend)
+        remedy = "plug in the serial adapter of a device; simulated devices need none"
+        yield Diagnosis("serial ports", Health.ABSENT, "none found", remedy)
     for device in devices:
-        lack = "" if os.access(device, os.R_OK | os.W_OK) else f"{device} can't be opened"
-        mend = 'add your user to its group, such as "dialout", and log in again'
-        yield _diagnosis("serial port", device, lack, mend)
+        problem = "" if os.access(device, os.R_OK | os.W_OK) else f"{device} can't be opened"
+        remedy = 'add your user to its group, such as "dialout", and log in again'
+        yield _diagnosis("serial port", device, problem, remedy)
 
 
 def _real_time() -> Iterator[Diagnosis]:
     with real_time() as outcomes:
-        granted = list(outcomes)
-    for permission in granted:
+        permissions = list(outcomes)
+    for permission in permissions:
         state = Health.ABSENT if permission.refusal else Health.GOOD
         text = f"{permission.name}: {permission.refusal}" if permission.refusal else permission.name
         yield Diagnosis("real time", state, text, permission.advice)
@@ -147,20 +146,20 @@ def _real_time() -> Iterator[Diagnosis]:
 
 def _browser() -> Iterator[Diagnosis]:
     browser = next(filter(None, map(shutil.which, BROWSERS)), "")
-    if sys.platform in ("darwin", "win32"):  # no browser program is on the path
+    if sys.platform in ("darwin", "win32"):  # their browsers are not on the path
         browser = browser or "the system's"
-    mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
-    yield _diagnosis("browser", browser, "" if browser else "none is found", mend)
+    remedy = "install one, such as Firefox or Chromium, for the page of scanrack watch"
+    yield _diagnosis("browser", browser, "" if browser else "none found", remedy)
 
 
 def _programs() -> Iterator[Diagnosis]:
-    for name, gives in PROGRAMS.items():
+    for name, purpose in PROGRAMS.items():
         path = shutil.which(name) or ""
-        lack = "" if path else "not on the path"
-        yield _diagnosis(name, path, lack, f"a package of your system; it {gives}")
+        problem = "" if path else "not on the path"
+        yield _diagnosis(name, path, problem, f"a package of your system; it {purpose}")
 
 
-PARTS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (
+CHECKS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (
     _python,
     _package,
     _extras,

@@ -17,10 +17,10 @@ NEXT = (
     ("scanrack watch {rack} --open", "see it run in the browser"),
     ("scanrack run {rack}", "run it as fast as it can, and record every scan"),
     ("scanrack check {rack}", "look for mistakes without a run"),
-    ("scanrack tags {rack}", "list the tags that an HMI sees; --help says how to serve them"),
-    ("pip install pytest && pytest", "run the tests beside it, if there are some"),
+    ("scanrack tags {rack}", "list the tags that an HMI sees; --help explains how to serve them"),
+    ("pip install pytest && pytest", "run the project's tests"),
     ("scanrack editor schema --write", "have an editor complete and check rack files"),
-    ("scanrack doctor", "what this installation lacks, and how to fix it"),
+    ("scanrack doctor", "list missing parts of this installation, and how to install them"),
     ("scanrack fuzz {rack}", "search for inputs and faults that break the program"),
 )
 """The next steps for a new project: commands and their purposes."""
@@ -49,14 +49,14 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
         OSError: a file can't be written.
     """
     source = _example(example) if example is not None else files(__package__) / "templates" / logic
-    _refuse_what_is_there(folder)
+    _check_empty(folder)
     folder.mkdir(parents=True, exist_ok=True)
     racks = _racks(source)
-    written = [_written(folder, name, racks) for name in _in_order(source, racks)]
-    note = folder / FILE_OF_NEXT
-    with note.open("x", encoding="utf-8", newline="\n") as file:
-        file.write(_next_steps(str(racks[0])))
-    return [*written, note]
+    copies = [_copied(file, folder, racks) for file in _source_files(source, racks)]
+    next_steps = folder / FILE_OF_NEXT
+    with next_steps.open("x", encoding="utf-8", newline="\n") as file:
+        file.write(_next_steps(racks[0]))
+    return [*copies, next_steps]
 
 
 def _next_steps(rack: str) -> str:
@@ -65,11 +65,11 @@ def _next_steps(rack: str) -> str:
     >>> _next_steps("line.toml").splitlines()[3]
     '    scanrack run line.toml           run it as fast as it can, and record every scan'
     """
-    commands = [(command.format(rack=rack), use) for command, use in NEXT]
+    commands = [(command.format(rack=rack), purpose) for command, purpose in NEXT]
     width = max(len(command) for command, _ in commands)
-    steps = "\n".join(f"    {command:{width}}  {use}" for command, use in commands)
-    saved = "Edit the program while `scanrack watch` shows it: a saved file is used from the next scan."
-    return f"# Next\n\n{steps}\n\n{saved}\n"
+    steps = "\n".join(f"    {command:{width}}  {purpose}" for command, purpose in commands)
+    hint = "Edit the program while `scanrack watch` shows it: a saved file is used from the next scan."
+    return f"# Next\n\n{steps}\n\n{hint}\n"
 
 
 def _examples() -> Traversable:
@@ -77,45 +77,47 @@ def _examples() -> Traversable:
 
 
 def _example(name: str) -> Traversable:
-    if name not in (known := example_names()):
-        raise ProjectError(f"no example {name!r}; choose from {', '.join(known)}")
+    examples = example_names()
+    if name not in examples:
+        raise ProjectError(f"no example {name!r}; choose from {', '.join(examples)}")
     return _examples() / name
 
 
-def _refuse_what_is_there(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise ProjectError(f"{folder} is a file: a new project takes a new or empty folder")
-    if existing := sorted(path.name for path in folder.iterdir()) if folder.is_dir() else []:
+def _check_empty(folder: Path) -> None:
+    """Raise a ProjectError unless a folder is empty or does not exist."""
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise ProjectError(f"{folder} is a file: choose a new or empty folder")
+    existing = sorted(path.name for path in folder.iterdir())
+    if existing:
         shown = ", ".join(existing[:3]) + (", ..." if len(existing) > 3 else "")
-        raise ProjectError(f"{folder} has {shown} in it: a new project takes a new or empty folder")
+        raise ProjectError(f"{folder} is not empty ({shown}): choose a new or empty folder")
 
 
 def _racks(source: Traversable) -> list[str]:
     return sorted(path.name for path in source.iterdir() if path.name.endswith(".toml"))
 
 
-def _in_order(source: Traversable, racks: list[str]) -> Iterator[Traversable]:
-    """Yield the files of a folder, rack files first."""
-    others = (
-        path
-        for path in sorted(source.iterdir(), key=lambda each: each.name)
-        if path.is_file() and path.name not in racks and not path.name.endswith((EXPECTED, ".pyc"))
-    )
+def _source_files(source: Traversable, racks: list[str]) -> Iterator[Traversable]:
+    """Yield the files of a folder to copy, rack files first."""
     yield from (source / name for name in racks)
-    yield from others
+    for path in sorted(source.iterdir(), key=lambda path: path.name):
+        if path.is_file() and path.name not in racks and not path.name.endswith((EXPECTED, ".pyc")):
+            yield path
 
 
-def _written(folder: Path, source: Traversable, racks: list[str]) -> Path:
-    """Copy a file; a template's rack is named after its folder."""
+def _copied(source: Traversable, folder: Path, racks: list[str]) -> Path:
+    """Copy a file into a folder; a template's rack is named after the folder. Return the copy's path."""
     target = folder / source.name
-    text = source.read_bytes()
+    content = source.read_bytes()
     if source.name in racks:
-        text = text.replace(b'"NAME"', f'"{_plain(folder)}"'.encode())
+        content = content.replace(b'"NAME"', f'"{_toml_name(folder)}"'.encode())
     with target.open("xb") as file:
-        file.write(text)
+        file.write(content)
     return target
 
 
-def _plain(folder: Path) -> str:
+def _toml_name(folder: Path) -> str:
     """Return a folder's name without characters that have a special meaning in TOML."""
     return "".join(letter for letter in folder.resolve().name if letter.isprintable() and letter not in '"\\')

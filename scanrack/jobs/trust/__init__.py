@@ -1,1 +1,1 @@
-"""Handles the files in a trace, the permission to use them, and processes that use them."""
+"""The files in a trace, the permission to run them, and helper processes."""

@@ -6,10 +6,10 @@ stubs in Python            named by the rack file's `[stubs]`
 imports of the program     Python files beside it, by their relative paths
 operator panel             beside the rack file, under its name: pages show it
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
-snapshots.txt.zst          values of a ladder program, from which questions begin
-edit-1/...                 rack file and program after an edit during the run, see `editions`
+snapshots.txt.zst          values of a ladder program, from which explanations begin
+edit-1/...                 rack file and program after an edit during the run, see `program_versions`
 
-`trust` decides which of them may be used.
+`trust` decides which of these files may be used.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dataclasses import replace
 from importlib.machinery import all_suffixes
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.input_files import open_input
 from scanrack.runtime.config.rackspec import RackSpec
@@ -55,10 +55,10 @@ def attachment(name: str, data: bytes) -> Attachment:
 
 
 def program_name(job: LoadedRack) -> str:
-    """Return the program's file name in a trace; it differs from the rack file's name."""
+    """Return the program's file name in a trace: another name than the rack file's, if it is another file."""
     name = job.program.name
-    same = name == job.rack_file.name and job.program != job.rack_file
-    return f"program/{name}" if same else name
+    clashes = name == job.rack_file.name and job.program != job.rack_file
+    return f"program/{name}" if clashes else name
 
 
 def made_by(job: LoadedRack) -> dict[str, str]:
@@ -66,8 +66,8 @@ def made_by(job: LoadedRack) -> dict[str, str]:
     name = program_name(job)
     if job.program.suffix == PYTHON:
         name = f"{name}:{job.logic_name.rpartition(':')[2]}"
-    own = {} if job.retained is None else {"retained_file": RETAINED}
-    return {"rack_file": job.rack_name, "program_file": name, **own}
+    retained = {} if job.retained is None else {"retained_file": RETAINED}
+    return {"rack_file": job.rack_name, "program_file": name, **retained}
 
 
 def files_of(job: LoadedRack) -> dict[str, Path]:
@@ -77,14 +77,19 @@ def files_of(job: LoadedRack) -> dict[str, Path]:
 
 
 def files_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return a job's other files: modules, stubs, unit programs, panel, and other racks in the folder."""
+    """Return a rack's other files: modules, stubs, unit programs, panel, and linked racks in the folder."""
     panel = Path(panel_name(str(job.rack_file)))
-    shown = {panel.name: panel} if _is_input(panel) else {}
-    return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}
+    panels = {panel.name: panel} if _is_input(panel) else {}
+    return {**_helper_files(job), **_racks_beside(job), **panels}
+
+
+def _helper_files(job: LoadedRack) -> dict[str, Path]:
+    """Return the files that a rack's program needs: modules, stubs, unit programs."""
+    return {**_imported(job), **_stub_functions(job), **_unit_programs(job)}
 
 
 def _is_input(path: Path) -> bool:
-    """Return whether a file may be attached; a link to another kind of file, such as a key, may not."""
+    """Return whether a file exists and may be attached, see `open_input`."""
     try:
         open_input(path).close()
     except OSError:
@@ -93,17 +98,18 @@ def _is_input(path: Path) -> bool:
 
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the files of other racks in this rack's folder, by path relative to it."""
+    """Return the files of linked racks, by path relative to this rack's folder; only files inside of it."""
     files: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
         other: LoadedRack = rack.job
         program = relative(other.program, other.folder)
-        named = {other.rack_file.name: other.rack_file, program: other.program}
-        named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
+        other_files = {other.rack_file.name: other.rack_file, program: other.program, **_helper_files(other)}
         folder = relative(other.folder, job.folder)
-        files_inside = {name: path for name, path in named.items() if not _leads_out(name)}
-        files |= {PurePosixPath(folder, name).as_posix(): path for name, path in files_inside.items()}
-    return {name: path for name, path in files.items() if not _leads_out(name)}
+        for name, path in other_files.items():
+            name_here = PurePosixPath(folder, name).as_posix()
+            if not (_leads_out(name) or _leads_out(name_here)):
+                files[name_here] = path
+    return files
 
 
 def _leads_out(name: str) -> bool:
@@ -113,23 +119,24 @@ def _leads_out(name: str) -> bool:
 
 
 def _imported(job: LoadedRack) -> dict[str, Path]:
-    """Return the imported Python files beside rack file and program, sorted by path.
+    """Return the imported Python files beside rack file, program and stubs, sorted by path.
 
     Later imports by a running program are not included.
     """
     stubs = [(job.folder / path, Path(path).as_posix()) for path in job.stub_files]
     roots = [(job.rack_file, job.rack_file.name), (job.program, program_name(job)), *stubs]
-    main_files = [path.resolve() for path, _ in roots]
-    names = [PurePosixPath(name) for _, name in roots]
+    main_files = [(path.resolve(), PurePosixPath(name).parent) for path, name in roots]
+    main_paths = [path for path, _ in main_files]
     files: dict[str, Path] = {}
-    for own, name in zip(main_files, names, strict=True):
-        if own.suffix == PYTHON:
-            files.update((f"{name.parent / place}", path) for _, place, path in _modules_of(own.parent))
-    return {name: files[name] for name in sorted(files) if files[name] not in main_files}
+    for main_path, folder_name in main_files:
+        if main_path.suffix == PYTHON:
+            for module in _modules_of(main_path.parent):
+                files[f"{folder_name / module.relative_path}"] = module.path
+    return {name: path for name, path in sorted(files.items()) if path not in main_paths}
 
 
 def _unit_programs(job: LoadedRack) -> dict[str, Path]:
-    """Return the stored programs of the rack's units, each once, in the order of the units."""
+    """Return the stored programs of the rack's devices, each once, in the order of the devices."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return {path.as_posix(): job.folder / path for path in paths}
 
@@ -155,13 +162,21 @@ def forget_imported(folder: Path) -> None:
         folder: an absolute path without symbolic links.
     """
     package = __name__.partition(".")[0]
-    for name, _place, _path in _modules_of(folder):
-        if name.partition(".")[0] != package:
-            del sys.modules[name]
+    for module in _modules_of(folder):
+        if module.name.partition(".")[0] != package:
+            del sys.modules[module.name]
 
 
-def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
-    """Yield the imported modules of a folder: name, relative path, full path."""
+class _Module(NamedTuple):
+    """An imported module."""
+
+    name: str
+    relative_path: Path  # from the folder
+    path: Path
+
+
+def _modules_of(folder: Path) -> Iterator[_Module]:
+    """Yield the imported modules of a folder."""
     prefix = f"{folder}{os.sep}"
     modules = list(sys.modules.items())
     packages = {name for name, module in modules if "." not in name and _may_be_below(prefix, name, module)}
@@ -171,16 +186,15 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
             continue
         file = getattr(module, "__file__", None) or ""
         if file.startswith(prefix) and file.endswith(PYTHON):
-            path = Path(file)
-            place = path.relative_to(folder)
-            if place.with_suffix("").parts[0] == top:
-                yield name, place, path
+            relative_path = Path(file).relative_to(folder)
+            if relative_path.with_suffix("").parts[0] == top:
+                yield _Module(name, relative_path, Path(file))
 
 
 def _may_be_below(prefix: str, name: str, module: ModuleType) -> bool:
-    """Return whether a top-level module may be in a folder, whose files begin with `prefix`."""
+    """Return whether a top-level module may be in the folder whose path, with a separator, is `prefix`."""
     file: str | None = getattr(module, "__file__", None)
-    if not file:  # a package without a file of its own is located by its path
+    if not file:  # a package without `__init__.py` has only paths
         return any(str(path).startswith(prefix) for path in getattr(module, "__path__", ()))
     return file.startswith(prefix) and file.startswith(name, len(prefix))
 
@@ -189,45 +203,45 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     """Load the rack and the program that made a trace.
 
     Args:
-        trust: run any Python of the trace; otherwise only files that equal those in the current folder.
+        trust: run any Python of the trace; otherwise only files that the current folder also has.
         program: the user's program instead of the trace's, `path[:function]`. A ladder program begins with
-            the trace's retained tags, as far as it has them.
+            the trace's retained tags that it declares.
 
     Raises:
         UntrustedError: untrusted Python of the trace would be run.
         ValueError: the trace does not name its files, or one of them can't be used.
     """
     rack = _recorded(trace, "rack_file")
-    own = None if program is not None else own_program(rack, _recorded(trace, "program_file"))
+    trace_program = None if program is not None else own_program(rack, _recorded(trace, "program_file"))
     retained = trace.head.metadata.get("retained_file")
-    _take_out(trace, folder, rack, own, trust=trust, retained=retained)
-    job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
+    _extract_checked(trace, folder, rack, trace_program, trust=trust, retained=retained)
+    job = load_job(f"{folder / rack}", program if trace_program is None else f"{folder / trace_program}")
     if retained is not None and (program is None or is_rungs(job.logic)):
         job, _ = retaining(job, (folder / retained).read_bytes(), retained)
-    return replace(job, spec=_of_trace(job.spec))
+    return replace(job, spec=_without_recording(job.spec))
 
 
 def spec_of(trace: Trace, folder: Path, *, trust: bool) -> RackSpec:
     """Load the rack on which a trace was recorded, without its program; see `job_of`."""
     rack = _recorded(trace, "rack_file")
-    _take_out(trace, folder, rack, None, trust=trust)
-    return _of_trace(load_spec(f"{folder / rack}")[0])
+    _extract_checked(trace, folder, rack, None, trust=trust)
+    spec, _ = load_spec(f"{folder / rack}")
+    return _without_recording(spec)
 
 
 def _recorded(trace: Trace, key: str) -> str:
     """Return a metadata entry that names a file, `path[:function]`."""
     address = trace.head.metadata.get(key)
     if address is None:
-        subject = key.replace("_", " ")
-        raise ValueError(f"the trace does not say what its {subject} is: it can't be run without one")
+        raise ValueError(f"the trace names no {key.replace('_', ' ')}: it can't be run without one")
     return address
 
 
 def own_program(rack: str, program: str) -> str | None:
-    """Return the address of a trace's program; None if it is the same as the Python rack file."""
+    """Return the address of a trace's program; None if the Python rack file is also the program."""
     name = address_name(rack)
-    same = name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
-    return None if same else program
+    is_rack_file = name == address_name(program) and rack_form(PurePosixPath(name)) is Form.PYTHON
+    return None if is_rack_file else program
 
 
 def load_files(folder: Path, rack: str, program: str) -> LoadedRack:
@@ -240,8 +254,8 @@ def load_files(folder: Path, rack: str, program: str) -> LoadedRack:
     Raises:
         ValueError: one of the files can't be used.
     """
-    own = own_program(rack, program)
-    return load_job(f"{folder / rack}", None if own is None else f"{folder / own}")
+    separate_program = own_program(rack, program)
+    return load_job(f"{folder / rack}", None if separate_program is None else f"{folder / separate_program}")
 
 
 def folder_of_edit(number: int) -> str:
@@ -266,10 +280,10 @@ def edit_number(name: str) -> int:
 _OF_AN_EDIT = re.compile(r"edit-(\d{1,9})/")
 
 
-def _take_out(
+def _extract_checked(
     trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
 ) -> None:
-    """Check that the files of a run may be used, and write them into a folder."""
+    """Check that the files of a run may be used, and write them into a folder; for errors, see `job_of`."""
     trace.check_data()
     files = {
         name: data
@@ -278,15 +292,15 @@ def _take_out(
     }
     run_files = RunFiles(address_name(rack), None if program is None else address_name(program), retained)
     trusted = admitted(files, run_files, trust=trust)
-    _check_alone(folder, trusted)
+    _check_no_other_modules(folder, trusted)
     extract(trusted, folder)
 
 
-def _check_alone(folder: Path, files: Iterable[str]) -> None:
-    """Remove compiled Python from a folder, and check that Python would find no other modules there.
+def _check_no_other_modules(folder: Path, files: Iterable[str]) -> None:
+    """Remove compiled Python from a folder, and check that it has no modules besides these files.
 
     Raises:
-        ValueError: another module exists.
+        ValueError: the folder has another module, or a symbolic link.
     """
     expected = {folder / name for name in files}
     for path in sorted(folder.rglob("*")):
@@ -294,11 +308,9 @@ def _check_alone(folder: Path, files: Iterable[str]) -> None:
             shutil.rmtree(path)
     for path in sorted(folder.rglob("*")):
         if path not in expected and (path.suffix in all_suffixes() or path.is_symlink()):
-            raise ValueError(
-                f"{path} is there already, and the trace does not bring it: choose another folder"
-            )
+            raise ValueError(f"{path} already exists and is not part of the trace: choose another folder")
 
 
-def _of_trace(spec: RackSpec) -> RackSpec:
-    """Return a rack of a trace without the path of its own recording."""
+def _without_recording(spec: RackSpec) -> RackSpec:
+    """Return a rack without the path of its recording, so that a rerun does not replace it."""
     return spec.model_copy(update={"trace": None})

@@ -20,7 +20,7 @@ _BAD_PARTS = {
 }
 _BAD_NAMES = (
     (re.compile(r"/"), "leads out of its folder: it is absolute"),
-    (re.compile(r".*\\"), "leads out of its folder where \\ separates folders"),
+    (re.compile(r".*\\"), "leads out of its folder on a system where \\ separates folders"),
     (re.compile(r".*:"), "has a colon, which is a drive or a stream on Windows"),
     (re.compile(r".*[. ](/|$)"), "has a part that ends in a dot or a space, which Windows drops"),
     (
@@ -28,11 +28,11 @@ _BAD_NAMES = (
         "is a device on Windows",
     ),
 )
-"""Forbidden patterns of names, with reasons: the same on all systems, like the meaning of a trace."""
+"""Forbidden patterns of names, with reasons. They apply on all systems: a trace is valid on all or none."""
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a file in a trace if it stays in the target folder.
+    """Return the name of a file in a trace, if the file stays in the target folder.
 
     Args:
         name: path relative to the target folder, with parts separated by `/`.
@@ -40,18 +40,19 @@ def checked_name(name: str) -> str:
     Raises:
         ValueError: the name may lead elsewhere, or names no file.
     """
-    why = next(_objections(name), None)
-    if why is not None:
-        raise ValueError(f"{name!r} is refused as the name of a file: it {why}")
+    reason = next(_objections(name), None)
+    if reason is not None:
+        raise ValueError(f"{name!r} is not allowed as a file name: it {reason}")
     return name
 
 
 def _objections(name: str) -> Iterator[str]:
+    """Yield the reasons why a name is not allowed, the clearest first."""
     if not name.isprintable():
         yield "has characters that can't be printed"
-    yield from (why for pattern, why in _BAD_NAMES[:2] if pattern.match(name))
+    yield from (reason for pattern, reason in _BAD_NAMES[:2] if pattern.match(name))
     yield from (_BAD_PARTS[part] for part in name.split("/") if part in _BAD_PARTS)
-    yield from (why for pattern, why in _BAD_NAMES[2:] if pattern.match(name))
+    yield from (reason for pattern, reason in _BAD_NAMES[2:] if pattern.match(name))
 
 
 def check_names(names: Iterable[str]) -> None:
@@ -60,12 +61,12 @@ def check_names(names: Iterable[str]) -> None:
     Raises:
         ValueError: a name leads elsewhere, or two names are the same on a system that ignores case.
     """
-    seen: dict[str, str] = {}
+    names_by_key: dict[str, str] = {}
     for name in names:
         key = unicodedata.normalize("NFKC", checked_name(name)).casefold()
-        if key in seen:
-            raise ValueError(f"the trace brings {seen[key]!r} and {name!r}, which may be one file")
-        seen[key] = name
+        if key in names_by_key:
+            raise ValueError(f"the trace has {names_by_key[key]!r} and {name!r}, which may be the same file")
+        names_by_key[key] = name
 
 
 def attached_files(trace: Trace) -> dict[str, bytes]:
@@ -96,10 +97,10 @@ def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
 
 def _check_free(target: Path, data: bytes, folder: Path) -> None:
     """Raise ValueError if writing would overwrite another file or follow a symbolic link."""
-    for place in (target, *target.parents):
-        if place == folder:
+    for path in (target, *target.parents):
+        if path == folder:
             break
-        if place.is_symlink():
-            raise ValueError(f"{place} is a symbolic link: choose another folder")
+        if path.is_symlink():
+            raise ValueError(f"{path} is a symbolic link: choose another folder")
     if target.exists() and (not target.is_file() or target.read_bytes() != data):
-        raise ValueError(f"{target} is there already, with something else in it: choose another folder")
+        raise ValueError(f"{target} already exists with other contents: choose another folder")

@@ -2,12 +2,12 @@
 
     python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS HANDED MODULE:FUNCTION ARGUMENT...
 
-With `python -c` and `python -m`, Python first searches the current folder for modules, so a stranger's
-`json.py` there would run. -P prevents that. A helper receives the search path of this process before it
-imports anything, and the limits for reading traces before it begins.
+`python -c` and `python -m` first search the current folder for modules, and would run another person's
+`json.py` there. -P prevents that. A helper receives the search path of this process before it imports
+anything, and the limits for reading traces before it begins.
 
-Sockets and shared memory are passed to a helper on its standard input, as a pickled list of tickets. With a
-ticket, the other side opens a socket or shared memory:
+Sockets and shared memory are passed to a helper on its standard input, as a pickled list of tickets. The
+helper opens the socket or shared memory of a ticket:
 
     POSIX     the number of a file descriptor that the helper inherits
     Windows   the description of a socket, for this helper only; the name of the memory
@@ -37,7 +37,7 @@ Stream = int | IO[bytes] | None
 Handed = socket.socket | SharedMemory
 
 Ticket = tuple[int | None, int | str | bytes]
-"""Size of a shared memory, or None for a socket; and a number, a name or a description."""
+"""Size of a shared memory in bytes, or None for a socket; and its number, name or description."""
 
 BOOT = (
     "import sys; count = int(sys.argv[1]); sys.path[:] = sys.argv[2 : 2 + count]; "
@@ -60,16 +60,16 @@ def launch(
 
     Args:
         main: the function to call, `module:function`, with the handed objects and the arguments as strings.
-        handed: sockets and shared memories that both processes then have; if any, `stdin` is not used.
+        handed: sockets and shared memories to pass to the helper; with any, `stdin` is not used.
         stdin: as for `subprocess.Popen`; empty by default.
-        stdout: ours by default.
-        stderr: ours by default.
-        environment: environment variables of the helper; None = ours.
-        own_session: whether to shield it from the terminal's Ctrl-C; Windows' Ctrl-Break never ends it.
+        stdout: as for `subprocess.Popen`; this process's by default.
+        stderr: as for `subprocess.Popen`; this process's by default.
+        environment: environment variables of the helper; None = as here.
+        own_session: whether to protect it from the terminal's Ctrl-C. Ctrl-Break on Windows never ends it.
     """
     path = [entry for entry in sys.path if entry]  # "" is the current folder
-    server_limits = limits()
-    words = [*path, server_limits.chunk_bytes, server_limits.records, len(handed), main, *arguments]
+    own_limits = limits()
+    words = [*path, own_limits.chunk_bytes, own_limits.records, len(handed), main, *arguments]
     python, environment = _python(environment)
     process = subprocess.Popen(
         [python, *_flags(), "-c", BOOT, str(len(path)), *map(str, words)],
@@ -82,7 +82,7 @@ def launch(
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if own_session else 0,
     )
     if process.stdin is not None and handed:
-        with suppress(OSError), process.stdin as tickets:  # a dead process is noticed later
+        with suppress(OSError), process.stdin as tickets:  # the caller notices a dead process later
             tickets.write(pickle.dumps([_ticket(resource, process.pid) for resource in handed]))
         process.stdin = None  # for `communicate`
     return process
@@ -91,8 +91,8 @@ def launch(
 def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | None]:
     """Return the path of Python, and environment variables for it.
 
-    In a Windows virtual environment, `python.exe` starts another process, and the tickets would have to be
-    for that process. Like `multiprocessing` in the standard library, this starts that Python directly.
+    In a Windows virtual environment, `python.exe` starts another process, which could not use the tickets.
+    Like `multiprocessing` in the standard library, this starts the other Python directly.
     """
     started: str = vars(sys)["_base_executable"]
     if sys.platform == "win32" and started != sys.executable:
@@ -102,18 +102,18 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
     return started, environment
 
 
-def _ticket(each: Handed, pid: int) -> Ticket:
+def _ticket(resource: Handed, pid: int) -> Ticket:
     """Return a ticket with which another process can open a shared memory or socket."""
-    if isinstance(each, SharedMemory):
-        return each.size, each.place
+    if isinstance(resource, SharedMemory):
+        return resource.size, resource.handle
     if sys.platform == "win32":
-        place: int | bytes = each.share(pid)
+        place: int | bytes = resource.share(pid)
     else:
-        place = each.fileno()
+        place = resource.fileno()
     return None, place
 
 
-def _taken(ticket: Ticket) -> Handed:
+def _opened(ticket: Ticket) -> Handed:
     """Open the shared memory or socket of a ticket, in the helper."""
     size, place = ticket
     if size is not None:
@@ -136,11 +136,11 @@ def _flags() -> list[str]:
 
 
 def begin(words: list[str]) -> None:
-    """Set the limits and call the function: the main function of a helper. For `words`, see `BOOT`."""
+    """Set the limits and call the helper's function; `words` are the arguments after the folders."""
     if hasattr(signal, "SIGBREAK"):  # Ctrl-Break reaches all processes of a console; the parent ends this one
         signal.signal(signal.SIGBREAK, signal.SIG_IGN)
     chunk_bytes, records, handed, main, *arguments = words
     set_limits(Limits(int(chunk_bytes), int(records)))
-    arguments_taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # from our own parent
+    tickets = pickle.load(sys.stdin.buffer) if int(handed) else ()  # only the parent process writes there
     module, _, function = main.partition(":")
-    getattr(import_module(module), function)(*arguments_taken, *arguments)
+    getattr(import_module(module), function)(*map(_opened, tickets), *arguments)

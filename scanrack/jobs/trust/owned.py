@@ -1,4 +1,4 @@
-"""Finds the files of a job, which no output may replace, and the paths of its recording."""
+"""The files of a loaded rack, which no output may replace, and the paths of its recording."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .attachments import files_beside
 
 
 def line_path(trace: Path) -> Path:
-    """Return the path of the line's recording beside a trace.
+    """Return the path of the serial line's recording beside a trace.
 
     >>> line_path(Path("out/run.mcap")).name
     'run.line.mcap'
@@ -21,18 +21,18 @@ def line_path(trace: Path) -> Path:
 
 
 def in_use(job: LoadedRack) -> dict[Path, str]:
-    """Return the files of a job, each with its role."""
+    """Return the files of a loaded rack, each with its role."""
     beside = dict.fromkeys(files_beside(job).values(), "a file that the program needs")
     return {**beside, job.program: "the program", job.rack_file: "the rack file"}
 
 
 def recording_of(job: LoadedRack, trace: Path) -> list[Path]:
-    """Return the files of a job's recording: its trace, and the recording of its units."""
+    """Return the files of a recording: the trace, and the recording of the serial line if there is one."""
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
 def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
-    """Return the keeper of earlier recordings; None if no recordings are kept.
+    """Return the keeper of earlier recordings; None if they are replaced.
 
     Args:
         keep: number of recordings to keep; None = as in the rack file.
@@ -42,10 +42,10 @@ def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> Recordi
 
 
 def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
-    """Check that a recording would not replace an owned file or move a file in use.
+    """Check that a recording would not replace a file that is no recording, or move a file in use.
 
     Args:
-        used: files in use besides those of the job.
+        used: files in use besides the files of the rack.
         keep: see `keeping_of`.
 
     Raises:

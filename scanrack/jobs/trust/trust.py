@@ -4,10 +4,10 @@ A file is judged by its use, not by its name.
 
     read      rack file in TOML, rungs, steps, stored program of a unit, retained tags, panel: parsed as data
     run       rack file, program or stub in Python: it runs with all rights of the user
-    reached   everything else, once Python runs beside it: Python can import, load or open it
+    reached   any other file, if Python runs: it can import, load or open the file
 
-Files that are only read need no trust. All others need --trust, unless the current folder has an equal file.
-Files without a use are not written out, so Python never searches a folder that contains them.
+Files that are only read need no trust. All others need --trust, unless the current folder has the same file.
+Files without a use are not extracted, so that Python never searches a folder that contains them.
 """
 
 from __future__ import annotations
@@ -44,90 +44,99 @@ class RunFiles(NamedTuple):
 
     rack: str
     program: str | None  # None if the rack file contains it, or it is not from the trace
-    retained: str | None = None  # the initial tags of the program; None = the program's own
+    retained: str | None = None  # the file with initial values of tags; None = the program's initial values
 
 
-def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dict[str, bytes]:
+def admitted(files: Mapping[str, bytes], run_files: RunFiles, *, trust: bool) -> dict[str, bytes]:
     """Check that a run's files may be used; return the files that it needs.
 
     Args:
         files: all files of the trace, by name.
-        given: names of the files from which the run starts.
-        trust: whether the user lets Python of the trace run.
+        run_files: names of the files from which the run starts.
+        trust: whether the user allows Python of the trace to run.
 
     Raises:
         UntrustedError: untrusted Python of the trace would run.
         ValueError: a name is refused, a file is missing, or the rack file names a file elsewhere.
     """
-    uses = uses_of(files, given)
+    uses = uses_of(files, run_files)
     check_names(uses)
     for name in uses:
         if name not in files:
-            raise ValueError(f"the trace does not bring {name}, which its run needs")
+            raise ValueError(f"the trace has no file {name}, which its run needs")
     used = {name: files[name] for name in uses}
     if not trust:
         _check_trust({name: data for name, data in used.items() if uses[name] is not Use.READ})
     return used
 
 
-def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
+def uses_of(files: Mapping[str, bytes], run_files: RunFiles) -> dict[str, Use]:
     """Return the uses of a trace's files in a run; raise ValueError for an unusable rack file or program."""
-    forms = {given.rack: rack_form(PurePosixPath(checked_name(given.rack)))}
-    if given.program is not None:
-        forms[given.program] = program_form(PurePosixPath(checked_name(given.program)))
-    named: list[str] = []
-    if forms[given.rack] is Form.DATA:
-        named, others = _named_in_rack(files, given.rack, {given.rack})
-        forms.update(others)
-    named += [name for name in [panel_name(given.rack)] if name in files]
-    python = Form.PYTHON in forms.values()
-    if given.retained is not None:
-        named.append(checked_name(given.retained))
-    uses = dict.fromkeys([*files, *named], Use.REACHED) if python else dict.fromkeys(named, Use.READ)
+    rack, program, retained = run_files
+    forms = {rack: rack_form(PurePosixPath(checked_name(rack)))}
+    if program is not None:
+        forms[program] = program_form(PurePosixPath(checked_name(program)))
+    data_names: list[str] = []
+    if forms[rack] is Form.DATA:
+        data_names, other_forms = _named_in_rack(files, rack, {rack})
+        forms.update(other_forms)
+    panel = panel_name(rack)
+    if panel in files:
+        data_names.append(panel)
+    if retained is not None:
+        data_names.append(checked_name(retained))
+    if Form.PYTHON in forms.values():
+        uses = dict.fromkeys([*files, *data_names], Use.REACHED)
+    else:
+        uses = dict.fromkeys(data_names, Use.READ)
     return uses | {name: Use.RUN if form is Form.PYTHON else Use.READ for name, form in forms.items()}
 
 
 def _named_in_rack(
-    files: Mapping[str, bytes], rack: str, seen: set[str]
+    files: Mapping[str, bytes], rack: str, visited_racks: set[str]
 ) -> tuple[list[str], dict[str, Form]]:
-    """Return the stored programs that a TOML rack file names, and its Python stubs and other racks.
+    """Return the files that a TOML rack file names.
 
     Args:
-        seen: names of rack files that have already been read.
+        visited_racks: names of rack files that have already been read.
+
+    Returns:
+        The stored programs of its devices; and the Python stubs, the linked racks and their programs, with
+        their forms.
     """
     if rack not in files:
         return [], {}
     spec = _rack_in(files, rack)
     folder = PurePosixPath(rack).parent
-    named = [f"{folder / name}" for name in stored_programs(spec)]
+    data_names = [f"{folder / name}" for name in stored_programs(spec)]
     stubs = (checked_name(str(PurePosixPath(name))) for name in stub_files(spec))
     forms = {f"{folder / name}": Form.PYTHON for name in stubs}
     for path in racks_beside(spec):
-        other = checked_name(f"{folder / path}")
-        if other in seen:
+        linked_rack = checked_name(f"{folder / path}")
+        if linked_rack in visited_racks:
             continue
-        seen.add(other)
-        forms[other] = rack_form(PurePosixPath(other))
-        if forms[other] is Form.DATA and other in files:
-            program = split_address(str(_rack_in(files, other).program))[0]
-            place = checked_name(f"{PurePosixPath(other).parent / program}")
-            forms[place] = program_form(PurePosixPath(place))
-            nested, others = _named_in_rack(files, other, seen)
-            named += nested
-            forms |= others
-    return named, forms
+        visited_racks.add(linked_rack)
+        forms[linked_rack] = rack_form(PurePosixPath(linked_rack))
+        if forms[linked_rack] is Form.DATA and linked_rack in files:
+            program, _ = split_address(str(_rack_in(files, linked_rack).program))
+            program_name = checked_name(f"{PurePosixPath(linked_rack).parent / program}")
+            forms[program_name] = program_form(PurePosixPath(program_name))
+            linked_data_names, linked_forms = _named_in_rack(files, linked_rack, visited_racks)
+            data_names += linked_data_names
+            forms |= linked_forms
+    return data_names, forms
 
 
 def _rack_in(files: Mapping[str, bytes], rack: str) -> RackSpec:
     try:
         text = files[rack].decode("utf-8")
     except UnicodeDecodeError as error:
-        raise RackFileError(f"{rack}: the rack file is not text in UTF-8: {error.reason}") from None
+        raise RackFileError(f"{rack}: the rack file is not UTF-8 text: {error.reason}") from None
     return parse_rack_file(text, Path(rack)).spec
 
 
 def stored_programs(spec: RackSpec) -> list[str]:
-    """Return the paths of the units' programs in a rack from elsewhere, each once.
+    """Return the paths of the devices' stored programs in an untrusted rack, each once.
 
     Raises:
         ValueError: a path leads out of the rack file's folder.
@@ -140,11 +149,11 @@ def _check_trust(files: Mapping[str, bytes]) -> None:
     """Raise UntrustedError if the current folder lacks one of the files."""
     foreign = {name: data for name, data in files.items() if not _is_own(name, data)}
     if foreign:
-        fingerprints_text = "\n".join(f"  {line}" for line in fingerprints(foreign))
+        fingerprint_lines = "\n".join(f"  {line}" for line in fingerprints(foreign))
         raise UntrustedError(
-            "this would run Python that came with the trace, which may do anything that you may:\n"
-            f"{fingerprints_text}\n"
-            "read these files (scanrack show TRACE --extract FOLDER), then say --trust"
+            "this would run Python that came with the trace, with all your rights:\n"
+            f"{fingerprint_lines}\n"
+            "read these files (scanrack show TRACE --extract FOLDER), then add --trust"
         )
 
 

@@ -74,7 +74,7 @@ def test_a_port_that_may_not_be_opened_says_which_group(monkeypatch: pytest.Monk
     assert (port.state, port.says) == (Health.ABSENT, "/dev/ttyUSB7 can't be opened")
     assert "dialout" in port.mend
     monkeypatch.setattr(list_ports, "comports", list)
-    assert observed("serial ports")[0].says == "there is none"
+    assert observed("serial ports")[0].says == "none found"
 
 
 def test_programs_are_looked_for_on_the_path(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -75,7 +75,7 @@ def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
     assert "    runs begin with power-up and initial values" in said
     assert 'happens = ["program mode", "lost link"]' in said
     assert "    NOT B\n" in said
-    assert "held, as nothing writes them: Dwell.PRE = 500, Limit = 5" in said
+    assert "constant, because nothing writes them: Dwell.PRE = 500, Limit = 5" in said
     assert sorted(each.name for each in (place / "line-prove" / "bounded").iterdir()) == [
         "proof.json",
         "proof.smt2",
@@ -140,7 +140,7 @@ def test_two_runs_say_the_same_but_for_times(place: Path) -> None:
 def test_a_state_is_reached_or_not(place: Path) -> None:
     status, said = proved(claim("done", 'reachable = "Dwell.DN"'))
     assert (status, said.split()[:4]) == (0, ["done", "reached", "scan", "6"])
-    assert "on the rack: scan 50, as its modules answer" in said
+    assert "on the rack: scan 50, without forced inputs" in said
     status, said = proved(claim("more", 'reachable = "Count = 6"'))
     assert (status, said.split()[:6]) == (1, ["more", "refuted", "no", "run", "reaches", "it"])
 
@@ -199,7 +199,7 @@ def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
 @pytest.mark.parametrize(
     ("program", "says"),
     [
-        ("line.py", "the program is in Python: what is proved is ladder logic and structured text"),
+        ("line.py", "the program is in Python; proofs cover only ladder logic and structured text"),
         ("twice.rung", "routine \\Main.Fault"),
     ],
 )
@@ -282,7 +282,7 @@ def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
     status, said = scanrack("prove", "line.rung", "line.rung", "--may-differ", "Revv")
     assert (status, "--may-differ Revv: no tag Revv (did you mean Rev?)" in said) == (2, True)
     status, said = scanrack("prove", "line.rung", "line.rung", "--may-differ", "Count.3")
-    assert (status, "it is a bit of a number" in said) == (2, True)
+    assert (status, "only whole numbers are compared, not their bits" in said) == (2, True)
 
 
 @pytest.mark.slow
@@ -374,7 +374,7 @@ def test_a_scenario_turns_the_key_and_the_rack_does_it(place: Path) -> None:
     assert status == 1
     assert said.startswith("valve  refuted   scan 2 ")
     assert "the key was turned to program and back to run" in said
-    assert re.search(r"on the rack: scan \d+, as its modules answer", said)
+    assert re.search(r"on the rack: scan \d+, without forced inputs", said)
     scenario = place / "line-prove" / "valve" / "scenario.json"
     modes = re.findall(r'"mode": "(\w+)"', scenario.read_text(encoding="utf-8"))
     assert modes == ["program", "run"]

@@ -239,7 +239,7 @@ def test_all_files_of_a_run_come_out_of_its_trace(folder: Path) -> None:
     assert scanrack("show", trace, "--extract", "out").exit_code == 0, "the same files are no harm"
     (folder / "out" / "line.py").write_text("mine", encoding="utf-8")
     refused = scanrack("show", trace, "--extract", "out")
-    assert (refused.exit_code, "out/line.py is there already" in refused.stderr) == (2, True)
+    assert (refused.exit_code, "out/line.py already exists" in refused.stderr) == (2, True)
 
 
 def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -445,7 +445,7 @@ def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
     for command in (["replay"], ["replay", "--into", "session"]):
         result = scanrack(*command, "bare.mcap")
         assert result.exit_code == 2
-        assert "the trace does not say what its rack file is: it can't be run without one" in result.stderr
+        assert "the trace names no rack file: it can't be run without one" in result.stderr
     assert scanrack("replay", "bare.mcap", "--rack", "rack.toml").exit_code == 1
 
 

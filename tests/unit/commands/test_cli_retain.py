@@ -169,7 +169,7 @@ def test_a_second_run_with_the_same_file_is_refused(line):
     with RetainedMemory(job, line / "tags.json"):
         result = run(line, "--retain", str(line / "tags.json"))
         assert result.exit_code == 3
-        assert "tags.json: another process is about to replace it" in result.stderr
+        assert "tags.json: another process is replacing it" in result.stderr
     assert sorted(path.name for path in line.iterdir()) == ["line.rung", "line.toml"]
     assert run(line, "--retain", str(line / "tags.json")).exit_code == 0
 

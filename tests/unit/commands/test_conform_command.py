@@ -173,9 +173,9 @@ def test_an_image_by_the_manufacturers_profile_and_a_counter_that_begins_anew() 
     [
         ("conform", "give --path HOST"),
         ("conform --path plc --judge x.json", "give --path HOST"),
-        ("conform --path a/b", "--path 'a/b' is not allowed"),
-        ("conform --path plc --counter Scan", "--counter 'Scan' is not allowed: TAG:MS"),
-        ("conform --path plc --wire ESTOP", "--wire 'ESTOP' is not allowed: INPUT=TAG"),
+        ("conform --path a/b", "--path: invalid path 'a/b'; must be HOST"),
+        ("conform --path plc --counter Scan", "--counter: invalid 'Scan'; must be TAG:MS"),
+        ("conform --path plc --wire ESTOP", "--wire: invalid 'ESTOP'; must be INPUT=TAG"),
         ("conform missing.toml --path plc", "missing.toml: No such file"),
         ("conform --judge plan.toml", "plan.toml"),
         ("conform plan.toml --path plc --scene nine", "has no scene 'nine'"),

@@ -269,7 +269,7 @@ def test_an_extracted_file_replaces_nothing(folder: Path) -> None:
     (folder / "out" / "lib.py").write_text("mine", encoding="utf-8")
     status, said = scanrack("show run.mcap --extract out")
     assert status == 2
-    assert "lib.py is there already" in said
+    assert "lib.py already exists" in said
     assert (folder / "out" / "lib.py").read_text(encoding="utf-8") == "mine"
 
 

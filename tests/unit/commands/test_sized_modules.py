@@ -255,7 +255,7 @@ def test_a_list_of_steps_writes_all_words_and_names_too_many(place: Path) -> Non
         bench.scan(2)
         assert list(bench.slot[2].outputs) == list(range(1, 32))
     (place / "line.steps").write_text("SLOT 1\nwords 1 2 3\n", encoding="utf-8")
-    with open_bench(rack) as bench, pytest.raises(CpuFault, match="3 words are given: the module has 2"):
+    with open_bench(rack) as bench, pytest.raises(CpuFault, match="3 words; the module has 2"):
         bench.scan()
 
 

@@ -200,7 +200,7 @@ def test_an_export_says_the_tag_the_interval_and_the_destination(folder):
         (('In = { rack = "two.toml" }',), "nothing says which tag of two.toml it is"),
         (('In = { rack = "two.toml", tag = "Nothing" }',), "two.toml has no tag Nothing"),
         (('In = { rack = "none.toml", tag = "Out" }',), "no such rack file"),
-        (("Order = { after_ms = 5, value = 3 }",), "nothing says which tag gets the data"),
+        (("Order = { after_ms = 5, value = 3 }",), "no tag for the data; name one"),
         (("In = { rpi_ms = 5 }",), "line.toml:5: stubs.In: a consumed tag needs value, table or rack"),
         (("Order = { after_ms = 5, rpi_ms = 5 }",), "this key is that of a consumed tag"),
         (("In = { vallue = 5 }",), "line.toml:5: stubs.In.vallue: unknown key; did you mean value"),

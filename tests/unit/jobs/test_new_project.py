@@ -54,7 +54,7 @@ def test_examples_are_those_of_the_repository(tmp_path):
 
 def test_nothing_is_overwritten(tmp_path):
     (tmp_path / "line.py").write_text("mine", encoding="utf-8")
-    with pytest.raises(ProjectError, match=r"has line\.py in it: a new project takes a new or empty folder"):
+    with pytest.raises(ProjectError, match=r"is not empty \(line\.py\): choose a new or empty folder"):
         new_project(tmp_path)
     with pytest.raises(ProjectError, match="is a file"):
         new_project(tmp_path / "line.py")
@@ -73,7 +73,7 @@ def test_the_command_says_what_is_there_and_how_to_go_on(tmp_path, monkeypatch):
     assert done.exit_code == 0
     assert done.stdout.splitlines()[-1] == f"See it run:  scanrack watch {Path('line/feeder.toml')} --open"
     again = CliRunner().invoke(build(), ["new", "line"])
-    assert (again.exit_code, "line has NEXT.md" in again.stderr) == (2, True)
+    assert (again.exit_code, "line is not empty (NEXT.md" in again.stderr) == (2, True)
     rungs = CliRunner().invoke(build(), ["new", "rungs", "--logic", "ladder"])
     assert (rungs.exit_code, str(Path("rungs/line.rung")) in rungs.stdout) == (0, True)
     unknown = CliRunner().invoke(build(), ["new", "other", "--from", "feeders"])

@@ -91,12 +91,12 @@ def test_another_slot_comments_and_empty_lines() -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("", "no step in it"),
+        ("", "no step in the file"),
         ("RELATIV_MOVE", "1: RELATIV_MOVE is not a command bit or parameter; did you mean RELATIVE_MOVE?"),
         ("zero\nzero until MOVE_COMPLET", "2: MOVE_COMPLET is not a status bit; did you mean MOVE_COMPLETE?"),
         ("zero for 20", "1: '20' is not a time"),
-        ("words" + 251 * " 1", "1: 251 words are given: must be 1 to 250"),
-        ("words", "1: 0 words are given"),
+        ("words" + 251 * " 1", "1: 251 words; must be 1 to 250"),
+        ("words", "1: 0 words; must be"),
         ("words 70000", "1: 70000 does not fit a word"),
         ("words 1x", "1: '1x' is not a word"),
         ("RELATIVE_MOVE target", "1: target '' is not a whole number"),

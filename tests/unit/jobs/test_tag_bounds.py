@@ -52,7 +52,7 @@ def test_above_a_thousand_values_a_run_tells_what_they_cost(tmp_path: Path) -> N
     ],
 )
 def test_more_than_a_scan_may_have_is_refused(tmp_path: Path, tags: str, has: str) -> None:
-    allowed = "must be at most 10,000 values and 65,536 bytes a scan: name fewer of them"
+    allowed = "must be at most 10,000 values and 65,536 bytes per scan: select fewer tags"
     assert run(tmp_path, tags) == (2, f"scanrack: the tags have {has}; {allowed}\n")
     assert not (tmp_path / "wide.mcap").exists()
 

@@ -230,7 +230,7 @@ def test_a_trace_answers_as_its_rack_does_if_its_program_may_run(rack, tmp_path,
     assert trusted.exit_code == 0, trusted.output
     assert trusted.stdout == f"scan 5, 0.01 s:\n{told}"
     refused = invoke("why", trace, "O:1.3")
-    assert (refused.exit_code, "then say --trust" in refused.stderr) == (2, True)
+    assert (refused.exit_code, "then add --trust" in refused.stderr) == (2, True)
     monkeypatch.chdir(tmp_path)  # where the same files are
     assert invoke("why", trace, "O:1.3", "--until", "O:1.2/4").stdout.startswith(
         "scan 3, 0.006 s:\nO:1.3 is 33"

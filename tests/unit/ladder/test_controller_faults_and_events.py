@@ -133,10 +133,10 @@ def test_with_preempt_it_runs_at_the_end_of_the_rung():
     ("rung", "says"),
     [
         ("EVENT(C);", "no event task C; event tasks are Bell"),
-        ("GSV(Axis,A,Position,Seen);", "A has no attribute Position here"),
+        ("GSV(Axis,A,Position,Seen);", "A has no attribute Position"),
         (
             "SSV(Task,C,Rate,Seen);",
-            "no attribute RATE of TASK here; choose from OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",
+            "no attribute RATE of TASK; choose from OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",
         ),
         ("GSV(Task,C,Rate,Go);", "Go is a BOOL, a tag with bytes is needed"),
     ],
@@ -200,7 +200,7 @@ END PROGRAM
         tags = engine.tags
         assert (tags["Fans[0]"], tags["Fans[1]"], tags["Ups"], tags["Read"]) == (0, 7, 0, 3)
     wrong = text.replace("FanSpeeds", "Fans")
-    with pytest.raises(BuildError, match="no attribute FANS of HARDWARESTATUS here; choose from FANSPEEDS"):
+    with pytest.raises(BuildError, match="no attribute FANS of HARDWARESTATUS; choose from FANSPEEDS"):
         parse_program(wrong).build()
 
 

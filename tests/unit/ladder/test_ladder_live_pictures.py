@@ -50,7 +50,7 @@ def test_an_empty_leg_carries_the_power_in_front_of_its_branch():
 
 
 def test_more_truth_than_instructions_is_refused():
-    with pytest.raises(ValueError, match="the rung has 4 instructions, 5 truths are given"):
+    with pytest.raises(ValueError, match="5 truths; must be at most 4"):
         power(parse_rung(SEAL_IN), [True] * 5)
 
 
@@ -163,10 +163,10 @@ def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
     ("text", "states", "operand"),
     [
         ("MOV(5,N);", [["*", "moves 5"], ["", "idle"]], "N"),
-        ("ADD(A,3,N);", [["*", "gives {N}"], ["", "idle"]], "A"),
-        ("CLR(N);", [["*", "clears it"], ["", "idle"]], "N"),
+        ("ADD(A,3,N);", [["*", "result {N}"], ["", "idle"]], "A"),
+        ("CLR(N);", [["*", "clears"], ["", "idle"]], "N"),
         ("COP(A[2],B[0],N);", [["*", "copies, length {N}"], ["", "idle"]], "A[2]"),
-        ("CPT(N,A*(B+2));", [["*", "gives {N}"], ["", "idle"]], "A*(B+2)"),
+        ("CPT(N,A*(B+2));", [["*", "result {N}"], ["", "idle"]], "A*(B+2)"),
         ("FFL(N,A[0],Queue,10,0);", [["", "{Queue.POS} of {Queue.LEN}"]], "A[0]"),
         ("SQO(A[0],16#FF,N,Turn,4,0);", [["", "{Turn.POS} of {Turn.LEN}"]], "16#FF"),
     ],

@@ -122,8 +122,8 @@ def test_what_a_box_says_names_the_members_and_the_destination(dialect, spec):
     ]
     targets = [shown[place] for place, use in enumerate(spec.operands) if use in TARGETS]
     for text in said:
-        if text.startswith("gives "):
-            assert text == f"gives {{{targets[-1] if spec.name != 'CPT' else targets[0]}}}"
+        if text.startswith("result "):
+            assert text == f"result {{{targets[-1] if spec.name != 'CPT' else targets[0]}}}"
         counted = re.fullmatch(r"\{(\w+)\.(ACC|POS)(?::s\d*)?\} of \{(\w+)\.(PRE|LEN)(?::s\d*)?\}( s)?", text)
         if counted:
             assert counted[1] == counted[3]

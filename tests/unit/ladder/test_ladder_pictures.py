@@ -109,7 +109,7 @@ def test_power_makes_wires_heavy_up_to_the_first_contact_that_is_open():
 
 
 def test_more_truths_than_instructions_are_refused():
-    with pytest.raises(ValueError, match="has 4 instructions, 5 truths are given"):
+    with pytest.raises(ValueError, match="5 truths; must be at most 4"):
         drawn(SEAL_IN, 32, [True] * 5)
 
 

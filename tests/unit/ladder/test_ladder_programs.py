@@ -275,7 +275,7 @@ def test_program_files_both_ways(tmp_path):
         ("PROGRAM p\nTAG Run : Xyzzy\n", r"f.rung:2: column 1: expected a type \(BOOL, SINT, .*found Xyzzy"),
         (
             "PROGRAM p\nTAG Axis : AXIS_3601\n",
-            r"a type \(AXIS_3601 is one of the library axis3601: write USE axis3601 above\), found AXIS_3601",
+            r"a type \(AXIS_3601 is in library axis3601: write USE axis3601 above\), found AXIS_3601",
         ),
         (
             "PROGRAM p\n\n  TAGG Run\n",

@@ -354,11 +354,11 @@ def test_an_axis_that_an_add_on_instruction_gets(rig):
             RACK.replace("counts_per_unit", "counts_per_uni"),
             "did you mean counts_per_unit",
         ),
-        ("NOP();", RACK.replace("0x843C, ", ""), "configuration has 7 words; 8 are needed"),
+        ("NOP();", RACK.replace("0x843C, ", ""), "configuration has 7 words; must be 8"),
         (
             "NOP();",
             RACK.replace("direction = -1", "direction = 3"),
-            "home_direction 3 is not allowed",
+            "home_direction is 3; must be 1 or -1",
         ),
     ],
 )

@@ -174,5 +174,5 @@ def test_a_program_answers_in_a_test() -> None:
     assert program.prove(never="Fwd AND Rev", assume=["NOT (A AND B)"])
     reached = program.prove(reachable="T.DN")
     assert (bool(reached), reached.word, reached.verdict.k) == (True, "reached", 2)
-    with pytest.raises(LadderError, match="give one of never, always, reachable, not 2 of them"):
+    with pytest.raises(LadderError, match="give exactly one of never, always, reachable, not 2 of them"):
         program.prove(never="A", always="B")

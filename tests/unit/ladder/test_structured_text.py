@@ -221,7 +221,7 @@ def test_statements_know_their_lines():
         ("CASE A OF b: END_CASE;", 1, 11, "a number"),
         ("RES();", 1, 1, "1 operands of RES"),
         ("SWPB(A,5,B);", 1, 1, "one of REVERSE"),
-        ("IF A THEN\n" * 40 + "END_IF;" * 40, 34, 1, "at most 32 statements in one another"),
+        ("IF A THEN\n" * 40 + "END_IF;" * 40, 34, 1, "at most 32 nested statements"),
         ("WHILE A DO\n" * 14 + "END_WHILE;" * 14, 1, 1, "fewer"),
         (f"X := {'(NOT ' * 5000}A{')' * 5000};", 1, 1, "at most 100 levels"),
         (f"X := A{'+A' * 5000};", 1, 1, "at most 100 levels"),

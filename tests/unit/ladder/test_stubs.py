@@ -50,7 +50,7 @@ def test_done_needs_an_operand_with_en_and_dn():
     program = parse_program(
         f"PROGRAM p\n{TAGS}STUB XRP : done after 1 ms\nROUTINE Main\nXIC(Go)XRP(N);\nEND\n"
     )
-    with pytest.raises(LadderError, match=r"no operand has EN and DN.*let the stub say false or true"):
+    with pytest.raises(LadderError, match=r"no operand has EN and DN.*write false or true as its stub"):
         program.build()
 
 
@@ -167,7 +167,7 @@ def test_functions_come_from_files(tmp_path):
 
     program.step()
     assert program.tags.N == 5
-    with pytest.raises(LadderError, match="the stub of XRP is Python: it is not rung text"):
+    with pytest.raises(LadderError, match="the stub of XRP is in Python; write it in a rack file"):
         program_text(program)
     with pytest.raises(ProgramError, match="no function yrp among xrp; did you mean xrp"):
         load_stubs({"XRP": "plant.py:yrp"}, tmp_path)

@@ -11,7 +11,7 @@ from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
 from scanrack.watch.history.catalog import Catalog, tag_hits
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from typer.testing import CliRunner
 
 PANEL = Path(__file__).parents[3] / "examples" / "three_stations_panel" / "line.toml"
@@ -144,7 +144,7 @@ def test_a_bench_forces_a_name_as_its_address():
     assert bench["Run"]
     assert bench.slot[3].outputs[0] & 1 == 0
     for name in ("Start", "card.I.Data[0]", "card.I.Data"):
-        with pytest.raises(ValueError, match="is an input image, which every scan writes again: force it"):
+        with pytest.raises(ValueError, match="is an input image, which every scan overwrites; force it"):
             bench[name] = [1] * 8 if name.endswith("Data") else 1
 
 

@@ -252,7 +252,7 @@ def test_edits_of_a_python_program_and_its_modules_run_again(tmp_path, monkeypat
     monkeypatch.chdir("/")
     refused = CliRunner().invoke(build(), ["replay", "--into", "session", str(record)])
     assert refused.exit_code == 2
-    assert "then say --trust" in refused.output
+    assert "then add --trust" in refused.output
     rerun(record, "--trust")
     rerun(branch, "--trust")
 

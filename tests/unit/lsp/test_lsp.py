@@ -192,7 +192,7 @@ def test_test_routines_are_built_with_the_program_of_their_rack(client: Client, 
     assert (line, rule) == (3, "read")
     assert "no tag Hoping" in said
     ((line, _, said),) = client.show(tests, "\nTEST feeder.toml\nTAG A : BOOL\n")
-    assert (line, said) == (2, "no routine whose name begins with test_")
+    assert (line, said) == (2, "no routine with a name that begins with test_")
 
 
 PYTHON = """\

@@ -88,7 +88,7 @@ def test_assumptions_that_no_run_keeps_prove_nothing() -> None:
     verdict = prove(system, eq(system.next["n"], const(90)))
     assert (verdict.kind, verdict.blame) == (
         VerdictKind.UNKNOWN,
-        ("no run of 1 scans keeps what is assumed",),
+        ("no run of 1 scans keeps the assumptions",),
     )
 
 
@@ -155,7 +155,7 @@ def test_a_tag_that_is_written_outside_too_may_change_between_scans() -> None:
 
 
 def test_a_name_that_no_tag_has_is_refused() -> None:
-    with pytest.raises(LadderError, match="free: no tag is called 'Sped'"):
+    with pytest.raises(LadderError, match="free: no tag 'Sped'"):
         asked(MOTOR, "Rev", free=["Sped"])
 
 

@@ -73,8 +73,8 @@ def test_a_contact_that_decides_nothing_and_one_that_never_passes() -> None:
         if each.rule == "dead-leg"
     ]
     assert texts == [
-        "the leg of XIC(B) decides nothing: another one has power, too",
-        "XIC(A) decides nothing: it passes whatever reaches it",
+        "the leg of XIC(B) decides nothing: another leg also has power",
+        "XIC(A) decides nothing: it passes power whenever power reaches it",
         "XIO(A) never passes",
     ]
 

@@ -13,7 +13,7 @@ from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import STEP_WORTH
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.reached import reached
-from scanrack.jobs.prove.serving.stuck import NEAR, PATIENCE, WAYS, SolverStep
+from scanrack.jobs.prove.serving.stuck import NEAR, PATIENCE, QUESTIONS, SolverStep
 
 CODE = """\
 PROGRAM code
@@ -105,7 +105,7 @@ def test_nothing_is_asked_before_its_time_nor_twice(setup):
         step(state)
     most = step.questions
     step(state)
-    assert step.questions == most <= WAYS * 16
+    assert step.questions == most <= QUESTIONS * 16
 
 
 @pytest.mark.extra("prove")

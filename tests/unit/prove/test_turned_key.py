@@ -227,7 +227,7 @@ def test_what_a_retained_start_keeps(claim: str, word: str) -> None:
     assert KEPT in found.assumed
     if word == "refuted":
         assert (found.scans[-1].again, found.scans[-1].ms) == (True, 0)
-        assert "the run ended, and the next one began with its tags" in str(found.steps[-1])
+        assert "the run ended, and the next run began with its tags" in str(found.steps[-1])
 
 
 INDEXED = """PROGRAM indexed

@@ -267,9 +267,9 @@ def test_an_absolute_move_needs_a_position():
         (lambda axis: axis.move_to(5, speed=1_000_001, **RATES), "speed 1000001 is out of range"),
         (lambda axis: axis.move_by(5, speed=0, **RATES), "speed 0 is out of range"),
         (lambda axis: axis.move_by("5", **SLOW), "target position '5' is not allowed"),
-        (lambda axis: axis.run(0, **RATES), "speed 0 is not allowed"),
+        (lambda axis: axis.run(0, **RATES), "speed is 0; must not be 0"),
         (lambda axis: axis.run(-1_000_001, **RATES), "speed -1000001 is out of range"),
-        (lambda axis: axis.run(500, register=0, **RATES), "registration distance 0 is not allowed"),
+        (lambda axis: axis.run(500, register=0, **RATES), "registration distance is 0; must be 1 to 8388607"),
         (lambda axis: axis.home(1, speed=500, **RATES), "direction 1 is not allowed"),
         (lambda axis: axis.gear(0), "multiplier 0 is out of range"),
         (lambda axis: axis.gear(1, -1), "divisor -1 is out of range"),
@@ -281,7 +281,7 @@ def test_an_absolute_move_needs_a_position():
             lambda axis: axis.program_blend(
                 SEGMENTS, final_deceleration=10, shapes=[Acceleration.CONSTANT] * 3
             ),
-            "the header is of 3 segments, and there are 2",
+            "the header is for 3 segments, not 2",
         ),
     ],
 )

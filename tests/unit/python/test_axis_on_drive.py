@@ -135,7 +135,7 @@ def test_the_capture_input_is_the_one_of_the_configuration():
 @pytest.mark.parametrize(
     ("model", "ask", "text"),
     [
-        ("smd23e2", lambda axis: axis.gear(1), "the SMD23E2 follows no other encoder"),
+        ("smd23e2", lambda axis: axis.gear(1), "the SMD23E2 can't follow an encoder"),
         (
             "anf2",
             lambda axis: axis.move_by(5, **SLOW, shape=Acceleration.TRIANGULAR),
@@ -144,20 +144,20 @@ def test_the_capture_input_is_the_one_of_the_configuration():
         (
             "anf2",
             lambda axis: axis.run(2_000, **RATES, register=9),
-            "registration moves of the ANF2 are not known",
+            "registration moves of the ANF2 are not supported",
         ),
-        ("anf2", lambda axis: axis.run_blend(Direction.CW), "blends of the ANF2 are not known"),
+        ("anf2", lambda axis: axis.run_blend(Direction.CW), "blends of the ANF2 are not supported"),
         (
             "smd23e2",
             lambda axis: axis.program_blend(SEGMENTS, final_deceleration=20),
-            "the last segment of a drive has one rate",
+            "a drive's last segment has one rate",
         ),
         (
             "smd23e2",
             lambda axis: axis.program_blend(
                 SEGMENTS, final_deceleration=10, final_shape=Acceleration.TRIANGULAR
             ),
-            "a blend of a drive has no S-curve",
+            "a drive's blend has no S-curve",
         ),
     ],
 )
@@ -245,7 +245,7 @@ def rack_of(axis, module=None):
 @pytest.mark.parametrize(
     ("axis", "module", "text"),
     [
-        (Axis3601(1, SETUP), None, "slot 1, SMD23E2: its configuration is 10 words, not a 3601"),
+        (Axis3601(1, SETUP), None, "slot 1, SMD23E2: its configuration must be 10 words, not a 3601"),
         (
             Axis3601(1, (0x8007, 3, 1, 0, 20, 0, 0, 50, 28, 0)),
             None,
@@ -254,7 +254,7 @@ def rack_of(axis, module=None):
         (
             Axis3601(1, drive_words("smd23e2")),
             Amci3601(),
-            "its configuration is a Configuration, not ten words",
+            "its configuration must be a Configuration, not ten words",
         ),
     ],
 )
@@ -266,10 +266,10 @@ def test_a_configuration_that_the_module_can_not_have_names_the_axis(axis, modul
 @pytest.mark.parametrize(
     ("given", "text"),
     [
-        ((7, 0, 1, 0, 2_000, 0, 0, 50, 28, 0), "configuration word 0 is 0007h: bit 15, configuration mode"),
+        ((7, 0, 1, 0, 2_000, 0, 0, 50, 28, 0), r"word 0 is 0007h; bit 15 \(configuration mode\)"),
         (
             (0x8007, 1),
-            r"configuration \(32775, 1\) is not a Configuration; for a networked drive it is 10 words",
+            r"configuration \(32775, 1\) is not a Configuration; for a networked drive, pass 10 words",
         ),
         ((0x8007, 0, 1, 0, 2_000, 0, 0, 50, 28, 70_000), "is not a Configuration; for a networked drive"),
     ],

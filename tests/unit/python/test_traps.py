@@ -63,8 +63,8 @@ def fault_of(logic, scans=5):
     [
         ("@sequence\ndef cycle(self):\n    pass", r"line\.py:9: Line\.cycle is not an `async def` method"),
         ("@sequence\nasync def cycle(self):\n    yield 1", r"line\.py:9: Line\.cycle has a yield"),
-        ("@sequence\nasync def cycle(self, n):\n    pass", r"line\.py:9: Line\.cycle takes arguments"),
-        ("stations = [0, 4000]", r"Line\.stations is a list, which all instances would share: write a tuple"),
+        ("@sequence\nasync def cycle(self, n):\n    pass", r"line\.py:9: Line\.cycle has arguments"),
+        ("stations = [0, 4000]", r"Line\.stations is a list, which all instances would share; write a tuple"),
         ("names = {}", r"Line\.names is a dict"),
         ("async def every_scan(self):\n    pass", r"line\.py:9: every_scan must be a plain method"),
         (
@@ -200,7 +200,7 @@ def test_a_condition_that_answers_with_a_coroutine_faults(wait):
             await wait(lambda: safe())
 
     assert fault_of(Line).text.startswith(
-        "TypeError: safe is an `async def`, which answers only where it is awaited"
+        "TypeError: safe is an `async def`, which returns a value only where it is awaited"
     )
 
 
@@ -248,19 +248,19 @@ def test_a_command_may_be_left_alone(tmp_path):
         ('bad = Input("strat")', r"line\.py:9: bad: no input 'strat'; did you mean start\?"),
         ('bad = Input("Local:7:I.Data.0")', r"line\.py:9: bad: 'Local:7:I\.Data\.0': slot 7 is empty"),
         ('bad = Input("slot1.status.IN_HOMES")', "did you mean IN_HOME"),
-        ('bad = Input("Local:2:O.Data.0")', "is an output: declare it as Output"),
-        ('bad = Output("Local:2:I.Data.0")', "is an input: declare it as Input"),
-        ('bad = Input("Local:2:I.Data[0]")', "is a word: add a bit, or declare it as InputWord"),
-        ('bad = InputWord("Local:2:I.Data.0")', "is a bit: declare it as Input"),
+        ('bad = Input("Local:2:O.Data.0")', "is an output; declare it as Output"),
+        ('bad = Output("Local:2:I.Data.0")', "is an input; declare it as Input"),
+        ('bad = Input("Local:2:I.Data[0]")', "is a word; add a bit, or declare it as InputWord"),
+        ('bad = InputWord("Local:2:I.Data.0")', "is a bit; declare it as Input"),
         ("bad = Axis3601(3, axis.configuration)", "bad: slot 3 is empty; modules sit in 1, 2"),
         ("bad = Axis3601(2, axis.configuration)", "which has neither a 3601's words nor a drive's"),
         (
             "bad = Axis3601(1, axis.configuration)",
-            r"9: bad writes what axis owns, slot 1 \[.*line\.py:5\]",
+            r"9: bad and axis \[.*line\.py:5\] write the same place in slot 1",
         ),
-        ('bad = Output("Local:1:O.Data[0].3")', "bad writes what axis owns"),
-        ('bad = Output("Local:2:O.Data[0].0")', "bad writes what lamp owns"),
-        ('bad = OutputWord("Local:2:O.Data[0]")', "bad writes what lamp owns"),
+        ('bad = Output("Local:1:O.Data[0].3")', "write the same place in slot 1"),
+        ('bad = Output("Local:2:O.Data[0].0")', "write the same place in slot 2"),
+        ('bad = OutputWord("Local:2:O.Data[0]")', "write the same place in slot 2"),
     ],
 )
 def test_what_is_not_there_or_has_an_owner(tmp_path, declared, says):
@@ -285,10 +285,10 @@ def test_all_mistakes_are_told_at_once(tmp_path):
         ("await until(lambda: 1 / 0)", "ZeroDivisionError", 1),
         ("await dwell('2 ms')\nraise StopIteration", "StopIteration", 2),
         ("import asyncio\nawait asyncio.sleep(0)", "not a wait of scanrack; a sequence waits for a time", 2),
-        ("import asyncio\nawait asyncio.sleep(1)", "no running event loop: cycle awaits what asyncio", 2),
+        ("import asyncio\nawait asyncio.sleep(1)", "no running event loop: cycle awaits an object", 2),
         ("await self.axis.set_position(0)", "AxisError", 1),
         ("await within('4 ms', self.start.rises)", "WaitTimeout", 1),
-        ("self.lamp = 'on'", "an output is True or False", 1),
+        ("self.lamp = 'on'", "an output must be True or False", 1),
     ],
 )
 def test_what_escapes_a_sequence_faults_the_cpu_there(tmp_path, body, text, line):
@@ -704,7 +704,7 @@ def test_another_writer_of_the_modules_words_is_named():
     says = str(caught.value)
     assert "axis of slot 1 [" in says
     assert "test_traps.py:" in says
-    assert "made [1, 0, 0, 0, 0, 0, 0, 0] of [0, 0, 0, 0, 0, 0, 0, 0]" in says
+    assert "changed [0, 0, 0, 0, 0, 0, 0, 0] to [1, 0, 0, 0, 0, 0, 0, 0]" in says
 
 
 def test_forces_are_no_other_writer():

@@ -63,7 +63,7 @@ def test_a_module_that_is_not_simulated_keeps_its_slot(tmp_path):
     assert found == {2: "amci3601"}
     assert "# slot 1: 1769-MODULE Valves: not simulated, its tags are memory: " in output
     assert "Local:1:I of 66 bytes, Local:1:O of 62 bytes" in output
-    assert "# The export has no module that is simulated here: this one is in the first free slot." in output
+    assert "# No module of the export is simulated. A rack needs one: this one is in a free slot." in output
     rack = tmp_path / "machine.toml"
     rack.write_text(output, encoding="utf-8")
     status, shown = run("run", rack, "--scans", 5, "--no-record")
@@ -100,14 +100,14 @@ def test_the_first_free_slot_is_one_of_no_module(tmp_path):
 def test_the_words_of_a_3601_are_one_and_the_file_says_so(tmp_path):
     found, output = slots(machine(tmp_path, generic("Feed", 2, 8, 8), module("DI", 1)))
     assert found == {1: "1769-IQ16", 2: "amci3601"}
-    assert "# slot 2: 1769-MODULE Feed: taken for a 3601, since it has the words of one" in output
+    assert "# slot 2: 1769-MODULE Feed: treated as a 3601, since it has a 3601's sizes" in output
 
 
 @pytest.mark.parametrize("name", ["Valves", "VALVES", "1"])
 def test_the_user_names_a_3601(tmp_path, name):
     found, output = slots(machine(tmp_path, generic("Valves", 1, 31, 31)), "--stepper", name)
     assert found == {1: "amci3601"}
-    assert f"# slot 1: 1769-MODULE Valves: taken for a 3601, since --stepper {name} says so" in output
+    assert f"# slot 1: 1769-MODULE Valves: treated as a 3601, since --stepper {name} names it" in output
 
 
 def test_a_stepper_that_is_not_there_is_refused(tmp_path):
@@ -121,7 +121,7 @@ def test_a_stepper_that_is_not_there_is_refused(tmp_path):
 def test_two_modules_in_a_slot_are_one(tmp_path):
     found, output = slots(machine(tmp_path, module("DI", 1), module("DO", 1, catalog="1769-OB16")))
     assert found == {1: "1769-IQ16"}
-    assert "# slot 1: 1769-OB16 DO: left out, the slot has another module already" in output
+    assert "# slot 1: 1769-OB16 DO: left out, because the slot already has a module" in output
 
 
 def micro(tmp_path, *slots_of_it):
@@ -150,7 +150,7 @@ def test_a_rack_with_another_module_than_the_export_says_so(tmp_path):
     rack = tmp_path / "line.toml"
     rack.write_text(f'program = "{path.name}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8")
     status, shown = run("run", rack, "--scans", 5, "--no-record")
-    said = "slot 1: 1762-IQ16 16-Input in the export, and amci3601 in the rack: its tags are those of"
+    said = "slot 1: 1762-IQ16 16-Input in the export, but amci3601 in the rack: the slot has the tags of"
     assert (status, said in shown.replace("\n", " ")) == (0, True), shown
 
 
@@ -160,7 +160,7 @@ def test_what_a_generic_profile_is_the_rack_says():
 
 
 def test_a_rack_without_modules_has_a_3601():
-    assert "\n".join(slot_tables([])).strip().startswith("# The export has no module")
+    assert "\n".join(slot_tables([])).strip().startswith("# No module of the export is simulated")
 
 
 @pytest.mark.parametrize(

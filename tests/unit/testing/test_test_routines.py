@@ -127,7 +127,7 @@ def test_coverage_counts_the_program_and_not_its_tests(project):
         ("TEST line.toml FOR ever\nROUTINE test_a\nASSERT(Lamp);\nEND\n", "'ever'"),
         (
             "TEST line.toml\nTAG A : BOOL\n",
-            "no routine whose name begins with test_",
+            "no routine with a name that begins with test_",
         ),
     ],
 )
@@ -197,5 +197,5 @@ def test_a_program_without_a_routine_is_refused(tmp_path):
     file = read_test_file(path)
     assert file is not None
     for text in ("CONTROLLER plant\n", "PROGRAM plant\n"):
-        with pytest.raises(LadderError, match="there is nothing to test"):
+        with pytest.raises(LadderError, match="nothing to test"):
             with_test(parse_program(text), file, "test_own")

@@ -151,7 +151,7 @@ def test_a_recording_that_can_not_be_opened_moves_all_back(
     def full(_path: Path) -> Any:
         raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
 
-    monkeypatch.setattr("scanrack.traces.write.output._emptied", full)
+    monkeypatch.setattr("scanrack.traces.write.output._opened_empty", full)
     with pytest.raises(OSError, match="Too many open files"):
         recorded(path, "c")
     assert found(tmp_path) == before

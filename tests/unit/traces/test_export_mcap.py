@@ -169,7 +169,7 @@ def test_the_size_of_what_stands_behind_is_read_off_the_schema(text: str, size: 
 
 @pytest.mark.parametrize("line", ["string name", "uint8[] many", "uint8[<=3] some", "Unknown more"])
 def test_a_field_without_a_fixed_size_is_refused(line: str) -> None:
-    with pytest.raises(ValueError, match="has no fixed size that is known"):
+    with pytest.raises(ValueError, match="has no fixed size"):
         rest_bytes(extended(line), KNOWN)
 
 

@@ -102,7 +102,7 @@ FORGERIES = {
     "program with a line feed": program("e.py\n", "can't be printed", "e.py\n"),
     "program written backwards": program("\u202eyp.e", "can't be printed"),
     "program that is a device": program("con.py", "is a device", "con.py"),
-    "program not in the trace": Forgery({"rack.toml": rack()}, "line.py", "does not bring line.py"),
+    "program not in the trace": Forgery({"rack.toml": rack()}, "line.py", "has no file line.py"),
     "program of rungs that is Python": program("e.rung", "e.rung:1:", "e.rung"),
     "program of steps that is Python": program("e.steps", "e.steps:1:", "e.steps"),
     "rungs whose comment ends early": Forgery(
@@ -122,7 +122,7 @@ FORGERIES = {
     "rack outside": rack_file("../outside/e.py:rack", OUT),
     "rack absolute": rack_file("{outside}/e.py:rack", OUT),
     "rack twice, in two cases": Forgery(
-        {"e.py": EVIL, "E.py": EVIL}, "e.py:rack", "may be one file", rack="e.py:rack"
+        {"e.py": EVIL, "E.py": EVIL}, "e.py:rack", "may be the same file", rack="e.py:rack"
     ),
     "helper.py": beside("helper.py"),
     "helper.pyc": beside("helper.pyc", COMPILED),
@@ -145,8 +145,8 @@ FORGERIES = {
     "unit's program in ..": unit("../outside/secret.pclt", OUT),
     "unit's program in a\\..": unit("..\\outside\\secret.pclt", OUT),
     "unit's program on a drive": unit("D:secret.pclt", "drive"),
-    "unit's program is not in the trace": unit("line.pclt", "does not bring line.pclt"),
-    "unit's program through a link": unit("link/secret.pclt", "does not bring link/secret.pclt"),
+    "unit's program is not in the trace": unit("line.pclt", "has no file line.pclt"),
+    "unit's program through a link": unit("link/secret.pclt", "has no file link/secret.pclt"),
     "unit's program beside Python": Forgery(
         {"rack.toml": rack(unit="{outside}/secret.pclt"), "line.py": LINE, "helper.py": HELPER},
         "line.py",
@@ -374,7 +374,7 @@ def test_a_search_finds_no_module_that_was_left_in_its_folder(place: Path, left:
     else:
         path.symlink_to(place.parent / "outside")
     result = scanrack(*COMMANDS["fuzz"])
-    assert (result.exit_code, "is there already" in result.stderr) == (2, True)
+    assert (result.exit_code, "already exists" in result.stderr) == (2, True)
     assert not (place.parent / "canary").exists()
 
 

@@ -103,7 +103,7 @@ def test_a_slice_knows_its_extent_and_its_marks(path: Path) -> None:
 
 
 def test_an_empty_slice_says_what_there_is(path: Path) -> None:
-    with pytest.raises(EmptySelectionError, match=r"scans from 400; it holds scans 0 to 399, time 0 s"):
+    with pytest.raises(EmptySelectionError, match=r"scans from 400; it has scans 0 to 399, time 0 s"):
         chart(path, Selection(first=400))
 
 

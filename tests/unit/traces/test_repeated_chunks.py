@@ -44,8 +44,8 @@ def test_a_chunk_that_stands_twice_counts_once(
     with open_trace(forged) as trace:
         assert [each.scan for each in trace.scans()] == list(range(481))
         assert read_columns(trace).scan.tolist() == list(range(481))
-        (note,) = (each for each in trace.notes if "stands before" in each)
-    assert note.startswith(f"the chunk at byte {at:,} is one that stands before: ")
+        (note,) = (each for each in trace.notes if "repeats an earlier one" in each)
+    assert note.startswith(f"the chunk at byte {at:,} repeats an earlier one: ")
     for words in ([], ["--limit", "1"]):
         said = CliRunner().invoke(build(), ["show", str(forged), *words])
         assert "481 scans, 0 to 480, up to 0.960 s" in said.output

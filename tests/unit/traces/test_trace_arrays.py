@@ -140,7 +140,7 @@ def test_every_scan_is_found_at_random(path: Path, monkeypatch: pytest.MonkeyPat
             scan_at(trace, trace.first_scan(place))
             assert len(read) == 1
         for number in (SCANS, -1):
-            with pytest.raises(ValueError, match=f"the trace has no scan {number}; it holds 0 to 499"):
+            with pytest.raises(ValueError, match=f"the trace has no scan {number}; it has 0 to 499"):
                 scan_at(trace, number)
 
 
@@ -216,7 +216,7 @@ def test_a_trace_without_scans(tmp_path: Path) -> None:
     with open_trace(path) as trace:
         assert read_columns(trace).words.shape == (0, 32)
         assert len(extent(trace).scan) == 0
-        with pytest.raises(ValueError, match="it has none at all"):
+        with pytest.raises(ValueError, match="it has no scans"):
             scan_at(trace, 0)
 
 

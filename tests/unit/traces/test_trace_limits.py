@@ -77,7 +77,7 @@ def test_a_chunk_that_only_claims_to_be_large_is_damaged(path: Path, size: int) 
     assert (status, err) == (0, "")
     with open_trace(path) as trace:
         assert len(list(trace.scans())) == 100
-        assert f"it holds 100 bytes instead of {size:,}" in trace.notes[-1]
+        assert f"it has 100 bytes instead of {size:,}" in trace.notes[-1]
 
 
 @pytest.mark.parametrize("name", [b"lz4", b"zstd"])
@@ -89,7 +89,7 @@ def test_a_chunk_that_claims_to_be_small_unpacks_no_further(path: Path, name: by
     with_chunk(path, 1000, data, name=name)
     with open_trace(path) as trace:
         assert len(list(trace.scans())) == 100
-        assert "it holds more than 1,000 bytes instead of 1,000" in trace.notes[-1]
+        assert "it has more than 1,000 bytes instead of 1,000" in trace.notes[-1]
 
 
 @pytest.mark.parametrize("command", ["show", "repair"])

@@ -160,7 +160,7 @@ def test_a_full_disk_leaves_a_complete_trace_wherever_it_happens(code: int, poin
 def test_a_full_disk_is_told_with_the_scan_that_filled_it() -> None:
     disk = Disk(RESERVE + WHOLE // 2, reserve=RESERVE)
     accepted, full = record(TraceFile(disk, "run.mcap", disk))
-    assert str(full) == f"run.mcap: the disk is full; it is complete and ends at scan {accepted[-1]}"
+    assert str(full) == f"run.mcap: the disk is full; the trace is complete and ends at scan {accepted[-1]}"
 
 
 def test_nothing_is_taken_after_the_disk_was_full() -> None:
@@ -189,7 +189,7 @@ def test_a_disk_that_is_full_within_the_head_is_refused_and_leaves_a_whole_file(
     )
     for room in range(8, head, 101):
         disk = Disk(room + RESERVE, reserve=RESERVE)
-        with pytest.raises(TraceFull, match="it is complete and ends before the first scan") as full:
+        with pytest.raises(TraceFull, match="the trace is complete and ends before the first scan") as full:
             ScanRecorder(
                 TraceFile(disk, "run", disk), bytearray(64), SLOTS, scan_period_ns=1, program=PROGRAM
             )
@@ -257,7 +257,7 @@ def test_a_file_that_takes_nothing_is_not_waited_for() -> None:
 
     _, full = record(TraceFile(Deaf(10**6, reserve=0), "deaf"))
     assert full is not None
-    assert "takes no more bytes" in str(full)
+    assert "accepts no more bytes" in str(full)
 
 
 @pytest.mark.parametrize("room", [1_000, 20_000, 300_000, 460_000])
@@ -372,7 +372,7 @@ def test_a_disk_without_room_for_the_reserve_is_refused_and_an_old_trace_kept(
     monkeypatch.setattr(DiskReserve, "grow", no_room)
     path = tmp_path / "run.mcap"
     path.write_bytes(MAGIC + b"the old one")
-    with pytest.raises(OSError, match="No space left on device; 1,000 bytes are needed for its end"):
+    with pytest.raises(OSError, match="No space left on device; its end needs 1,000 bytes"):
         open_trace_file(path, 1000)
     assert path.read_bytes() == MAGIC + b"the old one"
 

@@ -273,7 +273,7 @@ def test_a_chunk_that_holds_less_than_it_says_is_damaged(path: Path) -> None:
     start, _ = spans(path, Opcode.CHUNK)[0]
     damage(path, start + 9 + 16, 1)  # the uncompressed size, after two times
     _, notes = numbers(path)
-    assert re.search(r"damaged chunk at byte [\d,]+: it holds [\d,]+ bytes instead of [\d,]+;", notes[0])
+    assert re.search(r"damaged chunk at byte [\d,]+: it has [\d,]+ bytes instead of [\d,]+;", notes[0])
 
 
 def test_what_is_behind_a_damaged_last_chunk(path: Path) -> None:
@@ -287,7 +287,7 @@ def test_what_is_behind_a_damaged_last_chunk(path: Path) -> None:
     )
     path.write_bytes(path.read_bytes()[:-10])
     _, notes = numbers(path)
-    assert notes[0] == f"damaged at byte {start:,}: no record begins with 0x77"
+    assert notes[0] == f"damaged at byte {start:,}: 0x77 is not the opcode of a record"
 
 
 def refusal(path: Path) -> str:
@@ -365,15 +365,15 @@ def test_layouts_that_are_not_known_are_refused(tmp_path: Path) -> None:
     foreign(path, topic="/imu", metadata=GOOD)
     assert refusal(path) == "it has no channel /scan; its topics are: /imu"
     foreign(path)
-    assert refusal(path) == "it has no metadata record 'scanrack', so its layout is not known"
+    assert refusal(path) == "it has no metadata record 'scanrack', so that its layout is unknown"
     foreign(path, metadata={**GOOD, "format": "3"})
     assert refusal(path) == "its layout has format 3: must be 1 or 2"
     foreign(path, metadata={**GOOD, "format": "2"})
     assert refusal(path) == "its schema lists no tags"
     foreign(path, metadata={**GOOD, "slots": "1 2 3"})
-    assert refusal(path) == "its metadata record 'scanrack' does not tell its slots: 'slot.3.module'"
+    assert refusal(path) == "its metadata record 'scanrack' does not list its slots: 'slot.3.module'"
     foreign(path, metadata={**GOOD, "slots": "2 1"})
-    assert refusal(path).startswith("its scans are laid out in a way this version does not know: cdr ros2msg")
+    assert refusal(path).startswith("this version can't read the layout of its scans: cdr ros2msg")
     foreign(path, metadata=GOOD, name="scanrack/msg/Scan0123456789ab")
     assert "scanrack/msg/Scan0123456789ab, expected cdr ros2msg scanrack/msg/Scan" in refusal(path)
 

@@ -120,7 +120,7 @@ def test_a_damaged_chunk_is_left_out_and_the_original_stays(path: Path, content:
     assert 0 < lost[0] < len(lost) + lost[0] < SCANS
 
 
-BAD_SUMMARY = "its summary is damaged: its CRC does not fit; what it tells is not used"
+BAD_SUMMARY = "its summary is damaged: its CRC does not fit; its contents are not used"
 
 
 @pytest.mark.parametrize(

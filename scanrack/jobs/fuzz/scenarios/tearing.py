@@ -92,7 +92,7 @@ class TornScans(LogicWrapper):
             self._logic(scan)
             return
         interpreter = PausingInterpreter(engine.lowered, engine.memory, engine.fault_log, engine.call_python)
-        interpreter.at = tear.routine.upper(), tear.rung
+        interpreter.pause_at = tear.routine.upper(), tear.rung
         interpreter.pause = lambda: self._read_again(engine, scan)
         engine.scan_by(interpreter, scan)
 

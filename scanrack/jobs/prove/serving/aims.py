@@ -1,8 +1,8 @@
 """Answers questions of a search: which rungs and contacts are dead, and which scenario switches one on.
 
-Dead is proved for any inputs of all modules, including faults: no scenario of any search switches it on. A
-scenario sets what an operator and a machine can: tags, inputs of cards, and the six inputs of a 3601. It does
-not set what else the prover assumes about a module, such as the end of a move. Only a run can confirm that.
+"Dead" is proved for all inputs of all modules, including faults: no scenario can switch a dead contact on. A
+scenario sets only values that an operator or a machine can set: tags, inputs of cards, and the six inputs of
+a 3601. It does not set other values that the prover chooses, such as the end of a move. A run confirms it.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def dead(job: LoadedRack, budget: int = BUDGET) -> dict[RungPoint, Site]:
     Without a solver, nothing is proved.
 
     Args:
-        budget: amount of work, see `Solver`; what exceeds it stays undecided. The result is the same on every
+        budget: amount of work, see `Solver`; points beyond it stay undecided. The result is the same on every
             machine.
     """
     problem = _problem(job)
@@ -53,12 +53,15 @@ def _problem(job: LoadedRack) -> ProgramSystem | None:
     """Return a job's program with all inputs free; None if nothing can be proved about it."""
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
-    prove_spec = job.spec.prove
-    written_outside = (*prove_spec.written_outside, *set_outside(facts_of(job)))
+    settings = job.spec.prove
+    written_outside = (*settings.written_outside, *set_outside(facts_of(job)))
     try:
-        free = prove_spec.free
         return ProgramSystem(
-            job.logic, _bounds(job.spec), free=free, written_outside=written_outside, happens=RUN_ONLY
+            job.logic,
+            _bounds(job.spec),
+            free=settings.free,
+            written_outside=written_outside,
+            happens=RUN_ONLY,
         )
     except LadderError:
         return None
@@ -76,15 +79,15 @@ def scenario_to(
     limits: Limits = SEARCH,
     longest_ns: int = LONGEST_NS,
 ) -> Scenario | None:
-    """Return a scenario that reaches a point if the modules answer as the prover assumes.
+    """Return a scenario that reaches a point if the modules respond as the prover assumes.
 
-    Its times count from power-up, or from `at_ns`. None if the solver finds none.
+    Its times count from power-up, or from `at_ns`. None if the solver finds no scenario.
 
     Args:
         start: engine of a run of the same rack, in the state to begin with; None for power-up.
-        at_ns: time of that run's next scan, ns.
-        longest_ns: longest scan that the solver may choose, ns. Long scans get further, but miss what needs a
-            precise time on the rack.
+        at_ns: time of this run's next scan, ns.
+        longest_ns: longest scan that the solver may choose, ns. Long scans get further, but miss events that
+            need a precise time on the rack.
 
     Raises:
         LadderError: the program has no such point.
@@ -96,35 +99,37 @@ def scenario_to(
     except LadderError:
         return None
     scans = run_to(problem, point, start, limits)
-    return _aimed(job.spec, problem, scans, at_ns) if scans else None
+    return _scenario(job.spec, problem, scans, at_ns) if scans else None
 
 
-def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> Scenario:
+def _scenario(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> Scenario:
     """Return a run of the prover as a scenario; words that nothing on the rack can set are left out."""
     run = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
     begin_ns = {scan: at_ns + scan * spec.scan_ns for scan in range(run.scans + 1)}
     orders = [OperatorAction(begin_ns[scan], order) for scan, order in run.orders if isinstance(order, Write)]
+    levels_by_word: dict[str, list[tuple[int, Level]]] = {}
+    for scan, order in run.orders:
+        if isinstance(order, Force):
+            levels_by_word.setdefault(order.tag, []).append((begin_ns[scan], order.value))
     presses: list[Press] = []
     pushes: list[ContactPress] = []
-    forces = [(begin_ns[scan], force) for scan, force in run.orders if isinstance(force, Force)]
-    for slot, word in (
-        (slot_spec, word) for slot_spec in spec.slot for word in range(len(slot_spec.words.inputs))
-    ):
-        name = f"Local:{slot.number}:I.Data[{word}]"
-        levels = [(at_ns, force.value) for at_ns, force in forces if force.tag == name]
-        if levels:
-            times = [*levels, (begin_ns[run.scans], 0)]
-            presses += _presses(slot, word, times)
-            pushes += _pushes(slot, word, times)
+    for slot in spec.slot:
+        for word in range(len(slot.words.inputs)):
+            levels = levels_by_word.get(f"Local:{slot.number}:I.Data[{word}]")
+            if levels is not None:
+                levels.append((begin_ns[run.scans], 0))
+                presses += _presses(slot, word, levels)
+                pushes += _pushes(slot, word, levels)
     return Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
 
 
-Levels = Sequence[tuple[int, bool | int | float | str]]
-"""Times, ns, at which a word takes each value; the last time is the end of the run."""
+Level = bool | int | float | str
+Levels = Sequence[tuple[int, Level]]
+"""Times, ns, at which a word changes to each value; the last time is the end of the run."""
 
 
 def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
-    """Yield presses that energize the inputs that are active in a 3601's input word 1 (default polarity)."""
+    """Yield presses of the inputs that are active in a 3601's input word 1 (default polarity)."""
     if is_stepper(slot.words) and word == 1:
         for input_bit in InputBit:
             for begin, end in _on(levels, input_bit.value):
@@ -142,10 +147,11 @@ def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]
 
 
 def _on(levels: Levels, mask: int) -> Iterator[tuple[int, int]]:
-    """Yield the begin and end of each time in which a bit is set, ns."""
+    """Yield the begin and end of each time span in which a bit is set, ns."""
+    end_ns, _ = levels[-1]
     begin: int | None = None
     for at_ns, value in levels:
-        is_on = bool(int(value) & mask) and at_ns != levels[-1][0]
+        is_on = bool(int(value) & mask) and at_ns != end_ns
         if is_on and begin is None:
             begin = at_ns
         elif not is_on and begin is not None:

@@ -1,4 +1,4 @@
-"""Finds what an edit of a ladder program can change, if the solver is installed and the program is small."""
+"""Finds the values that an edit of a ladder program can change; needs the solver and a small program."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
 
 MOST_INSTRUCTIONS = 1_500
-"""Largest number of instructions in a program that is compared: that takes a second or two."""
+"""Maximum instructions in a program that is compared, which takes a second or two."""
 
 Group = tuple[str, tuple[str, ...]]
 """A kind of effect, and the names of the affected values."""
@@ -15,7 +15,7 @@ Group = tuple[str, tuple[str, ...]]
 def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
     """Return the values that can differ after an edit, outputs first, with the same inputs from power-up.
 
-    All other values are equal in every run. Returns nothing if no proof covers the programs.
+    All other values are equal in every run. Empty if no proof covers the programs.
     """
     from scanrack.ladder.prove.solving.solver import is_installed
 
@@ -28,11 +28,14 @@ def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
     except LadderError:
         return ()
     layout = new.build().layout
-    names: dict[bool, list[str]] = {True: [], False: []}
+    outputs: list[str] = []
+    others: list[str] = []
     for change in difference.changed:
-        leaf, index = layout.leaf(change.key[0]), change.key[1]
-        names[leaf.output].append(f"{leaf.path}[{index}]" if leaf.size > 1 else leaf.path)
+        path, index = change.key
+        leaf = layout.leaf(path)
+        names = outputs if leaf.output else others
+        names.append(f"{leaf.path}[{index}]" if leaf.size > 1 else leaf.path)
     return (
-        ("outputs that can differ, from power-up on", tuple(names[True]) or ("none",)),
-        ("other values that can differ, from power-up on", tuple(names[False]) or ("none",)),
+        ("outputs that can differ, from power-up on", tuple(outputs) or ("none",)),
+        ("other values that can differ, from power-up on", tuple(others) or ("none",)),
     )

@@ -1,8 +1,8 @@
 """Proofs for the findings of `scanrack check`, if the solver is installed and decides quickly.
 
-The questions are those of `scanrack prove`: whether an output of a rung ever has power, whether a coil is
-ever on, whether a divisor can be zero. Bits that the program only clears, and tags named like an operator's
-panel, count as set from outside.
+The questions are the same as in `scanrack prove`: does an output of a rung ever have power, is a coil ever
+on, can a divisor be zero? Bits that the program only clears, and tags with names of operator controls, count
+as set from outside.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from ...check.rungs.number_ranges import BY_PEOPLE
 from ...load.loading import LoadedRack
 
 MOST_LINES = 400
-"""Largest number of rungs and statements in a program that is examined."""
+"""Maximum rungs and statements in a program that is examined."""
 
 MOST_TERMS = 3_000
-"""Largest number of terms per scan in a program that is examined: that takes about a second."""
+"""Maximum terms per scan in a program that is examined, which takes about a second."""
 
 BUDGET = 1_000_000
 """Amount of work for all questions of a rule, in terms."""
@@ -40,8 +40,8 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     Args:
         facts: the facts of `check` about the program.
     """
-    own = facts.sites
-    if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
+    own_lines = facts.sites
+    if not isinstance(job.logic, LadderLogic) or len(own_lines) > MOST_LINES:
         return
     from scanrack.ladder.prove.algebra.terms import reach
     from scanrack.ladder.prove.induction import Limits
@@ -59,17 +59,17 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
         return  # no proof covers such a program
     if len(reach(problem.next.values())) > MOST_TERMS:
         return
-    seen: set[FileLine] = set()
+    reported: set[FileLine] = set()
     for finding in ask(problem, tuple(RULES), QuestionLimits(limits, BUDGET, states=0)).findings:
-        place = FileLine(finding.site.file, finding.site.line or 1)
-        counts = finding.rule != "fault" or finding.text.endswith("zero divisor")
-        if counts and place in own and place not in seen:
-            seen.add(place)
-            yield ProofFinding(RULES[finding.rule], place, holds=True, text=finding.text)
+        line = FileLine(finding.site.file, finding.site.line or 1)
+        has_rule = finding.rule != "fault" or finding.text.endswith("zero divisor")
+        if has_rule and line in own_lines and line not in reported:
+            reported.add(line)
+            yield ProofFinding(RULES[finding.rule], line, holds=True, text=finding.text)
 
 
 def set_outside(facts: Facts) -> Iterator[str]:
-    """Yield the variables that are also set from outside: an operator's, and bits that are only cleared."""
+    """Yield the variables that are set from outside: operator controls, and bits that are only cleared."""
     for variable, accesses in facts.by_variable():
         writes = [access for access in accesses if access.writes]
         only_cleared = all(write.use is Touch.UNLATCH and not write.part for write in writes)

@@ -1,10 +1,10 @@
-"""Helps a search that finds nothing new: how can contacts and coils that were never on come on?
+"""Asks the solver how contacts and coils that were never on come on, when a search finds nothing new.
 
 The solver gets several questions about each instruction, one at a time:
 
-    near     from power-up, in scans of a third of the program's shortest time, at least 20 ms
-    on       in such scans, from where an entry of the corpus showed something new, newest entry first
-    far      from power-up, in scans of up to a second, for what takes long
+    near     from power-up, in scans of up to a third of the program's shortest time, at least 20 ms
+    on       in scans of that length, from a state in which a corpus entry showed a new feature, newest first
+    far      from power-up, in scans of up to 1 s, for slow processes
 """
 
 from __future__ import annotations
@@ -35,19 +35,22 @@ from ...record.logic_wrapper import unwrapped
 from .aims import LONGEST_NS, dead, scenario_to
 
 PATIENCE = 200
-"""Number of runs without anything new before questions are asked."""
+"""Number of runs without a new feature before questions are asked."""
 
 AT_ONCE = 4
 """Questions before the search continues, each about another rung. An answer may reach further rungs."""
 
-NEAR, FAR, STATES = 0, 2, 3
-"""Numbers of the near and far questions (all others are "on"), and how many entries "on" begins from."""
+NEAR, FAR = 0, 2
+"""Numbers of the near and far questions about an instruction; all others are "on"."""
 
-WAYS = 5
+STATES = 3
+"""Maximum number of entries from which "on" begins."""
+
+QUESTIONS = 5
 """Number of questions about each instruction."""
 
 LIMITS = replace(SEARCH, scans=40, work=2_000_000)
-"""Limits of a question, which takes a second or two."""
+"""Limits of a question, for an answer within about 2 s."""
 
 PART = 3
 """Number of scans into which the shortest time of a program is divided."""
@@ -57,7 +60,7 @@ FAR_NS = 1_000_000_000
 
 
 class SolverStep:
-    """Asks the solver how to reach an instruction that a campaign has not reached. Asks each question once.
+    """Asks the solver how to reach instructions that a campaign has not reached; asks each question once.
 
     Call it between two rounds. The questions do not depend on time, so they are the same on every machine.
 
@@ -71,8 +74,8 @@ class SolverStep:
 
     def __init__(self, job: LoadedRack, bench: TrialBench, patience: int = PATIENCE) -> None:
         self._job, self._bench, self._patience = job, bench, patience
-        self._tried: Counter[int] = Counter()  # number of questions about each instruction
-        self._begun: set[tuple[int, str]] = set()  # instructions, each with an entry that "on" began from
+        self._asked: Counter[int] = Counter()  # number of questions about each instruction
+        self._begun: set[tuple[int, str]] = set()  # instructions, each with an entry from which "on" began
         self.questions = self.answered = 0
 
     def __call__(self, state: State) -> tuple[Scenario, ...]:
@@ -85,33 +88,32 @@ class SolverStep:
 
     @property
     def can_ask(self) -> bool:
-        """Whether there is a solver, and a ladder program to ask about."""
+        """Whether a solver is installed, and the program is ladder logic."""
         return isinstance(self._job.logic, LadderLogic) and is_installed()
 
     def _answers(self, state: State) -> Iterator[Scenario]:
-        begin = _steps(state)
+        """Ask the next question about each of some open instructions; yield the scenarios found."""
+        entries = _step_entries(state)
         for number in self._open(state):
-            way = self._tried[number]
-            self._tried[number] += 1
-            scenario = self._solve(number, way, begin)
+            question = self._asked[number]
+            self._asked[number] += 1
+            scenario = self._solve(number, question, entries)
             if scenario is not None and scenario.size:
                 yield scenario
 
-    def _solve(self, number: int, way: int, entries: list[Entry]) -> Scenario | None:
-        """Return a scenario in which an instruction comes on; None if the solver finds none."""
+    def _solve(self, number: int, question: int, entries: list[Entry]) -> Scenario | None:
+        """Return a scenario in which an instruction comes on; None if the solver finds no scenario."""
         point = RungPoint(number, PointState.ON)
         self.questions += 1
-        if way in (NEAR, FAR):
-            longest_ns = self._near_ns if way == NEAR else FAR_NS
+        if question in (NEAR, FAR):
+            longest_ns = self._near_ns if question == NEAR else FAR_NS
             return scenario_to(self._job, point, limits=LIMITS, longest_ns=longest_ns)
-        fresh = (
-            kept_entry for kept_entry in entries if (number, repr(kept_entry.scenario)) not in self._begun
-        )
-        entry = next(fresh, None)
-        if entry is None:
-            return None
-        self._begun.add((number, repr(entry.scenario)))
-        return self._on_from(entry, point)
+        for entry in entries:
+            begin = (number, repr(entry.scenario))
+            if begin not in self._begun:
+                self._begun.add(begin)
+                return self._on_from(entry, point)
+        return None
 
     def _on_from(self, entry: Entry, point: RungPoint) -> Scenario | None:
         """Return an entry's scenario up to its last new feature, extended so that an instruction comes on."""
@@ -130,12 +132,12 @@ class SolverStep:
         Instructions with fewer questions so far come first.
         """
         sites = self._lowered.sites
-        rungs: dict[tuple[str, str], int] = {}
+        by_rung: dict[tuple[str, str], int] = {}
         for gap in self.gaps(reached(self._job, state.kept.seen)):
-            if gap.number is not None and self._tried[gap.number] < WAYS:
+            if gap.number is not None and self._asked[gap.number] < QUESTIONS:
                 site = sites[gap.number]
-                rungs.setdefault((site.routine, site.place), gap.number)
-        return sorted(rungs.values(), key=lambda number: (self._tried[number], number))[:AT_ONCE]
+                by_rung.setdefault((site.routine, site.place), gap.number)
+        return sorted(by_rung.values(), key=lambda number: (self._asked[number], number))[:AT_ONCE]
 
     @cached_property
     def dead_points(self) -> dict[RungPoint, Site]:
@@ -149,7 +151,7 @@ class SolverStep:
 
     @cached_property
     def _near_ns(self) -> int:
-        """The longest scan that still tells the program's times apart, ns."""
+        """The longest scan that is short against the program's times, see `PART`, ns."""
         times = times_of(self._bench.fresh_logic(), self._bench.spec.scan_ns, self._bench.scans)
         return min(FAR_NS, max(LONGEST_NS, min(times, default=0) // PART))
 
@@ -159,12 +161,12 @@ class SolverStep:
         return frozenset(point.number for point in self.dead_points if point.state is PointState.ON)
 
     def gaps(self, found: ProgramReach) -> tuple[Gap, ...]:
-        """Return the gaps of a campaign, except those that are proved dead."""
+        """Return the gaps of a campaign without the instructions that are proved dead."""
         return tuple(gap for gap in found.gaps if gap.number is None or gap.number not in self.dead)
 
 
-def _steps(state: State) -> list[Entry]:
-    """Return the entries that showed a new step of the program, newest first."""
+def _step_entries(state: State) -> list[Entry]:
+    """Return the last entries that showed a new step of the program, newest first."""
     entries = [
         entry for entry in reversed(state.kept.entries) if entry.worth >= STEP_WORTH and entry.points[-1]
     ]
@@ -172,20 +174,18 @@ def _steps(state: State) -> list[Entry]:
 
 
 def _until(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
-    """Return what has begun before a scan ends; contacts are released then."""
+    """Return the parts of a scenario that begin before the end of a scan; presses end with this scan."""
     end_ns = (scan + 1) * scan_ns
-    return scenario_of(
-        (name, replace(part, for_ns=min(part.for_ns, end_ns - part.at_ns)) if _is_held(part) else part)
-        for name, part in parts_of(cut(scenario, scan, scan_ns))
-    )
-
-
-def _is_held(part: object) -> bool:
-    return isinstance(part, Press | ContactPress)
+    named_parts = []
+    for name, part in parts_of(cut(scenario, scan, scan_ns)):
+        if isinstance(part, Press | ContactPress):
+            part = replace(part, for_ns=min(part.for_ns, end_ns - part.at_ns))
+        named_parts.append((name, part))
+    return scenario_of(named_parts)
 
 
 def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | None:
-    """Run a number of scans; return the engine, or None if something broke before."""
+    """Run a number of scans; return the engine, or None if an invariant was broken before."""
     probe = Probe(Edges())
     verdict = replace(bench, scans=scans).run(scenario, probe=probe)
     engine = unwrapped(probe.logic)

@@ -1,4 +1,4 @@
-"""What the line has to do. Run it with pytest."""
+"""Test of the line. Run it with pytest."""
 
 
 def test_it_goes_out_and_back_at_a_press(rack):

@@ -1,4 +1,4 @@
-"""Look for home; then at each press of start go to 4000 steps and back."""
+"""Home; then at each press of start, move to 4,000 steps and back."""
 
 from scanrack import Axis3601, Configuration, Direction, Input, InputBit, Logic, Output, dwell, sequence
 
@@ -15,7 +15,7 @@ class Shuttle(Logic):
 
     @sequence
     async def cycle(self) -> None:
-        """Home once, then a round for each press."""
+        """Home once, then make a round for each press."""
         await self.axis.configure()
         await self.axis.home(Direction.CCW, speed=1000, acceleration=10, deceleration=10)
         while True:

@@ -1,8 +1,8 @@
 """Current states of blocks in words: `moving to 6,000` instead of a box of parameters.
 
-A block has a row for each state. Its condition is a BOOL or `POWER`, and the first row whose condition is on
-is shown. `.ACC` is a member of the first operand, `Axis.Position` is a member of the operand captioned Axis,
-and `2` is the third operand. A row with a reference that the program does not have is omitted.
+A block has a row for each state. The condition of a row is a BOOL or `POWER`, and the page shows the first
+row with a condition that is on. `.ACC` is a member of the first operand, `Axis.Position` is a member of the
+operand captioned Axis, and `2` is the third operand. A row with a missing reference is omitted.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ POWER = "*"
 
 
 class BlockState(NamedTuple):
-    """A state of a block: its condition, "" for always, and up to two lines. A number counts as on if not 0.
+    """A state of a block: its condition, "" for always, and up to two lines. A number is on if it is not 0.
 
     `{Position}` stands for a value, and `{.ACC:s}` for a value in ms that is shown in seconds. If the
     instruction has a time base, as in an SLC 500, the page gets `{.ACC:s10}`, for a value in units of 10 ms.
     """
 
-    when: str
+    condition: str
     line: str
-    more: str = ""
+    second_line: str = ""
 
 
 _ERROR, _IDLE = BlockState(".Error", "error {.ErrorID}"), BlockState("", "idle")
@@ -36,8 +36,10 @@ _TIMER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),)
 _COUNTER = BlockState(".PRE", "{.ACC} of {.PRE}"), BlockState("", "{.ACC}, preset 0")
 
 
-def _block(busy: str, done: str, more: str = "", *before: BlockState) -> tuple[BlockState, ...]:
-    return _ERROR, *before, BlockState(".Busy", busy, more), BlockState(".Done", done), _IDLE
+def _block(
+    busy: str, done: str, second_line: str = "", *specific_states: BlockState
+) -> tuple[BlockState, ...]:
+    return _ERROR, *specific_states, BlockState(".Busy", busy, second_line), BlockState(".Done", done), _IDLE
 
 
 def _motion(busy: str, done: str) -> tuple[BlockState, ...]:
@@ -57,17 +59,17 @@ BESIDE: Mapping[str, tuple[BlockState, ...]] = {
     **dict.fromkeys(("CTU", "CTD"), _COUNTER),
     "MOV": _with_power("moves {0}"),
     "BTD": _with_power("moves {4} bits"),
-    "CLR": _with_power("clears it"),
+    "CLR": _with_power("clears"),
     **dict.fromkeys(("COP", "CPS"), _with_power("copies, length {2}")),
     "FLL": _with_power("fills with {0}"),
-    "CPT": _with_power("gives {0}"),
+    "CPT": _with_power("result {0}"),
     **dict.fromkeys(
-        ("SQR", "NEG", "ABS", "TRN", "NOT", "DEG", "RAD", "TOD", "FRD"), _with_power("gives {1}")
+        ("SQR", "NEG", "ABS", "TRN", "NOT", "DEG", "RAD", "TOD", "FRD"), _with_power("result {1}")
     ),
-    **dict.fromkeys(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG"), _with_power("gives {1}")),
-    **dict.fromkeys(("ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR"), _with_power("gives {2}")),
-    **dict.fromkeys(("XPY", "ATAN2", "MVM", "SWPB"), _with_power("gives {2}")),
-    "SCP": _with_power("gives {5}"),
+    **dict.fromkeys(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG"), _with_power("result {1}")),
+    **dict.fromkeys(("ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR"), _with_power("result {2}")),
+    **dict.fromkeys(("XPY", "ATAN2", "MVM", "SWPB"), _with_power("result {2}")),
+    "SCP": _with_power("result {5}"),
     **dict.fromkeys(("FAL", "FSC"), _control(0)),
     **dict.fromkeys(("SRT", "FFL", "FFU", "LFL", "LFU", "SQL"), _control(2)),
     **dict.fromkeys(("AVE", "STD", "SQI", "SQO"), _control(3)),
@@ -76,30 +78,30 @@ BESIDE: Mapping[str, tuple[BlockState, ...]] = {
 
 STATES: Mapping[str, tuple[BlockState, ...]] = {
     "Amci3601": (
-        BlockState("Axis.LinkDown", "the module does not answer"),
+        BlockState("Axis.LinkDown", "module not responding"),
         BlockState("Axis.ErrorStop", "error {Axis.ErrorID}", _AT),
-        BlockState("Axis.Moving", "the axis moves", _AT),
-        BlockState("", "the axis rests", _AT),
+        BlockState("Axis.Moving", "axis moving", _AT),
+        BlockState("", "axis at rest", _AT),
     ),
     "Configure3601": _block("configuring", "configured"),
-    "MC_MoveAbsolute": _block("moving to {Position}", "is at {Position}", _TO),
-    "MC_MoveRelative": _block("moving by {Distance}", "has moved", _TO),
+    "MC_MoveAbsolute": _block("moving to {Position}", "at {Position}", _TO),
+    "MC_MoveRelative": _block("moving by {Distance}", "moved", _TO),
     "MC_MoveVelocity": _block(
-        "on the way to {Velocity}", "done", _AT, BlockState(".InVelocity", "runs at {Velocity} steps/s", _AT)
+        "changing to {Velocity}", "done", _AT, BlockState(".InVelocity", "running at {Velocity} steps/s", _AT)
     ),
-    "MC_Home": _block("homing", "is at home", _TO),
-    "MC_Halt": _block("braking", "has come to rest", _AT),
-    "MC_Stop": _block("stopping, holds the axis", "holds the axis", _AT),
-    "MC_Reset": _block("resetting errors", "errors are reset"),
-    "MC_SetPosition": _block("setting {Position}", "has set {Position}"),
-    "MC_GearIn": _block("gearing in", "done", _AT, BlockState(".InGear", "follows the encoder", _AT)),
+    "MC_Home": _block("homing", "at home", _TO),
+    "MC_Halt": _block("braking", "stopped", _AT),
+    "MC_Stop": _block("stopping, holding the axis", "holding the axis", _AT),
+    "MC_Reset": _block("resetting errors", "errors reset"),
+    "MC_SetPosition": _block("setting {Position}", "set to {Position}"),
+    "MC_GearIn": _block("gearing in", "done", _AT, BlockState(".InGear", "following the encoder", _AT)),
     "MAM": _motion("moving: {3} at {4}", "complete"),
     "MAJ": _motion("jogging at {3}", "complete"),
-    "MAH": _motion("homing", "is at home"),
+    "MAH": _motion("homing", "at home"),
 }
 """States of blocks by instruction; the text replaces the operands."""
 
-_OTHERS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
+_OF_OTHER_ADD_ONS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
 """States of an add-on instruction that has these outputs."""
 
 TIME_BASE = "Time base"
@@ -119,7 +121,7 @@ class BlockTexts(NamedTuple):
     @property
     def lines(self) -> int:
         """Number of lines."""
-        return 1 + any(second for _when, _line, second in self.rows)
+        return 1 + any(second_line for _condition, _line, second_line in self.rows)
 
     def line(self, number: int) -> list[tuple[str, str]]:
         """Return the conditions and texts of line 0 or 1."""
@@ -134,12 +136,13 @@ class BlockTexts(NamedTuple):
 
 
 def states_of(instruction: Instruction, captions: Sequence[str], name_of: TagName) -> BlockTexts | None:
-    """Return the states of an instruction; None if it has none."""
-    others = _OTHERS if captions[:1] == ("Instance",) else ()
-    states = BESIDE.get(instruction.name) or STATES.get(instruction.name, others)
+    """Return the states of an instruction; None for an instruction without states."""
+    default_states = _OF_OTHER_ADD_ONS if captions[:1] == ("Instance",) else ()
+    states = BESIDE.get(instruction.name) or STATES.get(instruction.name, default_states)
     reader = _TagReader(instruction.operands, captions, name_of)
     rows = tuple(row for row in map(reader.row, states) if row is not None)
-    return BlockTexts(rows) if any(when or _REFERENCE.search(line) for when, line, _more in rows) else None
+    shows_state = any(condition or _REFERENCE.search(line) for condition, line, _ in rows)
+    return BlockTexts(rows) if shows_state else None
 
 
 class _TagReader(NamedTuple):
@@ -150,23 +153,33 @@ class _TagReader(NamedTuple):
     name_of: TagName
 
     def row(self, state: BlockState) -> tuple[str, str, str] | None:
-        """Return a state with tag names in place of references; None if the program lacks one."""
+        """Return a state with tag names instead of references; None if a reference has no tag."""
         try:
-            known = state.when in ("", POWER)
-            when = state.when if known else self._value(state.when).strip("{}")
-            line, second = (
-                _REFERENCE.sub(lambda each: self._value(*each.groups("")), text) for text in state[1:]
+            is_plain = state.condition in ("", POWER)
+            condition = state.condition if is_plain else self._value(state.condition).strip("{}")
+            line, second_line = (
+                _REFERENCE.sub(lambda reference: self._value(*reference.groups("")), text)
+                for text in state[1:]
             )
         except LookupError:
             return None
-        return when, line, second
+        return condition, line, second_line
 
     def _value(self, reference: str, unit: str = "") -> str:
-        """Return a reference with a tag name, or a constant's text; LookupError if there is no operand."""
+        """Return a reference with a tag name, or a constant's text.
+
+        Raises:
+            LookupError: the instruction has no such operand, or the operand has no such tag.
+        """
         stem, _, member = reference.partition(".")
-        if stem and not stem.isdigit() and stem not in self.captions:
+        if stem.isdigit():
+            operand = self.operands[int(stem)]
+        elif not stem:
+            operand = self.operands[0]
+        elif stem in self.captions:
+            operand = self.operands[self.captions.index(stem)]
+        else:
             raise LookupError(reference)
-        operand = self.operands[int(stem) if stem.isdigit() else self.captions.index(stem) if stem else 0]
         if isinstance(operand, Address):
             name = self.name_of(operand.member(member) if member else operand)
             if name is not None:
