@@ -209,9 +209,8 @@ def test_in_python_it_is_called_like_any_instruction():
     program.tags.Run = True
     program.step()
     assert program.tags.Total == 10
-    with pytest.raises(
-        LadderError, match=r"Counting needs an instance and 4 operands \(Step, Quick, Total, Log\); the call has 1"
-    ):
+    message = r"Counting needs an instance and 4 operands \(Step, Quick, Total, Log\); the call has 1"
+    with pytest.raises(LadderError, match=message):
         counting(count, 3)
 
 
