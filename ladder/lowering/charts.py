@@ -23,7 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import reduce
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from zlib import crc32
 
 from ..instructions.charts import ACT, BEGIN, CALL, CLOCK, DONE, STEP, fire_of
@@ -65,9 +65,6 @@ from ..state.lowered import (
 )
 from .statements import StatementLowering
 
-if TYPE_CHECKING:
-    from .rungs import Lowering
-
 ITSELF = -1
 """Number of the lines of the chart itself."""
 
@@ -75,7 +72,7 @@ ITSELF = -1
 class ChartLowering:
     """Lowers one chart."""
 
-    def __init__(self, lowering: Lowering, routine: Routine) -> None:
+    def __init__(self, lowering: Any, routine: Routine) -> None:
         self._lowering = lowering
         self._name = routine.name
         assert routine.chart is not None

@@ -7,12 +7,12 @@ statements keep their shape. Instructions that structured text lacks are refused
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from ..instructions.statements import CASE, CONDITION, EXIT, RETURN, assignment
 from ..model.operand_checks import OperandError, described, is_arithmetic, is_logical, is_string, mismatch
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, as_number, constant, width_of
-from ..model.resolver import AddressError, missing_in
+from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.statements import (
     Assignment,
     Case,
@@ -28,17 +28,38 @@ from ..model.statements import (
     While,
     too_deep,
 )
-from ..model.tree import Address, Block, Operand, Operation, Origin, Statement, number
+from ..model.tree import Address, Block, Instruction, Operand, Operation, Origin, Statement, number
 from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, LoweredStep, Selection
 
-if TYPE_CHECKING:
-    from .rungs import Lowering
+
+class Lowerer(Protocol):
+    """The part of `rungs.Lowering` that the files below it use."""
+
+    resolver: Resolver
+
+    def at(self, number: int, origin: Origin, text: str) -> None:
+        """Start a line."""
+
+    def site(self, text: str) -> int:
+        """Number an instruction of the current line."""
+
+    def step(self, instruction: Instruction) -> LoweredStep:
+        """Lower an instruction."""
+
+    def report(self, text: str, remedy: str, *, tag: str = "") -> None:
+        """Add a problem of the current line."""
+
+    def note_flags(self, operand: Operand) -> None:
+        """Enable the status flags if an operand names one."""
+
+    def note_written(self, operand: Operand, resolved: Place | Group) -> None:
+        """Note a written operand."""
 
 
 class StatementLowering:
     """Lowers one routine of statements."""
 
-    def __init__(self, lowering: Lowering) -> None:
+    def __init__(self, lowering: Lowerer) -> None:
         self._lowering = lowering
         self._lines: list[LoweredLine] = []
         self._parameters: tuple[Place, ...] | None = None
