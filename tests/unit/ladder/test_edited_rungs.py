@@ -94,7 +94,7 @@ def test_a_new_tag_settles_it_and_a_wrong_one_is_refused():
     assert not checked(edit, tags=[NewTag("Jog", "DINT")]).is_right
     for tag, said in (
         (("Go", "BOOL"), "Go exists"),
-        (("A B", "BOOL"), "no name"),
+        (("A B", "BOOL"), "is not a tag name"),
         (("Jog", "WHAT"), "no type"),
     ):
         with pytest.raises(LadderError, match=said):
