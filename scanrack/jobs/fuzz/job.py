@@ -244,7 +244,7 @@ def _draw_chart(found: Counterexample, late: PointOfNoReturn | None, folder: Pat
     if late is not None and late.is_clear and late.scan < broken.scan:
         marks.append(Mark(late.now_ns, None, "broken", "inevitable", "\n".join(late.lines)))
     with open_trace(folder / "trace.mcap") as trace:
-        save_page(trace, page, title=broken.sentence, more=marks)
+        save_page(trace, page, title=broken.sentence, more_marks=marks)
     around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
     return [
         str(page),
