@@ -62,7 +62,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         _serve(adapter, monitor, driver)
         if branches and driver.branched and not adapter.over:
             assert monitor.job is not None
-            branches[0].go_on(monitor.job)
+            branches[0].play_prepared(monitor.job)
 
 
 def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:

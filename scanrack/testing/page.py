@@ -48,9 +48,11 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     page = trace.with_suffix(".html")
     answers = tags if scan < WITH_ANSWERS else ()
     failure = Failure(test.name, test.message, next(iter(answers), None), test.passed)
-    last = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=answers, failure=failure)
+    options = ShareOptions(
+        scan, before=SHOWN, most=SHOWN, latest_answers=0, trust=True, tags=answers, failure=failure
+    )
     try:
-        share(trace, page, last)
+        share(trace, page, options)
     except Exception as error:  # a report must not fail itself
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

@@ -216,7 +216,7 @@ class TagService:
             except TimeoutExpired:
                 beats = self._mailbox.beats
                 # a server that has not begun yet, or waits for the scans, does not hang
-                still = still + 1 if beats == seen and not self._mailbox.waits else 0
+                still = still + 1 if beats == seen and not self._mailbox.has_request else 0
                 if still >= STILL_MOST and beats != begun:
                     self._process.kill()
                     self._process.wait()
@@ -287,7 +287,7 @@ class TagServices:
         """Make clients wait while orders of a recording are repeated."""
         for service in self._services:
             if service.desk is not None:
-                service.desk.rests = rests
+                service.desk.on_hold = rests
 
     def end(self) -> bool:
         """End the servers; return False if every process of some server died before it served anything."""
