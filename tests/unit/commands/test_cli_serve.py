@@ -184,7 +184,7 @@ def channel() -> Iterator[ControlChannel]:
     ],
 )
 def test_orders_that_the_control_channel_refuses(channel: ControlChannel, text: str, said: str) -> None:
-    assert said in json.loads(channel.answer(text, known=True))["error"]
+    assert said in json.loads(channel.answer(text, is_admitted=True))["error"]
 
 
 @pytest.mark.parametrize("known", [True, False])
@@ -199,7 +199,7 @@ def test_a_line_that_is_not_json_ends_the_control_channel(
 @pytest.mark.parametrize("text", ['{"pin": "in3=ground"}', '{"key": ""}', '{"key": 1}', '{"key": "é"}', "7"])
 def test_the_control_channel_asks_for_its_key_first(channel: ControlChannel, text: str) -> None:
     with pytest.raises(EndOfTalkError, match="the first line must be"):
-        channel.answer(text, known=False)
+        channel.answer(text, is_admitted=False)
 
 
 def played(channel: ControlChannel, client: socket.socket, lines: str) -> list[dict[str, object]]:
