@@ -160,9 +160,9 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
     """
     choice = question.moment
     for tag in (question.what, choice.until):
-        if tag is not None and not images.means_image(tag):
+        if tag is not None and not images.is_address(tag):
             _ = debugger.tags[tag]
-    if choice.until is None or not images.means_image(choice.until):
+    if choice.until is None or not images.is_address(choice.until):
         return choice
     row = _row_of(choice.until, images.first_on(choice.until))
     return ScanChoice(at=str(images.recording.numbers[row]))
@@ -177,7 +177,7 @@ def _row_of(bit: str, row: int | None) -> int:
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
     scans, row, tag, value = why.recording, why.row, question.what, question.want
-    text, chain = (why.rack(), None) if tag is None else why.of(tag, deep=question.deep)
+    text, chain = (why.rack(), None) if tag is None else why.explain(tag, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
     remedies = None if tag is None or value is None else why.suggest_inputs(tag, value)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
