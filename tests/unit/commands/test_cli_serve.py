@@ -265,7 +265,7 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         (["--pty", "--address", "1-3"], "a line has one PMC006"),
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
         (["--pty", "--whole-writes"], "--whole-writes: not supported by pmc006"),
-        (["--pty", "--fault", "drop"], "'' is no number of replies"),
+        (["--pty", "--fault", "drop"], "'' is not a number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: must be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),
         (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
@@ -286,9 +286,12 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
         (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: must be HOST:PORT or PORT"),
         (
             ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
-            "--ethernet-ip: the EDS file of one SMD23E2 is known",
+            "--ethernet-ip: not possible with the anf2; only with a single SMD23E2",
         ),
-        (["anf2", "--tcp", "0", "--memory", "anf2.json"], "--memory anf2.json: the anf2 keeps nothing"),
+        (
+            ["anf2", "--tcp", "0", "--memory", "anf2.json"],
+            "--memory anf2.json: the anf2 has no nonvolatile memory",
+        ),
         (["pcl601", "--pty", "--io-port", "0"], "--io-port: not supported by pcl601"),
         (["pcl601", "--pty", "--axes", "2"], "--axes: not supported by pcl601"),
     ],

@@ -125,7 +125,7 @@ def test_the_cpu_waits_in_program_mode_for_the_first_write() -> None:
 @pytest.mark.parametrize(
     ("slot", "silence", "said"),
     [
-        (2, 500.0, "--slot 2: no amci3601; the rack has one in slot 1"),
+        (2, 500.0, "--slot 2: no amci3601; slots with an amci3601: 1"),
         (None, 0.0, "--silence 0: must be above 0, at most 3,600,000"),
     ],
 )

@@ -89,7 +89,7 @@ def test_a_pmc006_is_wired_as_its_adapter(tmp_path: Path) -> None:
 def test_other_pins_are_wired_by_hand(tmp_path: Path) -> None:
     unit = on_machine(rack(tmp_path, switches='{ input = "home", first = 9000 }'))
     unit.wire("in1", "open")
-    with pytest.raises(ValueError, match="home is wired to the machine"):
+    with pytest.raises(ValueError, match="home: the machine operates this input"):
         unit.wire("home", "ground")
 
 
