@@ -290,7 +290,7 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
         ),
         (
             ["anf2", "--tcp", "0", "--memory", "anf2.json"],
-            "--memory anf2.json: the anf2 has no nonvolatile memory",
+            "--memory anf2.json: the anf2 has no nonvol",
         ),
         (["pcl601", "--pty", "--io-port", "0"], "--io-port: not supported by pcl601"),
         (["pcl601", "--pty", "--axes", "2"], "--axes: not supported by pcl601"),
