@@ -250,7 +250,7 @@ class Session:
         """Run the program without disturbances; report its use of values that may differ between runs."""
         uses = NondeterminismSources()
         failures = undisturbed(
-            uses.watching(self._bench),
+            uses.recording_bench(self._bench),
             self.base or Scenario(),
             self._state.found,
             confirm=Confirmation(self.setup),
@@ -282,7 +282,7 @@ class Session:
 
     def _shrink_what_is_left(self) -> Iterator[Scenario]:
         """Shrink the failures that a killed session left; yield the scenarios that no longer fail."""
-        for file, recipe in self._memory.left():
+        for file, recipe in self._memory.unshrunk_failures():
             if recipe.broken and recipe.broken not in self._bench.names:
                 continue  # of an invariant that this session does not have
             failures = undisturbed(

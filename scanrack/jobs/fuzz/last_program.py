@@ -1,4 +1,4 @@
-"""A cache with one entry: a search has one program and needs the same facts about it in every run."""
+"""A cache with one entry. A search has one program and needs the same facts about it in every run."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import TypeVar
 
 from scanrack.ladder.state.lowered import LoweredProgram
 
-Answer = TypeVar("Answer")
+Facts = TypeVar("Facts")
 
 
-def remember_last(compute: Callable[[LoweredProgram], Answer]) -> Callable[[LoweredProgram], Answer]:
-    """Return a function that computes its answer again only when the program differs from the last one."""
-    last: list[tuple[LoweredProgram, Answer]] = []
+def remember_last(compute: Callable[[LoweredProgram], Facts]) -> Callable[[LoweredProgram], Facts]:
+    """Return a function that computes its result again only for another program than the last one."""
+    last: list[tuple[LoweredProgram, Facts]] = []
 
     @wraps(compute)
-    def remembered(lowered: LoweredProgram) -> Answer:
+    def remembered(lowered: LoweredProgram) -> Facts:
         if not last or last[0][0] is not lowered:
             last[:] = [(lowered, compute(lowered))]
         return last[0][1]

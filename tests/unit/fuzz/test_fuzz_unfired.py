@@ -19,7 +19,7 @@ def reason(rule, words, oldest=OLDEST, others=()):
     """Return the kind of a rule's reason and its sentence."""
     slots = dict(enumerate((words, *others), 1))
     found = unfired((), slots, dict.fromkeys(slots, oldest))
-    return next((each.why, each.says) for each in found if each.rule.id == rule)
+    return next((each.reason, each.sentence) for each in found if each.rule.id == rule)
 
 
 def test_every_error_rule_has_its_needs_and_every_reason_its_words():
@@ -31,7 +31,7 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
 @pytest.mark.parametrize(
     ("rule", "words", "why", "says"),
     [
-        ("HOM-01", given(), UnfiredReason.COMMAND, "the program never gives FIND_HOME_CW or FIND_HOME_CCW"),
+        ("HOM-01", given(), UnfiredReason.COMMAND, "the program never sends FIND_HOME_CW or FIND_HOME_CCW"),
         (
             "HOM-01",
             given(HOMES, configurations=[LIMITS]),
