@@ -115,9 +115,8 @@ def with_needed_firmware(job: LoadedRack) -> RackSpec:
         needed = Firmware.parse(str(versions[0]))
     except ValueError as error:
         raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {versions[0]!r}: {error}") from None
-    return job.spec.model_copy(
-        update={"slot": tuple(_slot_with_need(slot, needed, job) for slot in job.spec.slot)}
-    )
+    slots = tuple(_slot_with_need(slot, needed, job) for slot in job.spec.slot)
+    return job.spec.model_copy(update={"slot": slots})
 
 
 def _is_loaded_from(module: ModuleType, program: Path) -> bool:
@@ -255,14 +254,12 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
 
     def listeners(spec: RackSpec, rack: Rack, logic: ScanLogic) -> Iterable[ScanListener]:
         for slot in spec.slot:
-            unsupported = obstacle(spec, slot)
-            if unsupported is None:
+            feature = obstacle(spec, slot)
+            if feature is None:
                 scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
                 yield scripts[slot.number]
             else:
-                lines.append(
-                    f"(no drive script for slot {slot.number}: the bench does not support {unsupported})"
-                )
+                lines.append(f"(no drive script for slot {slot.number}: the bench doesn't support {feature})")
         trace, orders = folder / "trace.mcap", bool(scenario.orders)
         yield watching(recorder_for(job, rack, trace, logic, orders=orders, keep=0), logic)
 

@@ -62,10 +62,8 @@ class Chooser:
         self._base = base
         self._first_edges: Edges | None = None  # changes in the first run
         task_index, task_count = corpus.part
-        is_first_round = base is None and corpus.runs == 0
-        self._unheld_contacts = (
-            draws.contacts.operated[task_index:MOST_HELD:task_count] if is_first_round else []
-        )
+        operated = draws.contacts.operated if base is None and corpus.runs == 0 else []  # in the first round
+        self._unheld_contacts = operated[task_index:MOST_HELD:task_count]
         self._held_contact: Contact | None = None  # the single contact of the latest scenario
         for contact in corpus.answered:
             draws.contacts.prefer(contact)

@@ -119,9 +119,8 @@ class Corpus:
         worth = sum(map(worth_of, new_features))
         if worth < LEAST_WORTH:
             return None
-        main_features = [
-            feature for feature in new_features if worth_of(feature) > PAIR_WORTH
-        ] or new_features
+        main_features = [feature for feature in new_features if worth_of(feature) > PAIR_WORTH]
+        main_features = main_features or new_features
         points = sorted({firsts[feature] for feature in main_features})
         entry = Entry(cut(scenario, points[-1], scan_ns), edges, points, worth, tuple(main_features))
         self._add(entry)

@@ -303,7 +303,7 @@ class Draws:
                 scan = part.at_ns // self.scan_ns + random.choice((*NEAR, *MOVED, 30, 300))
             return replace(part, at_ns=min(max(scan, 0), self.scans - 1) * self.scan_ns)
 
-        return self._with_one_changed(scenario, moved, edges)
+        return self._with_change(scenario, moved, edges)
 
     def with_one_longer(self, scenario: Scenario, edges: Edges) -> Scenario:
         """Return a scenario with another duration of a random event, if this event has a duration."""
@@ -317,7 +317,7 @@ class Draws:
                 for_ns = self._duration_ns(part.at_ns // self.scan_ns, edges)
             return replace(part, for_ns=min(for_ns, self.scans * self.scan_ns))
 
-        return self._with_one_changed(scenario, longer, edges)
+        return self._with_change(scenario, longer, edges)
 
     def with_one_less(self, scenario: Scenario) -> Scenario:
         """Return a scenario without one of its parts."""
@@ -332,9 +332,7 @@ class Draws:
             scenario = with_part(scenario, part)
         return scenario
 
-    def _with_one_changed(
-        self, scenario: Scenario, change: Callable[[Timed], Timed], edges: Edges
-    ) -> Scenario:
+    def _with_change(self, scenario: Scenario, change: Callable[[Timed], Timed], edges: Edges) -> Scenario:
         """Return a scenario with one random event changed. A scenario without events gets a new part."""
         parts = parts_of(scenario)
         timed_indices = [index for index, (_, part) in enumerate(parts) if isinstance(part, Timed)]

@@ -214,13 +214,9 @@ _KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "t
 
 def _counterexample(row: dict[str, Any]) -> Counterexample:
     """Return the counterexample in a row of the state."""
-    broken = {
-        attribute.name: _KINDS[str(attribute.type)](row[attribute.name])
-        for attribute in fields(BrokenInvariant)
-    }
-    return Counterexample(
-        Scenario.from_json(row["scenario"]), BrokenInvariant(**broken), _count(row["after"])
-    )
+    values = {key.name: _KINDS[str(key.type)](row[key.name]) for key in fields(BrokenInvariant)}
+    broken = BrokenInvariant(**values)
+    return Counterexample(Scenario.from_json(row["scenario"]), broken, _count(row["after"]))
 
 
 STATE = beginning("the state of a campaign", b'{\n "rack"')

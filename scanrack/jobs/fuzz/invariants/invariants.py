@@ -242,9 +242,7 @@ def load_invariants(path: Path | str) -> list[Invariant]:
         raise _loading_error(path, error) from error
     invariants = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not invariants:
-        raise InvariantError(
-            f"{path}: defines no invariant; decorate functions with @always, @never or @eventually"
-        )
+        raise InvariantError(f"{path}: no invariant; decorate functions with @always, @never or @eventually")
     return invariants
 
 

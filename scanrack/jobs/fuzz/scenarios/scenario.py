@@ -251,9 +251,7 @@ class Scenario:
         yield from dict(self.firmware)
         for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
             yield from (part.slot for part in parts)
-        yield from (
-            incident.slot for incident in self.incidents if incident.what is not FaultKind.PROGRAM_MODE
-        )
+        yield from (fault.slot for fault in self.incidents if fault.what is not FaultKind.PROGRAM_MODE)
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether the firmware of every module is new enough for the rack's program."""
