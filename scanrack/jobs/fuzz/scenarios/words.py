@@ -35,7 +35,7 @@ def described(scenario: Scenario) -> list[str]:
     >>> described(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))
     ['1.5 s: input estop of slot 1 is on for 20 ms']
     >>> described(Scenario())
-    ['no event besides those of the rack file']
+    ['no events other than in the rack file']
     """
     timed = [(press.at_ns, _press(press)) for press in scenario.presses]
     timed += [(push.at_ns, _input(push, "operated")) for push in scenario.pushes]
@@ -46,7 +46,7 @@ def described(scenario: Scenario) -> list[str]:
     timed += [(order.at_ns, _order(order.order)) for order in scenario.orders]
     timed.sort(key=lambda event: event[0])  # only by time, so that equal times keep their order
     lines = [*_conditions(scenario), *(f"{seconds(at_ns)} s: {text}" for at_ns, text in timed)]
-    return lines or ["no event besides those of the rack file"]
+    return lines or ["no events other than in the rack file"]
 
 
 def _conditions(scenario: Scenario) -> Iterator[str]:
