@@ -222,11 +222,11 @@ class Session:
         ]
         went = coverage_of(self._bench, runs(), self.job, proved)
         oldest = {
-            slot.number: Firmware.parse(slot.needs_firmware) for slot in slots if slot.number in went.given
+            slot.number: Firmware.parse(slot.needs_firmware) for slot in slots if slot.number in went.words
         }
         profile = profile_in(slots, None)
         never = unfired(
-            {rule for rule, count in self._state.rules.items() if count}, went.given, oldest, profile
+            {rule for rule, count in self._state.rules.items() if count}, went.words, oldest, profile
         )
         page = self.folder / COVERAGE
         partly = (

@@ -194,7 +194,7 @@ def write_failure(
     job: LoadedRack,
     setup: Setup,
     bench: TrialBench,
-    found: Counterexample,
+    failure: Counterexample,
     folder: Path,
     has_time: Callable[[], bool] = lambda: True,
 ) -> bool:
@@ -211,33 +211,33 @@ def write_failure(
     """
     folder.mkdir(parents=True, exist_ok=True)
     files_in_use = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
-    scans = min(bench.scans, found.broken.scan + RESERVE)
+    scans = min(bench.scans, failure.broken.scan + RESERVE)
     scenario = write_text(
-        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", files_in_use
+        folder / "scenario.json", json.dumps(failure.scenario.to_json(), indent=1) + "\n", files_in_use
     )
     check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
     commands = []
     if job.rack_file.suffix == ".toml":
-        text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
+        text = rack_text(job.rack_file, bench.spec, failure.scenario, scans, folder)
         rack_file = write_text(folder / "rack.toml", text, files_in_use)
         job = load_job(str(rack_file))
         commands.append(shlex.join(["scanrack", "run", str(rack_file)]))
-        if found.scenario.tears:
+        if failure.scenario.tears:
             commands.append("(without input changes in the middle of a scan: a rack file can't have them)")
-        if found.scenario.orders:
+        if failure.scenario.orders:
             commands.append("(without tags that an operator writes: a rack file can't have them)")
-    commands += _record(job, bench, found.scenario, scans, folder)
-    point = find_point_of_no_return(bench, found, has_time=has_time)
+    commands += _record(job, bench, failure.scenario, scans, folder)
+    point = find_point_of_no_return(bench, failure, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
-        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
-    chart = _draw_chart(found, point, folder)
-    write_text(folder / "report.txt", report(found, point, cause, chart, commands, check), files_in_use)
+        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), failure.broken)
+    chart = _draw_chart(failure, point, folder)
+    write_text(folder / "report.txt", report(failure, point, cause, chart, commands, check), files_in_use)
     return point is not None
 
 
-def _draw_chart(found: Counterexample, point: PointOfNoReturn | None, folder: Path) -> list[str]:
+def _draw_chart(failure: Counterexample, point: PointOfNoReturn | None, folder: Path) -> list[str]:
     """Draw the trace as a page; return its path and a link to the part around the failure."""
-    broken, page = found.broken, folder / "chart.html"
+    broken, page = failure.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
     if point is not None and point.is_clear and point.scan < broken.scan:
         marks.append(Mark(point.now_ns, None, "broken", "inevitable", "\n".join(point.lines)))

@@ -14,7 +14,7 @@ from .search import Counterexample
 
 
 def report(
-    found: Counterexample,
+    failure: Counterexample,
     point: PointOfNoReturn | None,
     cause: Sequence[str],
     chart: Sequence[str],
@@ -30,9 +30,9 @@ def report(
         commands: commands that repeat the failure, and notes.
         check: command that tests a changed program.
     """
-    broken = found.broken
+    broken = failure.broken
     sections = [
-        ("Events that cause the failure:", described(found.scenario)),
+        ("Events that cause the failure:", described(failure.scenario)),
         (f"State at the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
         ("Rules that fired in this scan:", broken.rules or ["none"]),
         ("Point of no return:", NO_TIME if point is None else point.lines),

@@ -232,7 +232,7 @@ def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) 
 
 def shrunk(
     bench: TrialBench,
-    found: Counterexample,
+    failure: Counterexample,
     without: Collection[str],
     report: SearchReport,
     has_time: Callable[[], bool],
@@ -255,12 +255,12 @@ def shrunk(
         verdict = bench.run(scenario, without=without, every_scan=False)
         report.add(scenario, verdict)
         report.shrinking += 1
-        return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
+        return verdict.broken if verdict.broken and verdict.broken.key == failure.broken.key else None
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
-    scenario, broken = smallest(found.scenario, found.broken, same_failure, inputs, bench.spec.scan_ns)
+    scenario, broken = smallest(failure.scenario, failure.broken, same_failure, inputs, bench.spec.scan_ns)
     report.unshrunk += not is_in_time
-    return Counterexample(scenario, broken, found.after)
+    return Counterexample(scenario, broken, failure.after)
 
 
 @dataclass(slots=True)
@@ -306,16 +306,16 @@ class _Runner:
         return None if broken else edges
 
     def shrink_and_confirm(
-        self, found: Counterexample, confirm: Confirm, has_time: Callable[[], bool]
+        self, failure: Counterexample, confirm: Confirm, has_time: Callable[[], bool]
     ) -> None:
         """Shrink a failure, and report it if it is confirmed. Later runs ignore the failure."""
         report = self.report
-        without = all_but(self.bench, found.broken, self.known)
-        self.known.add(found.broken.key)
-        smallest_found = shrunk(self.bench, found, without, report, has_time)
+        without = all_but(self.bench, failure.broken, self.known)
+        self.known.add(failure.broken.key)
+        smallest_failure = shrunk(self.bench, failure, without, report, has_time)
         start_ns = wall_ns()
-        if confirm(smallest_found, without):
-            report.found.append(smallest_found)
+        if confirm(smallest_failure, without):
+            report.found.append(smallest_failure)
         report.spent[CONFIRMING] += wall_ns() - start_ns
 
     def _run(self, scenario: Scenario, probe: Probe | None, *, every_scan: bool) -> BrokenInvariant | None:
@@ -326,7 +326,7 @@ class _Runner:
         return verdict.broken
 
 
-def describe_nondeterminism(found: Counterexample, sources: str = "") -> str:
+def describe_nondeterminism(failure: Counterexample, sources: str = "") -> str:
     """Return the message that a program is not deterministic, with the reason.
 
     Args:
@@ -335,7 +335,7 @@ def describe_nondeterminism(found: Counterexample, sources: str = "") -> str:
     reason = f"It uses {sources}." if sources else UNKNOWN_SOURCE
     return (
         "results differ between identical runs "
-        f"({'; '.join(described(found.scenario))}): it broke {found.broken.invariant} in one run and not "
+        f"({'; '.join(described(failure.scenario))}): it broke {failure.broken.invariant} in one run and not "
         f"in another. {reason}"
     )
 

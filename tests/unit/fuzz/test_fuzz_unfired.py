@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, Firmware, InputBit
-from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, GivenWords, UnfiredReason, error_rules, unfired
+from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, UnfiredReason, WordHistory, error_rules, unfired
 
 OLDEST = Firmware(2, 0)
 LIMITS = ConfigMsw.MODE_CONFIG | ConfigMsw.USE_CW_LIMIT | ConfigMsw.USE_CCW_LIMIT
@@ -12,7 +12,7 @@ HOMES = CommandMsw.MODE_CONFIG | CommandMsw.FIND_HOME_CW
 
 
 def given(commands=0, second=0, configurations=(), inputs=0):
-    return GivenWords(int(commands) | int(second) << 16, {int(each) for each in configurations}, int(inputs))
+    return WordHistory(int(commands) | int(second) << 16, {int(each) for each in configurations}, int(inputs))
 
 
 def reason(rule, words, oldest=OLDEST, others=()):

@@ -19,18 +19,20 @@ class Confirmation:
 
     setup: Setup
 
-    def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
+    def __call__(self, failure: Counterexample, without: Collection[str]) -> bool:
         """Return whether a failure also occurs in another process; False if the machine may be the reason.
 
         Raises:
             NondeterministicError: the failure does not occur there because of the program.
         """
-        broken, sources = run_in_other_environment(run_again, self.setup, found.scenario, frozenset(without))
-        if broken is not None and broken.key == found.broken.key:
+        broken, sources = run_in_other_environment(
+            run_again, self.setup, failure.scenario, frozenset(without)
+        )
+        if broken is not None and broken.key == failure.broken.key:
             return True
-        if HANGS in (found.broken.cause, broken and broken.cause):
+        if HANGS in (failure.broken.cause, broken and broken.cause):
             return False  # the machine may have been busy during either run
-        raise NondeterministicError(describe_nondeterminism(found, sources))
+        raise NondeterministicError(describe_nondeterminism(failure, sources))
 
 
 def run_again(

@@ -143,7 +143,7 @@ class State(RunTotals):
             "scans": self.scans,
             "rules": dict(sorted(self.rules.items())),
             "corpus": {key: scenario.to_json() for key, scenario in sorted(self.corpus.items())},
-            "found": [_counterexample_row(found) for _, found in sorted(self.found.items())],
+            "found": [_counterexample_row(failure) for _, failure in sorted(self.found.items())],
             "folders": dict(sorted(self.folders.items())),
             "applied": sorted(self.applied),
             "steps": self.steps,
@@ -204,8 +204,8 @@ def _folder(value: object) -> str:
     return name
 
 
-def _counterexample_row(found: Counterexample) -> dict[str, Any]:
-    return {"scenario": found.scenario.to_json(), "after": found.after, **asdict(found.broken)}
+def _counterexample_row(failure: Counterexample) -> dict[str, Any]:
+    return {"scenario": failure.scenario.to_json(), "after": failure.after, **asdict(failure.broken)}
 
 
 _KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "tuple[str, ...]": _texts}

@@ -50,11 +50,11 @@ class Work:
         report.processor_ns = _processor_ns() - begin_ns
         return report
 
-    def _save(self, found: Counterexample) -> None:
+    def _save(self, failure: Counterexample) -> None:
         """Write a failure before it is shrunk."""
         if self.finds is not None and self.finds.folder.is_dir():
             with suppress(OSError):  # the session reports a full disk
-                self.finds.put(found.scenario, found.broken.invariant)
+                self.finds.put(failure.scenario, failure.broken.invariant)
 
 
 def _processor_ns() -> int:

@@ -25,7 +25,7 @@ from ..aim.probe import Probe, noting
 from ..reached import own_lines
 from ..run import TrialBench
 from ..scenarios.scenario import Scenario
-from .unfired import GivenWords
+from .unfired import WordHistory
 
 DeadPlace = tuple[str, int | str | None, str, str]
 """A proved impossible state: the routine, rung, text and state of an instruction."""
@@ -51,11 +51,11 @@ class Coverage:
 
     Attributes:
         lines: lines of the program with their gaps, in program order.
-        given: words of each 3601 in the runs, by slot.
+        words: words of each 3601 in the runs, by slot.
     """
 
     lines: list[CoveredLine]
-    given: Mapping[int, GivenWords]
+    words: Mapping[int, WordHistory]
 
 
 def coverage_of(
@@ -70,7 +70,7 @@ def coverage_of(
     tally = PowerTally()
     for scenario in scenarios:
         bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
-    return Coverage(covered_lines(tally, job, dead), tally.given)
+    return Coverage(covered_lines(tally, job, dead), tally.words)
 
 
 def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
@@ -109,7 +109,7 @@ class PowerTally:
         on: whether each instruction was ever on, by line of a ladder program.
         off: whether each instruction was ever off, by line of a ladder program.
         branches: whether each branch of a Python program was taken.
-        given: words of each 3601, by slot.
+        words: words of each 3601, by slot.
     """
 
     lowered: LoweredProgram | None = None
@@ -117,7 +117,7 @@ class PowerTally:
     on: dict[int, list[bool]] = field(default_factory=dict)
     off: dict[int, list[bool]] = field(default_factory=dict)
     branches: bytearray = field(default_factory=bytearray)
-    given: defaultdict[int, GivenWords] = field(default_factory=lambda: defaultdict(GivenWords))
+    words: defaultdict[int, WordHistory] = field(default_factory=lambda: defaultdict(WordHistory))
 
     def add_notes(self, notes: list[Any]) -> None:
         """Add the power in the rungs of a scan."""
@@ -162,7 +162,7 @@ class _TallyProbe(Probe):
         if self._memory != self._seen_memory:
             self._seen_memory = bytes(self._memory)
             for slot in self._steppers:
-                self._tally.given[slot.number].note(slot)
+                self._tally.words[slot.number].note(slot)
         if self._notes and self._notes != self._seen_notes:
             self._seen_notes = self._notes.copy()
             self._tally.add_notes(self._notes)

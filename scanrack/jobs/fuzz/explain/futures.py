@@ -100,7 +100,7 @@ class _OutOfTimeError(Exception):
 
 
 def find_point_of_no_return(
-    bench: TrialBench, found: Counterexample, seed: int = 1, has_time: Callable[[], bool] = lambda: True
+    bench: TrialBench, failure: Counterexample, seed: int = 1, has_time: Callable[[], bool] = lambda: True
 ) -> PointOfNoReturn | None:
     """Return where a failure becomes inevitable; None if time runs out. This needs 100 to 250 runs.
 
@@ -109,14 +109,14 @@ def find_point_of_no_return(
         has_time: returns whether there is time left; called before every run.
     """
     try:
-        return _locate(bench, found, _Futures(bench, found, seed, has_time))
+        return _locate(bench, failure, _Futures(bench, failure, seed, has_time))
     except _OutOfTimeError:
         return None
 
 
-def _locate(bench: TrialBench, found: Counterexample, futures: _Futures) -> PointOfNoReturn:
+def _locate(bench: TrialBench, failure: Counterexample, futures: _Futures) -> PointOfNoReturn:
     """Search for the steepest rise by bisection with few futures per scan, then count with more futures."""
-    failures_by_scan = {-1: futures.count_failing(-1, PILOT), found.broken.scan: PILOT}
+    failures_by_scan = {-1: futures.count_failing(-1, PILOT), failure.broken.scan: PILOT}
     if failures_by_scan[-1] * FUTURES >= CLEAR * PILOT and (first := futures.count_failing(-1)) >= CLEAR:
         return PointOfNoReturn(-1, 0, 0, 0, first, first)
     before, scan = _steepest_rise(failures_by_scan)
@@ -125,9 +125,9 @@ def _locate(bench: TrialBench, found: Counterexample, futures: _Futures) -> Poin
         failures_by_scan[middle] = futures.count_failing(middle, PILOT)
         before, scan = _steepest_rise(failures_by_scan)
     few = futures.count_failing(before)
-    many = FUTURES if scan == found.broken.scan else futures.count_failing(scan)
+    many = FUTURES if scan == failure.broken.scan else futures.count_failing(scan)
     first = few if many - few >= CLEAR else futures.count_failing(-1)
-    changes = changes_in(bench, found.scenario, scan)
+    changes = changes_in(bench, failure.scenario, scan)
     return PointOfNoReturn(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
 
 
@@ -145,10 +145,10 @@ class _Futures:
     """The futures of a failing run."""
 
     def __init__(
-        self, bench: TrialBench, found: Counterexample, seed: int, has_time: Callable[[], bool]
+        self, bench: TrialBench, failure: Counterexample, seed: int, has_time: Callable[[], bool]
     ) -> None:
-        self._bench, self._found, self._seed, self._has_time = bench, found, seed, has_time
-        self._ignored = all_but(bench, found.broken, ()) - {found.broken.key}
+        self._bench, self._failure, self._seed, self._has_time = bench, failure, seed, has_time
+        self._ignored = all_but(bench, failure.broken, ()) - {failure.broken.key}
         self._outcomes: dict[int, list[bool]] = {}  # of the futures so far, by scan
         self._further_outcomes: dict[int, Iterator[bool]] = {}  # runs more futures, by scan
 
@@ -165,12 +165,12 @@ class _Futures:
 
     def _run_futures(self, scan: int) -> Iterator[bool]:
         """Run futures of a scan; yield whether each fails. The first future has no new events."""
-        broken: BrokenInvariant = self._found.broken
+        broken: BrokenInvariant = self._failure.broken
         end_scan = broken.scan + max(LEAST_JUDGED, (broken.scan - scan) // 2)
         bench = replace(self._bench, scans=min(self._bench.scans, end_scan))
         random = Random(self._seed * 1_000_003 + scan)
         draws = Draws(bench.spec, bench.scans, (Kind.INPUTS,), random)
-        future = beginning = cut(self._found.scenario, scan, bench.spec.scan_ns)
+        future = beginning = cut(self._failure.scenario, scan, bench.spec.scan_ns)
         while True:
             if not self._has_time():
                 raise _OutOfTimeError

@@ -181,7 +181,7 @@ class UnfiredRule(NamedTuple):
 
 
 @dataclass(slots=True)
-class GivenWords:
+class WordHistory:
     """The contents of a 3601's words so far.
 
     Attributes:
@@ -211,7 +211,7 @@ _ALL_INPUTS = reduce(or_, InputBit).value
 
 def unfired(
     fired: Container[str],
-    given: Mapping[int, GivenWords],
+    words: Mapping[int, WordHistory],
     oldest: Mapping[int, Firmware],
     profile: Profile = WORDS_3601,
 ) -> list[UnfiredRule]:
@@ -221,45 +221,45 @@ def unfired(
 
     Args:
         fired: ids of the rules that have fired.
-        given: contents of each module's words, by slot.
+        words: contents of each module's words, by slot.
         oldest: oldest firmware of each module in the search, by slot. The search also tries newer versions.
     """
-    if not given:
+    if not words:
         return []
     rules = [rule for rule in error_rules(profile) if rule.id not in fired]
-    return [_closest(_first_reason(rule, given[slot], oldest[slot]) for slot in given) for rule in rules]
+    return [_closest(_first_reason(rule, words[slot], oldest[slot]) for slot in words) for rule in rules]
 
 
 def _closest(reasons: Iterable[UnfiredRule]) -> UnfiredRule:
     return max(reasons, key=lambda unfired_rule: unfired_rule.reason)
 
 
-def _first_reason(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
-    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), given, oldest))
+def _first_reason(rule: Rule, words: WordHistory, oldest: Firmware) -> UnfiredRule:
+    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), words, oldest))
 
 
-def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
+def _reasons(rule: Rule, need: Need, words: WordHistory, oldest: Firmware) -> Iterator[UnfiredRule]:
     """Yield the reasons that apply, most specific first. The last reason always applies."""
     kind = UnfiredReason
     if not rule.testable:
         yield UnfiredRule(rule, kind.UNTESTABLE, rule.untestable_because)
-    for mask in _missing(need.commands, given.commands):
+    for mask in _missing(need.commands, words.commands):
         yield UnfiredRule(rule, kind.COMMAND, f"the program never sends {_command_names(mask)}")
     if not any(rule.applies_to(version) for version in KNOWN if version >= oldest):
         yield UnfiredRule(rule, kind.FIRMWARE, f"no firmware from {oldest} on has this rule")
-    for mask in _missing(need.configured, reduce(or_, given.configurations, 0)):
+    for mask in _missing(need.configured, reduce(or_, words.configurations, 0)):
         yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_names(ConfigMsw(mask), ' or ')}")
-    if need.lacks and given.configurations and reduce(and_, given.configurations) & need.lacks == need.lacks:
+    if need.lacks and words.configurations and reduce(and_, words.configurations) & need.lacks == need.lacks:
         bits = _names(ConfigMsw(need.lacks), " and ")
         yield UnfiredRule(rule, kind.CONFIGURATION, f"every configuration has {bits}")
     inputs = filter(None, (mask & _ALL_INPUTS for mask in need.configured))
-    for mask in _missing(inputs, given.inputs):
+    for mask in _missing(inputs, words.inputs):
         yield UnfiredRule(rule, kind.INPUTS, f"{_names(InputBit(mask), ' or ')} was never active")
     yield UnfiredRule(rule, kind.APART, WORDS[kind.APART])
 
 
 def _missing(masks: Iterable[int], bits: int) -> Iterator[int]:
-    """Yield the masks without any of the given bits."""
+    """Yield the masks without any of the bits."""
     return (mask for mask in masks if not bits & mask)
 
 
