@@ -13,12 +13,14 @@ Facts = TypeVar("Facts")
 
 def remember_last(compute: Callable[[LoweredProgram], Facts]) -> Callable[[LoweredProgram], Facts]:
     """Return a function that computes its result again only for another program than the last one."""
-    last: list[tuple[LoweredProgram, Facts]] = []
+    last_programs: list[LoweredProgram] = []  # at most one, with its facts in `last_facts`
+    last_facts: list[Facts] = []
 
     @wraps(compute)
     def remembered(lowered: LoweredProgram) -> Facts:
-        if not last or last[0][0] is not lowered:
-            last[:] = [(lowered, compute(lowered))]
-        return last[0][1]
+        if not last_programs or last_programs[0] is not lowered:
+            last_facts[:] = [compute(lowered)]
+            last_programs[:] = [lowered]
+        return last_facts[0]
 
     return remembered
