@@ -133,7 +133,7 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
     """Yield pairs of coils. Of coils with the same power, perhaps thousands, only neighbors are paired."""
     numbers_by_power: dict[object, list[int]] = {}
-    powers: list[object] = []  # of each coil; its number if its power differs between calls of its routine
+    powers: list[object] = []  # of each coil; the coil's number if it has none or several
     for number, coil in enumerate(coils):
         states = {(passage.active, passage.power) for passage in problem.machine.passages.get(coil.site, ())}
         powers.append(next(iter(states)) if len(states) == 1 else number)
