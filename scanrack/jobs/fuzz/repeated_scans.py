@@ -37,7 +37,7 @@ SameUntil = Callable[[bool], int]
 class Clock(NamedTuple):
     """The state of a timer."""
 
-    count: int  # ms
+    count_ms: int
     last_ns: int  # time of the latest count
 
 
@@ -148,15 +148,15 @@ class RepeatedScans:
             if before == after:
                 continue
             is_regular = before.last_ns + self._period_ns == now_ns
-            if not is_regular or after != (before.count + period_ms, now_ns) or not read(timer.counting):
+            if not is_regular or after != (before.count_ms + period_ms, now_ns) or not read(timer.counting):
                 return 0
-            if any(read(leaf) in (before.count, after.count) for leaf in timer.copies):
+            if any(read(leaf) in (before.count_ms, after.count_ms) for leaf in timer.copies):
                 return 0  # the latest scan may have copied the count
             for limit in (int(read(timer.preset)), *timer.constants):
-                if before.count <= limit <= after.count:
+                if before.count_ms <= limit <= after.count_ms:
                     return 0
-                if after.count < limit:
-                    scans = min(scans, -(-(limit - after.count) // period_ms) - 1)
+                if after.count_ms < limit:
+                    scans = min(scans, -(-(limit - after.count_ms) // period_ms) - 1)
         return scans
 
     def _advance(self, clocks: list[Clock], now_ns: int, scans: int) -> None:
@@ -164,7 +164,7 @@ class RepeatedScans:
         write, ms = self._memory.write, scans * self._period_ns // NS_PER_MS
         for timer, before, after in zip(self._timers, self._saved_clocks, clocks, strict=True):
             if before != after:
-                write(timer.count, 0, after.count + ms)
+                write(timer.count, 0, after.count_ms + ms)
                 write(timer.last, 0, after.last_ns + scans * self._period_ns)
         if self._scanned is not None:
             write(self._scanned, 0, now_ns + scans * self._period_ns)

@@ -204,7 +204,7 @@ def evaluate(condition: Condition, now: Snapshot) -> Any:
     try:
         return condition(now)
     except (Exception, SystemExit) as error:
-        frames = traceback.extract_tb(error.__traceback__)
+        frames = list(traceback.extract_tb(error.__traceback__))
         frames = frames[1:] or frames  # without the frame of this function
         last_frame = [frame for frame in frames if frame.filename == frames[0].filename][-1]
         problem = f"{type(error).__name__}: {error}{_hint(error)}"
