@@ -49,7 +49,7 @@ def test_without_a_name_old_firmware_is_a_failure_and_with_one_it_is_left_out(fu
     assert "slot 1 has firmware 2.2" in first.stdout  # 3.1 is the next, and knows the distance
     second = fuzz('NEEDS_FIRMWARE = "3.1"')
     assert second.exit_code == 0, second.output
-    assert second.stdout.startswith("ignored: ")
+    assert second.stdout.startswith("left out: ")
     state = read_state(tmp_path / "out" / "state.json", "../line.toml")
     assert {version for each in state.corpus.values() for _slot, version in each.firmware} <= {"3.1", "4.1"}
 

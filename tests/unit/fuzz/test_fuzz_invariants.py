@@ -79,7 +79,7 @@ def test_a_name_that_is_nearly_right_is_told():
 
 def test_a_slot_that_is_not_there_is_told():
     slots: dict[int, Any] = {1: None, 4: None}
-    with pytest.raises(LookupError, match="no slot 2: modules sit in 1, 4"):
+    with pytest.raises(LookupError, match="no slot 2; the rack has 1, 4"):
         Slots(slots)[2]
 
 

@@ -142,7 +142,7 @@ def test_what_only_this_process_breaks_is_no_failure_but_said(rack, monkeypatch)
     monkeypatch.setattr(sys, "ps1_of_the_bench", True, raising=False)
     result = fuzz(rack(PROCESS_STATE))
     assert result.exit_code == 2
-    assert "state of its process" in result.stderr
+    assert "depends on its process" in result.stderr
 
 
 def test_what_a_program_prints_is_counted_and_shown_with_a_scenario_only(rack, tmp_path):

@@ -59,7 +59,7 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
             "CW_LIMIT or CCW_LIMIT was never active",
         ),
         ("PRF-03", given(HOMES), UnfiredReason.UNTESTABLE, None),
-        ("CMD-10", given(HOMES), UnfiredReason.COMMAND, "the program never gives S_CURVE"),
+        ("CMD-10", given(HOMES), UnfiredReason.COMMAND, "the program never sends S_CURVE"),
         ("CMD-10", given(HOMES, CommandLsw.S_CURVE), UnfiredReason.APART, None),
         ("CMD-11", given(CommandMsw.PRESET_ENCODER), UnfiredReason.APART, None),
         (

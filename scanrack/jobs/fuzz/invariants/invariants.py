@@ -242,7 +242,9 @@ def load_invariants(path: Path | str) -> list[Invariant]:
         raise _loading_error(path, error) from error
     invariants = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not invariants:
-        raise InvariantError(f"{path}: no invariant; decorate functions with @always, @never or @eventually")
+        raise InvariantError(
+            f"{path}: defines no invariant; decorate a function with @always, @never or @eventually"
+        )
     return invariants
 
 
