@@ -148,10 +148,10 @@ def watched(way: str, speed: float | None) -> Iterator[Turn]:
         else:
             keeper, link = _monitor(ring, figures, trace, stack)
             inbox = PipeInbox(ring, keeper.pipe)
-            keeper.keep(inbox)
+            keeper.watch(inbox)
             stack.callback(keeper.end)
-        session = Session(run.cpu, run.hands, pacer, inbox, tap.tell, stops=debugger)
-        tap.session, session.attend, session.give = session, tap.attend, tap.give
+        session = Session(run.cpu, run.hands, pacer, inbox, tap.send, stops=debugger)
+        tap.session, session.attend, session.send_values = session, tap.attend, tap.send_values
         probe = Probe()
         if speed is not None:  # it costs as much as half a scan
             run.cpu.add_listener(probe)

@@ -13,5 +13,5 @@ interface JSON {
 }
 
 interface WebSocket {
-  gone?(): void; // see socket.js
+  drop?(): void; // see socket.js
 }

@@ -26,8 +26,6 @@ ENCODER_CPRS = (200, 400, 500, 600, 800, 1000, 1024, 1200, 1600)
 ACCELERATIONS_PPS2 = (0, 77440, 48410, 27170, 21510, 14080, 10460, 6915, 5210)
 """Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 means no ramp."""
 
-ATTENUATION_PERCENT = (100, 50, 25, 12.5)
-"""Remaining phase current at rest, by attenuation factor [4.3.7]."""
 
 SHORT_MOVE_STEPS = 256
 """A move of fewer steps has no S-curve [4.3.3]."""

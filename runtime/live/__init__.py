@@ -2,7 +2,7 @@
 
     scan loop -> Tap -> Ring, in shared memory -> a monitor in another process
                   ^                                   |
-                  `------- orders, one by one --------'
+                  `------- actions, one by one -------'
 
 | file | contents |
 |---|---|
@@ -13,6 +13,6 @@
 | `session.py` | pause, step, speed, breakpoints; the loop around the CPU |
 | `tap.py` | the listener between the scan loop and the ring |
 
-The scan loop never waits for the monitor. Orders act between two scans and are recorded with the number of
-the following scan, so that the session can be repeated.
+The scan loop never waits for the monitor. Operator actions take effect between two scans. Each is recorded
+with the number of the following scan, so that the session can be repeated.
 """

@@ -25,24 +25,23 @@ MOST_STEPS = 1_000_000
 SCAN_MOST = (1 << 32) - 1
 MOST_EDITS = 1_000_000
 TEXT_MOST = 400
-"""Longest name or text in an order, characters."""
+"""Longest name or text in an action, in characters."""
 
 STORE_MOST = 5_000
-"""Maximum bytes that an order stores: more than a packet has."""
+"""Maximum bytes that a `Store` writes: more than a packet contains."""
 
 DRAFT_MOST = 60_000
-"""Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
+"""Longest text of a program that a page edits, in bytes of JSON. A message has up to 64 KiB."""
 
 RUNGS_MOST = 200
-"""Maximum number of replaced rungs in a draft: all are checked and drawn for the page at once."""
+"""Maximum number of replaced rungs in a draft. All are checked and drawn for the page at once."""
 
 DEEPEST = 8
 """Maximum nesting of lists and objects in a message."""
 
-_TOO_DEEP = "it is nested too deep"
 
 ALL = "all"
-"""Stands for all forces in place of a tag."""
+"""Replaces the tag in an action on all forces, or the location in one on all breakpoints."""
 
 
 Value = bool | int | float | str
@@ -86,12 +85,12 @@ class Speed(Action):
 
 @dataclass(frozen=True, slots=True)
 class Press(Action):
-    """Hold an input of a module at a level; None returns it to the machine."""
+    """Hold an input of a module on or off; None returns it to the machine."""
 
     slot: int
     name: str
     on: bool | None
-    by: str = ""  # who pressed it, such as a panel of a page; "" if unknown
+    by: str = ""  # the person or page panel that pressed it; "" if unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,13 +104,13 @@ class Write(Action):
 
 @dataclass(frozen=True, slots=True)
 class Store(Action):
-    """Set bytes of a tag, or of a slot's outputs, as a client of the tag server has sent them."""
+    """Set bytes of a tag, or of a slot's outputs, for a client of the tag server."""
 
     tag: str  # its full name
-    offset: int  # byte of the tag
+    offset: int  # first byte in the tag
     data: str  # hexadecimal
-    keep: str = ""  # hexadecimal mask, as long as `data`, of the bits that stay; "" for none
-    client: str = ""  # the client's user, if one has logged in, and its address
+    keep: str = ""  # hexadecimal mask of the bits that keep their value, as long as `data`; "" for none
+    client: str = ""  # address of the client, after its user if one has logged in
     part: str = ""  # readable path in the tag: `.Steps[2].Time`; "" for all of it
 
 
@@ -132,13 +131,13 @@ class Unforce(Action):
 
 @dataclass(frozen=True, slots=True)
 class InjectFault(Action):
-    """Start an incident of a module now, see `runtime.loop.incidents`."""
+    """Inject a fault of a module now, see `runtime.loop.incidents`."""
 
     kind: str
     slot: int
     for_ms: float = 0
     late_words: tuple[int, ...] = ()
-    state: str = ""  # for conditions
+    state: str = ""  # name of the condition, for a fault of the kind condition
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,17 +156,17 @@ class RemoveBreakpoint(Action):
 
 @dataclass(frozen=True, slots=True)
 class Reload(Action):
-    """Continue with the present version of the program's file."""
+    """Load the program's file again, and continue with it."""
 
     restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)
 class Edit(Action):
-    """Continue with an edited program; a session gives this order itself, with the program's files."""
+    """Continue with an edited program. The session makes this action itself, with the program's files."""
 
     number: int  # number of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
-    program: str  # the program among them, `path[:function]`
+    program: str  # path of the program in these files, `path[:function]`
     restart: str = ""  # see `Reload`
 
 
@@ -176,7 +175,7 @@ class Branch(Action):
     """Begin a new session that repeats this one up to a scan, and continues on its own."""
 
     scan: int
-    paused: bool = False  # whether it pauses there in any case
+    paused: bool = False  # whether the new session pauses there
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,28 +185,28 @@ class Source(Action):
 
 @dataclass(frozen=True, slots=True)
 class Draft(Action):
-    """Preview an edited text of the program's file, or save it and continue with it."""
+    """Preview an edited text of the program's file, or save the text and run it."""
 
     text: str
-    base: str  # digest of the text that was edited
+    base: str  # digest of the text before the edit
     restart: str = ""  # see `Reload`
-    take: bool = False  # save it, and continue with it
-    effects: bool = False  # also report what it can change in any run, which takes seconds
+    take: bool = False  # save the text and run it
+    effects: bool = False  # also report every possible effect of the edit, which takes seconds
 
 
 @dataclass(frozen=True, slots=True)
 class Online(Action):
-    """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
+    """Take a step of an online edit: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; of steps after accept, the edited file's
+    base: str = ""  # accept: digest of the program's file before the edit; later steps: of the edited file
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and replacement rungs
     tags: tuple[tuple[str, str, str], ...] = ()  # new tags: name, type, program
-    by: str = ""  # who, see `Press`
+    by: str = ""  # see `Press`
 
 
 ToEditor = Source | Draft | Online
-"""Orders that the editor of a session answers, without holding up the scans."""
+"""Actions that the editor of a session answers, while scans continue."""
 
 ACTIONS: Mapping[str, type[Action]] = {
     "mode": Mode,
@@ -225,51 +224,53 @@ ACTIONS: Mapping[str, type[Action]] = {
     "reload": Reload,
     "branch": Branch,
 }
-"""The orders that a page may give, by name."""
+"""The actions that a page may send, by name."""
 
 TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft, "online": Online}
-"""Orders of a page about the program's text, by name; a recording contains only the resulting edits."""
+"""Actions on the program's text that a page may send, by name. A recording contains only the resulting edits.
+"""
 
 RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
-"""The orders that a recording may contain, by name."""
+"""The actions that a recording may contain, by name."""
 
 NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
-def _check_keys(name: str, given: Collection[str], defaults: Mapping[str, object]) -> None:
-    for key in given:
+def _check_keys(action_name: str, keys: Collection[str], defaults: Mapping[str, object]) -> None:
+    for key in keys:
         if key not in defaults:
-            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(defaults) or 'nothing'}")
+            allowed = ", ".join(defaults) or "no keys"
+            raise ValueError(f"{action_name} has no {_shown(key)}; it has {allowed}")
     for key, default in defaults.items():
-        if key not in given and default is MISSING:
-            raise ValueError(f"{name} needs {key}")
+        if key not in keys and default is MISSING:
+            raise ValueError(f"{action_name} needs {key}")
 
 
-def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
-    """Return the order of a message.
+def action_of(message: object, allowed: Mapping[str, type[Action]] = ACTIONS) -> Action:
+    """Return the action of a message.
 
     >>> action_of({"do": "step", "scans": 3})
     Step(scans=3)
 
     Args:
-        known: the allowed orders, by name.
+        allowed: the allowed actions, by name.
 
     Raises:
-        ValueError: it is not an order; the message has the problem and the allowed values.
+        ValueError: the message is not an allowed action.
     """
     if not isinstance(message, Mapping):
-        raise ValueError("an order is an object with the key do")
+        raise ValueError("an action must be an object with the key do")
     name = message.get("do")
-    kind = known.get(name) if isinstance(name, str) else None
+    kind = allowed.get(name) if isinstance(name, str) else None
     if kind is None:
-        raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
+        raise ValueError(f"no action {_shown(name)}; choose from {', '.join(allowed)}")
     arguments = {key: value for key, value in message.items() if key != "do"}
     _check_keys(f"{name}", arguments, {field.name: field.default for field in fields(kind)})
     return kind(**{key: _checked(f"{name}", key, value) for key, value in arguments.items()})
 
 
 def names_in(restart: str) -> tuple[str, ...]:
-    """Return the names of an order's `restart`.
+    """Return the sequence names in the `restart` of an action.
 
     >>> names_in("cycle, panel"), names_in("")
     (('cycle', 'panel'), ())
@@ -277,33 +278,31 @@ def names_in(restart: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in restart.split(",") if name.strip())
 
 
-_LISTS = ("late_words", "rungs", "tags")
-"""Fields that are lists."""
-
 _LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
-"""Fields that a message leaves out while they are empty or false."""
+"""Fields that a message omits while they are empty or false."""
 
 
-def message_of(order: Action) -> dict[str, Any]:
-    """Return an order as a message, which `action_of` reads."""
-    message = {"do": NAMES[type(order)], **asdict(order)}
+def message_of(action: Action) -> dict[str, Any]:
+    """Return the message that `action_of` reads as this action."""
+    message = {"do": NAMES[type(action)], **asdict(action)}
     return {key: value for key, value in message.items() if value or key not in _LEFT_OUT}
 
 
-def text_of(order: Action) -> str:
-    """Return an order in the notation of the trace.
+def text_of(action: Action) -> str:
+    """Return an action as JSON text, as in the trace.
 
     >>> text_of(Press(1, "home", True))
     '{"do":"press","slot":1,"name":"home","on":true}'
     """
-    return json.dumps(message_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps(message_of(action), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def parsed(text: str | bytes) -> Any:
-    """Return the value of a JSON text; NaN and infinities are refused.
+    """Return the value of a JSON text.
 
     Raises:
-        ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
+        ValueError: it is not JSON, has NaN or an infinity, is nested more than `DEEPEST` levels, or has text
+            that UTF-8 can't hold.
     """
     value = json_value(text, parse_constant=_refuse_constant)
     _refuse_oddities(value)
@@ -320,7 +319,7 @@ def _refuse_oddities(value: object) -> None:
         values = [member for container in values for member in _inside(container)]
         if not values:
             return
-    raise ValueError(_TOO_DEEP)
+    raise ValueError("it is nested too deep")
 
 
 def _inside(value: object) -> Iterable[object]:
@@ -406,7 +405,7 @@ def _are_tags(value: object) -> bool:
 
 
 def _is_short(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether this is a list within the size limit of a draft."""
+    """Whether a value is a list within the size limit of a draft."""
     if not isinstance(value, (list, tuple)):
         return False
     return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
@@ -455,15 +454,16 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "part": _OPTIONAL,
     "by": _OPTIONAL,
     "state": _OPTIONAL,
-    "late_words": (_are_words, f"words from 0 to {WORDS_MAX - 1}"),
+    "late_words": (_are_words, f"a list of words from 0 to {WORDS_MAX - 1}"),
 }
-"""The check of each field and its allowed values in words, by name."""
+"""The check of each field, and its allowed values for a message, by field name."""
 
 
-def _checked(order: str, key: str, value: object) -> Any:
+def _checked(action_name: str, key: str, value: object) -> Any:
+    """Return the value of a field with its lists as tuples; ValueError if it is not allowed."""
     is_allowed, allowed = _ALLOWED[key]
-    if isinstance(value, dict) or (isinstance(value, list) and key not in _LISTS) or not is_allowed(value):
-        raise ValueError(f"{order}: {key} {_shown(value)} is not allowed: {allowed}")
+    if not is_allowed(value):
+        raise ValueError(f"{action_name}: {key} {_shown(value)} is not allowed: {allowed}")
     return _frozen(value)
 
 

@@ -1,8 +1,8 @@
-"""A request and its reply between two processes, through shared memory: the scan loop never waits.
+"""A mailbox in shared memory for one request and its reply, so that the scan loop never waits.
 
-head     asked, answered, bytes of the request, bytes of the reply, beats of the server; 8 bytes each
-request  written by the server, then `asked` is incremented
-reply    written between two scans, then `answered` is incremented, and a byte wakes the server
+head     counts of requests, of replies, of bytes in each, and of the server's beats; 8 bytes each
+request  written by the server, which then increments the count of requests
+reply    written between two scans; then the count of replies is set, and a byte wakes the server
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Mailbox:
     """One side of a mailbox.
 
     Args:
-        memory: memory of the other side; None = create it.
+        memory: the memory that the other side has created; None = create it.
     """
 
     def __init__(self, memory: SharedMemory | None = None) -> None:
@@ -33,16 +33,16 @@ class Mailbox:
 
     # --- the server's side
 
-    def ask(self, request: bytes) -> None:
+    def post_request(self, request: bytes) -> None:
         """Post a request; ValueError if it is too long."""
         if len(request) > AREA_BYTES:
-            raise ValueError(f"a request of {len(request)} bytes: {AREA_BYTES} fit")
+            raise ValueError(f"the request has {len(request):,} bytes; at most {AREA_BYTES:,} fit")
         self._memory[_HEAD_BYTES : _HEAD_BYTES + len(request)] = request
         self._head[_REQUEST] = len(request)
         self._head[_ASKED] += 1
 
     @property
-    def waits(self) -> bool:
+    def has_request(self) -> bool:
         """Whether a request has no reply yet."""
         return self._head[_ASKED] != self._head[_ANSWERED]
 
@@ -59,15 +59,15 @@ class Mailbox:
 
     @property
     def beats(self) -> int:
-        """How often servers have reported that they are alive."""
+        """How often servers have signaled that they are alive."""
         return self._head[_BEATS]
 
     def request(self) -> bytes:
-        """Return the request that waits."""
+        """Return the waiting request."""
         return self._memory[_HEAD_BYTES : _HEAD_BYTES + min(self._head[_REQUEST], AREA_BYTES)]
 
-    def answer(self, reply: bytes) -> None:
-        """Post the reply; a reply that does not fit is replaced by an empty one."""
+    def post_reply(self, reply: bytes) -> None:
+        """Post the reply, or an empty one if it does not fit."""
         stored_reply = reply if len(reply) <= AREA_BYTES else b""
         begin = _HEAD_BYTES + AREA_BYTES
         self._memory[begin : begin + len(stored_reply)] = stored_reply

@@ -1,14 +1,14 @@
 """The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
 
-asyncua (2.1) does little more than read attributes of existing nodes: it accepts any age and timestamps,
-returns all timestamps, and supports neither index ranges nor data encodings. Here each row of the tables of
-result codes has its check:
+asyncua (2.1) only reads attributes of existing nodes. It accepts any age and any kind of timestamps,
+returns all timestamps, and supports neither index ranges nor data encodings. This module checks each row of
+the tables of result codes:
 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
                         BadMaxAgeInvalid, BadTimestampsToReturnInvalid
     Read, operation     BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadDataEncodingInvalid,
-                        BadDataEncodingUnsupported, BadIndexRangeInvalid, BadIndexRangeNoData; no node has a
-                        value that can't be read
+                        BadDataEncodingUnsupported, BadIndexRangeInvalid, BadIndexRangeNoData; every node has
+                        a readable value
     Write, operation    BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadIndexRangeInvalid,
                         BadNotWritable, BadWriteNotSupported, BadTypeMismatch, BadIndexRangeNoData,
                         BadIndexRangeDataMismatch, BadOutOfRange
@@ -28,17 +28,17 @@ from .opcua_space import TYPES, TagNode, TagSpace
 
 BINARY = "Default Binary"
 ENCODINGS = (BINARY, "Default XML", "Default JSON")
-"""Encodings of OPC UA; values are in the first one."""
+"""Encodings of OPC UA. Values have the first one."""
 
 FIRST_YEAR = 1601
 """Year in which the times of OPC UA begin [OPC UA part 6, 5.2.2.5]."""
 
 
 class BadStatusError(ValueError):
-    """An operation that gets a bad status.
+    """A refused operation.
 
     Attributes:
-        code: its name.
+        code: name of its status code.
     """
 
     def __init__(self, code: str) -> None:
@@ -50,13 +50,13 @@ _REFUSALS: Mapping[type[Exception], str] = {
     NoDataError: "BadIndexRangeNoData",
     MismatchError: "BadIndexRangeDataMismatch",
     TypeError: "BadTypeMismatch",
-    ValueError: "BadOutOfRange",  # also for a text with characters that no tag can hold
+    ValueError: "BadOutOfRange",  # including text with characters that a tag can't store
 }
-"""Status of a write that a variable refuses; the first class that fits counts."""
+"""Status code of a refused write, by class of the variable's error; the first match counts."""
 
 
 class Attributes:
-    """Attributes of nodes, as requests name them.
+    """Reads and writes of the attributes that requests name.
 
     Args:
         space: asyncua's address space.
@@ -66,16 +66,16 @@ class Attributes:
     def __init__(self, space: Any, tags: TagSpace) -> None:
         self._space, self._tags = space, tags
         stamps = ua.TimestampsToReturn
-        self._both = stamps.Both
+        self._both_timestamps = stamps.Both
         self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
 
     def tag_of(self, item: Any) -> TagNode | None:
-        """Return the tag whose value a request names."""
+        """Return the tag if a request names the value of one; None otherwise."""
         is_value = item.AttributeId == ua.AttributeIds.Value
         return self._tags.nodes.get(item.NodeId) if is_value else None
 
     def check_timestamps(self, timestamps: Any) -> None:
-        """Refuse a request for timestamps that do not exist."""
+        """Refuse a request with an unknown kind of timestamps."""
         if timestamps == ua.TimestampsToReturn.Invalid:
             raise service_error("BadTimestampsToReturnInvalid")
 
@@ -88,7 +88,7 @@ class Attributes:
     # --- reading
 
     def read(self, params: Any) -> list[Any]:
-        """Return the values that a request names; the values of tags have already been read."""
+        """Return the requested values. Read the values of tags from the scan process first."""
         now = datetime.now(UTC)
         return [self._read(node, params.TimestampsToReturn, now) for node in params.NodesToRead]
 
@@ -102,10 +102,10 @@ class Attributes:
         return self.shaped(value, item, timestamps, now)
 
     def shaped(self, value: Any, item: Any, timestamps: Any, now: datetime | None = None) -> Any:
-        """Return the part of a value that is named, with the requested timestamps.
+        """Return the requested range of a value, with the requested timestamps.
 
         Args:
-            item: names the attribute, and a range.
+            item: the attribute, and perhaps an index range.
         """
         if item.IndexRange and value.Value is not None and value.StatusCode.is_good():
             try:
@@ -124,15 +124,16 @@ class Attributes:
         part_variant = ua.Variant(selected, variant.VariantType, dims, bool(rank))
         return ua.DataValue(part_variant, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
 
-    def _bad(self, code: str, of: Any = None) -> Any:
-        times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)
+    def _bad(self, code: str, value: Any = None) -> Any:
+        """Return a bad status in place of a value, with the timestamps of the value."""
+        times = () if value is None else (value.SourceTimestamp, value.ServerTimestamp)
         return ua.DataValue(None, status(code), *times)
 
     def _stamped(self, value: Any, item: Any, timestamps: Any, now: datetime | None) -> Any:
         """Return a value with the requested timestamps; only values have a source timestamp."""
         is_value = item.AttributeId == ua.AttributeIds.Value
         source, server = value.SourceTimestamp, value.ServerTimestamp
-        if is_value and timestamps == self._both and source is not None and server is not None:
+        if is_value and timestamps == self._both_timestamps and source is not None and server is not None:
             return value
         now = now or datetime.now(UTC)
         has_source = is_value and timestamps in self._with_source
@@ -145,7 +146,7 @@ class Attributes:
             (server or now) if timestamps in self._with_server else None,
         )
 
-    # --- what a request names
+    # --- checks of a request
 
     def check_named(self, item: Any) -> None:
         """Refuse an attribute that does not exist."""
@@ -171,10 +172,10 @@ class Attributes:
     # --- writing
 
     def changes(self, item: Any) -> list[Operation]:
-        """Return the writes of a value.
+        """Return the operations that write a value.
 
         Raises:
-            BadStatusError: it is not allowed.
+            BadStatusError: the write is not allowed.
         """
         self.check_named(item)
         node = self.tag_of(item)
@@ -194,11 +195,11 @@ class Attributes:
             code = next(code for kind, code in _REFUSALS.items() if isinstance(error, kind))
             raise BadStatusError(code) from error
 
-    def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
+    def _value_in(self, data_value: Any, variable: Variable, *, is_part: bool) -> Any:
         """Return the value to write; refuse it if it doesn't have the type of the variable."""
-        kinds, variant = ua.VariantType, given.Value
+        kinds, variant = ua.VariantType, data_value.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
-        if _sets_more(given, has_value=has_value):
+        if _sets_more(data_value, has_value=has_value):
             raise BadStatusError("BadWriteNotSupported")
         kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
         if not has_value or variant.Value is None:
@@ -211,17 +212,18 @@ class Attributes:
         return value
 
 
-def _sets_more(given: Any, *, has_value: bool) -> bool:
+def _sets_more(data_value: Any, *, has_value: bool) -> bool:
     """Whether a write sets a status or a timestamp.
 
-    asyncua's client always sends a source timestamp with a value; it is dropped: values have the time of
-    their scan.
+    A source timestamp with a value is ignored: asyncua's client always sends one, but the server uses the
+    time of the scan.
     """
-    if given.StatusCode is not None and given.StatusCode.value:
+    if data_value.StatusCode is not None and data_value.StatusCode.value:
         return True
-    return _is_time(given.ServerTimestamp) or (_is_time(given.SourceTimestamp) and not has_value)
+    sets_source_time = _is_time(data_value.SourceTimestamp) and not has_value
+    return sets_source_time or _is_time(data_value.ServerTimestamp)
 
 
 def _is_time(stamp: datetime | None) -> bool:
-    """Whether a timestamp is given: the first instant of OPC UA, in 1601, means no timestamp."""
+    """Whether this is a timestamp; the first instant of OPC UA, in 1601, stands for none."""
     return stamp is not None and stamp.year > FIRST_YEAR

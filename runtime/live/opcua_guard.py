@@ -1,6 +1,6 @@
-"""Refuses requests that an OPC UA client may not make: before authentication, or on what others own.
+"""Refusal of OPC UA requests: without authentication, or on sessions and subscriptions of other clients.
 
-request                            open server     encrypted server
+allowed request                    open server     encrypted server
 GetEndpoints, FindServers          yes             yes: needed to connect
 RegisterServer                     no              no
 TransferSubscriptions              no              no
@@ -24,7 +24,7 @@ from ..tag_servers.ua_security import UaSecurity, application_uri, uris_of
 from .opcua_library import binary, service_error, ua, utils
 
 REFUSAL_S = 1.0
-"""Delay after a refused password; a client's requests are answered one after the other."""
+"""Delay after a refused password. It also delays the client's next requests."""
 
 NONCE_LEAST = 32
 """Minimum length of a client's nonce, bytes [OPC UA part 4, 5.7.2]."""
@@ -36,20 +36,20 @@ OWNED = (
     *("modify_subscription", "delete_subscriptions", "set_publishing_mode"),
     *("delete_monitored_items", "set_monitoring_mode"),
 )
-"""Services of a session that name subscriptions; `opcua_subscriptions.py` has the others."""
+"""Services on subscriptions that are checked here; `opcua_subscriptions.py` checks the others."""
 
 NO_SUBSCRIPTION = 0
-"""An identifier that no subscription has: asyncua answers *BadSubscriptionIdInvalid*."""
+"""An identifier that no subscription has, so that asyncua answers *BadSubscriptionIdInvalid*."""
 
 
 class UaGuard:
-    """Guards the connections of a server.
+    """Guard of the connections of a server.
 
     Args:
-        security: None for a server that is open to everyone who reaches it.
+        security: None for a server that every client may use.
 
     Attributes:
-        uri: URI of the application, the same in endpoints, certificate and arrays of namespaces and servers.
+        uri: URI of the application, in endpoints, in the certificate, and in the namespace and server arrays.
     """
 
     def __init__(self, security: UaSecurity | None) -> None:
@@ -64,7 +64,7 @@ class UaGuard:
         return {ua.NodeId(getattr(ua.ObjectIds, f"{name}_Encoding_DefaultBinary")) for name in names}
 
     async def set_up(self, server: Any) -> None:
-        """Offer the policy and the kinds of users, before the server listens."""
+        """Configure the server's security policy and its users, before it listens."""
         inner_server, security = server.iserver, self._security
         server.allow_remote_admin(False)
         inner_server.lookup_external_session = lambda _token: None
@@ -84,28 +84,30 @@ class UaGuard:
     def get_user(
         self, _server: Any, username: str | None = None, password: str | None = None, certificate: Any = None
     ) -> Any:
-        """Return the user who logs in; None if the password is wrong. Called by asyncua."""
+        """Return the user who logs in; None if the password is wrong. asyncua calls it."""
         if self._security is None or not self._security.lets_in(username, password):
             return None
         return self._rules.User(self._rules.UserRole.User, username)
 
     def _name_and_password(self, _session: Any, token: Any) -> tuple[str, str]:
-        """Return a client's user name and password, which only the channel encrypts.
+        """Return a client's user name and password, which only the channel may encrypt.
 
-        Decrypting a stranger's texts with the server's key would leak information about other texts.
+        Decrypting any client's text with the server's key would leak information about other texts.
         """
         if token.EncryptionAlgorithm:
             raise service_error("BadIdentityTokenInvalid")
         return token.UserName, bytes(token.Password or b"").decode("utf-8")
 
     def watch(self, connection: Any) -> None:
-        """Check each request of a connection before asyncua sees it; close it after an unreadable message.
+        """Check each request of a connection; close the connection after an unreadable one.
 
-        On its own, asyncua would continue, even after accepting only part of an open-channel request.
+        asyncua alone would continue, even after it has accepted part of an open-channel request.
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
-        processor._should_close_session_on_transport_loss = lambda: True  # no other takes it over
+        processor._should_close_session_on_transport_loss = lambda: (
+            True
+        )  # no other connection may take it over
 
         async def processed(*message: Any) -> bool:
             try:
@@ -123,7 +125,7 @@ class UaGuard:
             if kind == self._creates:
                 self._check_session(processor._connection.security_policy, rest[-1].copy())
                 if (watchdog := processor._session_watchdog_task) is not None:
-                    watchdog.cancel()  # the watchdog of a closed session would run on beside the new one
+                    watchdog.cancel()  # the watchdog of the earlier, closed session would keep running
             try:
                 return await process(kind, *rest)
             except utils.ServiceError as error:
@@ -134,7 +136,7 @@ class UaGuard:
         return checked
 
     def _check_session(self, policy: Any, body: Any) -> None:
-        """Refuse a session for another server, or of an application that its certificate does not name."""
+        """Refuse a wrong server, an application that its certificate does not name, and a short nonce."""
         params = binary.struct_from_binary(ua.CreateSessionParameters, body)
         if params.ServerUri not in (None, "", self.uri):
             raise service_error("BadServerUriInvalid")
@@ -146,7 +148,7 @@ class UaGuard:
             raise service_error("BadNonceInvalid")
 
     def _refusal(self, kind: Any, processor: Any) -> str:
-        """Return the name of the status that refuses a request; "" if asyncua answers it."""
+        """Return the name of the status that refuses a request; "" if it is allowed."""
         security, policy, session = self._security, processor._connection.security_policy, processor.session
         if kind in self._refused:
             return "BadServiceUnsupported"
@@ -160,30 +162,30 @@ class UaGuard:
 
 
 def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
-    """Restrict a session to its own subscriptions, and end them with it, since no other session can.
+    """Restrict a session to its own subscriptions, and delete them when it ends.
 
     Args:
         session: asyncua's session.
         subscriptions: subscriptions of all sessions, by identifier.
     """
 
-    def own(given: Any) -> Any:
-        """Return the subscriptions that a request names, without those of other sessions."""
-        if isinstance(given, int):
-            subscription = subscriptions.get(given)
+    def without_foreign(params: Any) -> Any:
+        """Return a request, or its identifiers, with `NO_SUBSCRIPTION` for each foreign subscription."""
+        if isinstance(params, int):
+            subscription = subscriptions.get(params)
             is_own = subscription is not None and subscription.session_id == session.session_id
-            return given if is_own else NO_SUBSCRIPTION
-        if isinstance(given, list):
-            return [own(value) for value in given]
+            return params if is_own else NO_SUBSCRIPTION
+        if isinstance(params, list):
+            return list(map(without_foreign, params))
         for name in ("SubscriptionId", "SubscriptionIds"):
-            if hasattr(given, name):
-                setattr(given, name, own(getattr(given, name)))
-        return given
+            if hasattr(params, name):
+                setattr(params, name, without_foreign(getattr(params, name)))
+        return params
 
-    def of_own(service: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda given=None: service(own(given))
+    def restricted(service: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda params=None: service(without_foreign(params))
 
     for name in OWNED:
-        setattr(session, name, of_own(getattr(session, name)))
+        setattr(session, name, restricted(getattr(session, name)))
     close_session = session.close_session
     session.close_session = lambda _delete_subscriptions=True: close_session(True)

@@ -1,4 +1,4 @@
-"""The parts of asyncua (2.1), an extra, that several modules of the OPC UA server use."""
+"""Parts of asyncua (2.1) that several modules of the OPC UA server use; asyncua is an optional dependency."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""The process of the OPC UA server: asyncua's sessions, and values of tags that are read together.
+"""The process of the OPC UA server, around asyncua's sessions.
 
-A request reads its tags in one exchange with the scan process, and a subscription in one for each publishing
-interval: values of one exchange belong to one instant and share a timestamp. A write request is one packet.
-No client may do more than read and write tags; `opcua_guard.py` says which clients may.
+A request reads its tags in one exchange with the scan process. A subscription does so at each publishing
+interval. Values of one exchange share a timestamp. A write request is one packet.
+Clients can only read and write tags; `opcua_guard.py` decides which clients may.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ..line.hosts import join_address
-from ..line.ports.places import CLIENTS_MOST
+from ..line.ports.places import CLIENTS_MAX
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
@@ -35,29 +35,29 @@ from .tag_server import STEP_S, ScanProcess
 NAMESPACE = "urn:scanrack:tags"
 
 INTERVAL_MS, SLOWEST_MS = 50.0, 3_600_000.0
-"""Shortest and longest publishing interval."""
+"""Shortest and longest publishing interval, ms."""
 
 ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
-"""Limits of monitored items and of subscriptions of all clients, and of queued values per item."""
+"""Maximum monitored items and subscriptions of all clients together, and queued values per item."""
 
 MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
 """Maximum bytes of a message, and of one of its chunks."""
 
 UNSENT_MOST, CLOSING_S = MESSAGE_MOST, 5.0
-"""Limits before a client is cut off: bytes that it has not read yet, and time to read them at the end."""
+"""Limits of a slow client: bytes that it has not read, and time to read them before its connection ends."""
 
 TIDY_S = 2.0
-"""Delay from a client's end to the release of its memory, so that many ends are handled together."""
+"""Delay from the end of a connection to the release of its memory, so that many ends share one release."""
 
 PENDING_MOST, ACTIVATION_S = 32, 10.0
-"""Maximum waiting requests of a client, and time in which a connected client must open a session."""
+"""Maximum waiting requests of a client, and time limit of a connected client to open a session."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Maximum bytes that one exchange reads; larger reads take several exchanges, and so several scans."""
+"""Maximum bytes that one exchange reads. A larger read takes several exchanges, each after another scan."""
 
 
 class OpcUaServer:
-    """Serves tags at a listening socket.
+    """A server of tags at a listening socket.
 
     Args:
         process: carries out the reads and writes of requests; it may block.
@@ -68,7 +68,7 @@ class OpcUaServer:
         self._listening, self._process = listening, process
         self._turn = asyncio.Lock()
         self._exchanges: set[asyncio.Task[list[bytes | None] | None]] = set()
-        self._tidy: asyncio.Task[None] | None = None
+        self._release_task: asyncio.Task[None] | None = None
         self._space: TagSpace
         self._attributes: Attributes
         self._views: Views
@@ -89,19 +89,19 @@ class OpcUaServer:
         guard = UaGuard(setup.ua_security)
         await server.set_application_uri(guard.uri)
         await guard.set_up(server)
-        self._limit()
+        self._set_limits()
         namespace = await server.register_namespace(NAMESPACE)
         space = self._inner.aspace
         self._space = TagSpace(space, namespace, setup.name)
         await self._space.show(setup.database)
         self._attributes, self._views = Attributes(space, self._space), Views(space)
-        await self._tell_limits()
+        await self._publish_limits()
         self._hook_sessions()
         await self._listen(guard)
 
-    def _limit(self) -> None:
+    def _set_limits(self) -> None:
         inner_server = self._inner
-        inner_server.max_connections = CLIENTS_MOST
+        inner_server.max_connections = CLIENTS_MAX
         inner_server.max_pending_messages_per_connection = PENDING_MOST
         inner_server.max_pending_activation_seconds = ACTIVATION_S
         inner_server.max_subscriptions = SUBSCRIPTIONS_MOST
@@ -112,44 +112,44 @@ class OpcUaServer:
         limits.max_recv_buffer = limits.max_send_buffer = CHUNK_MOST
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
 
-    async def _tell_limits(self) -> None:
-        """Publish the limits that clients look up; asyncua publishes those of operations."""
+    async def _publish_limits(self) -> None:
+        """Publish the limit of continuation points; asyncua publishes the limits of operations."""
         points = ua.Variant(CONTINUATIONS_MOST, ua.VariantType.UInt16)
         node = ua.NodeId(ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints)
         await self._inner.aspace.write_attribute_value(node, ua.AttributeIds.Value, ua.DataValue(points))
 
     async def _listen(self, guard: UaGuard) -> None:
-        """Listen at our socket: asyncua's own start would open another one."""
-        binary: Any = import_module("asyncua.server.binary_server_asyncio")
+        """Listen at the given socket; asyncua's own start would open another one."""
+        binary_module: Any = import_module("asyncua.server.binary_server_asyncio")
         await self._server._setup_server_nodes()
         await self._inner.start()
-        talk = binary.BinaryServer(self._inner, "", 0, self._server.limits)
-        talk.set_policies(self._server._policies)
+        binary_server = binary_module.BinaryServer(self._inner, "", 0, self._server.limits)
+        binary_server.set_policies(self._server._policies)
 
-        def client() -> Any:
-            protocol = talk._make_protocol()
+        def make_protocol() -> Any:
+            protocol = binary_server._make_protocol()
             protocol.data_received = _bounded(protocol, protocol.data_received)
             protocol.connection_made = _impatient(_guarded(protocol, protocol.connection_made, guard))
             protocol.connection_lost = self._tidying(protocol.connection_lost)
             return protocol
 
-        await asyncio.get_running_loop().create_server(client, sock=self._listening)
-        talk.cleanup_task = asyncio.create_task(talk._close_task_loop())
-        self._server.bserver = talk
+        await asyncio.get_running_loop().create_server(make_protocol, sock=self._listening)
+        binary_server.cleanup_task = asyncio.create_task(binary_server._close_task_loop())
+        self._server.bserver = binary_server
 
     def _tidying(self, lost: Callable[[Exception | None], None]) -> Callable[[Exception | None], None]:
-        """Wrap the callback of a lost connection: it also schedules the release of the client's memory."""
+        """Wrap the callback of a lost connection, so that it also schedules the release of memory."""
 
         def tidying(error: Exception | None) -> None:
             lost(error)
-            if self._tidy is None:
-                self._tidy = asyncio.create_task(self._tidied())
+            if self._release_task is None:
+                self._release_task = asyncio.create_task(self._release_later())
 
         return tidying
 
-    async def _tidied(self) -> None:
+    async def _release_later(self) -> None:
         await asyncio.sleep(TIDY_S)
-        self._tidy = None
+        self._release_task = None
         await self._server.bserver._close_tasks()
         give_back_memory()
 
@@ -199,7 +199,8 @@ class OpcUaServer:
             (self._attributes.tag_of(write_value) for write_value in write_values if write_value.IndexRange),
             client,
         )
-        status, operations, places = [codes.Good] * len(write_values), list[Operation](), list[int]()
+        status, operations = [codes.Good] * len(write_values), list[Operation]()
+        value_indexes = list[int]()  # of each operation
         for index, node_value in enumerate(write_values):
             try:
                 changes = self._attributes.changes(node_value)
@@ -207,10 +208,10 @@ class OpcUaServer:
                 status[index] = getattr(codes, error.code)
             else:
                 operations += changes
-                places += [index] * len(changes)
+                value_indexes += [index] * len(changes)
         if operations:
             written = await self._carry_out(operations, _by_user(session.user, client), version)
-            for number, index in enumerate(places):
+            for number, index in enumerate(value_indexes):
                 if written is None or written[number] is None:
                     status[index] = codes.BadInvalidState if written is None else codes.BadOutOfRange
         return [ua.StatusCode(code) for code in status]
@@ -239,12 +240,12 @@ class OpcUaServer:
 
         return changing
 
-    def _publishing(self, made: Any, publish: Service, client: str) -> Service:
+    def _publishing(self, subscription: Any, publish: Service, client: str) -> Service:
         """Return a service that reads a subscription's tags together, then publishes it."""
 
         async def publishing(request: Any = None) -> Any:
-            if request is None:  # the interval has passed; otherwise a late request fetches queued values
-                items = list(made.monitored_item_srv._monitored_items.values())
+            if request is None:  # the interval has passed; a request only fetches queued values
+                items = list(subscription.monitored_item_srv._monitored_items.values())
                 await self._refresh((self._attributes.tag_of(item.read_value_id) for item in items), client)
             return await publish(request)
 
@@ -266,32 +267,25 @@ class OpcUaServer:
     # --- exchanges
 
     async def _refresh(self, requested: Iterable[TagNode | None], client: str) -> None:
-        """Read tags together; they stay as they are while a program is edited."""
+        """Read tags together. During an edit of the program they keep their values."""
         nodes, version = list(dict.fromkeys(filter(None, requested))), self._process.version
         while nodes:
             size, count = 0, 0
             while count < len(nodes) and (not count or size + nodes[count].variable.size <= BATCH_BYTES):
                 size += nodes[count].variable.size
                 count += 1
-            nodes_now, nodes = nodes[:count], nodes[count:]
-            tag_data = await self._carry_out(
-                [request.variable.reads for request in nodes_now], client, version
-            )
-            if tag_data is not None:
-                tag_values = (
-                    (request, data)
-                    for request, data in zip(nodes_now, tag_data, strict=True)
-                    if data is not None
-                )
-                await self._space.take(tag_values)
+            batch, nodes = nodes[:count], nodes[count:]
+            batch_data = await self._carry_out([node.variable.reads for node in batch], client, version)
+            if batch_data is not None:
+                await self._space.store(batch, batch_data)
 
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
     ) -> list[bytes | None] | None:
-        """Return the results of a packet for an edition of the program; None if it has been edited.
+        """Return the results of a packet for a version of the program; None if the program has been edited.
 
-        A client that is cut off meanwhile cancels only its own wait, not the exchange: two simultaneous
-        exchanges would wait for one answer forever.
+        A client that disconnects cancels only its own wait, not the exchange. Otherwise a second exchange
+        could start, and both would wait for one answer forever.
         """
         exchange_task = asyncio.create_task(self._exchange(operations, client, version))
         self._exchanges.add(exchange_task)  # the event loop itself keeps no reference to a task
@@ -308,52 +302,52 @@ class OpcUaServer:
                 None, self._process, [(client, operations)]
             )
             try:
-                answers = await exchange_future
+                exchange_results = await exchange_future
             except ValueError as error:  # too much for one exchange
                 raise service_error("BadRequestTooLarge") from error
-        return None if answers is None else answers[2][0]
+        return None if exchange_results is None else exchange_results.results[0]
 
 
 def _by_user(user: Any, client: str) -> str:
-    """Return who writes: a user who has logged in, and the client."""
+    """Return the address of a client, after the name of its user if one has logged in."""
     return f"{user.name} ({client})" if user.name else client
 
 
-def interval(asked_ms: float) -> float:
+def interval(requested_ms: float) -> float:
     """Return the publishing interval, ms, for the interval that a client requests.
 
     >>> interval(0.0), interval(float("nan")), interval(250.0)
     (50.0, 50.0, 250.0)
     """
-    return min(asked_ms, SLOWEST_MS) if asked_ms >= INTERVAL_MS else INTERVAL_MS
+    return min(requested_ms, SLOWEST_MS) if requested_ms >= INTERVAL_MS else INTERVAL_MS
 
 
-def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], None]:
-    """Wrap the receiver of a connection: it aborts at a chunk longer than `CHUNK_MOST`."""
+def _bounded(protocol: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    """Wrap the receiver of a connection, so that it aborts at a chunk longer than `CHUNK_MOST`."""
 
     def received(data: bytes) -> None:
         receive(data)
-        if len(made._buffer) > CHUNK_MOST and made.transport is not None:
-            made._buffer = b""
-            made.transport.abort()
+        if len(protocol._buffer) > CHUNK_MOST and protocol.transport is not None:
+            protocol._buffer = b""
+            protocol.transport.abort()
 
     return received
 
 
-def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Callable[[Any], None]:
-    """Wrap the callback of a new connection: the guard then checks its requests."""
+def _guarded(protocol: Any, connect: Callable[[Any], None], guard: UaGuard) -> Callable[[Any], None]:
+    """Wrap the callback of a new connection, so that the guard checks its requests."""
 
     def connected(transport: Any) -> None:
         connect(transport)
-        if made.processor is not None:  # None if all places are taken
-            answer_browse_next(made.processor)
-            guard.watch(made)
+        if protocol.processor is not None:  # None if too many clients are connected
+            answer_browse_next(protocol.processor)
+            guard.watch(protocol)
 
     return connected
 
 
-def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Wrap the callback of a new connection: its transport then cuts off a client that doesn't read."""
+def _impatient(connect: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Wrap the callback of a new connection, so that its transport disconnects a client that doesn't read."""
 
     def connected(transport: Any) -> None:
         write, close_transport = transport.write, transport.close
@@ -369,7 +363,7 @@ def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
                 asyncio.get_running_loop().call_later(CLOSING_S, transport.abort)
 
         transport.write, transport.close = writing, closing
-        made(transport)
+        connect(transport)
 
     return connected
 

@@ -1,7 +1,7 @@
-"""Service-level behavior that asyncua (2.1) lacks: limits of lists, BrowseNext, unknown enumerators.
+"""Checks of services that asyncua (2.1) lacks: lengths of lists, BrowseNext, unknown enumerators.
 
 BadNothingToDo          a request with an empty list
-BadTooManyOperations    one with more than the nodes of the server's OperationLimits say
+BadTooManyOperations    a request with more operations than the server's OperationLimits allow
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 from .opcua_library import binary, service_error, ua
 
 OPERATIONS_MOST = 10_000
-"""Maximum operations of a request, as the nodes of asyncua's OperationLimits say."""
+"""Maximum operations of a request, as in the nodes of asyncua's OperationLimits."""
 
 LISTS: Mapping[str, str] = {
     "read": "NodesToRead",
@@ -28,13 +28,13 @@ LISTS: Mapping[str, str] = {
     "set_publishing_mode": "SubscriptionIds",
     "delete_subscriptions": "",
 }
-"""Services of a session with their list of operations; "" = the list is all that asyncua passes on."""
+"""Services of a session, and the field with their operations; "" if the argument itself is the list."""
 
 Service = Callable[..., Awaitable[Any]]
 
 
 def limit_operations(session: Any) -> None:
-    """Refuse requests of a session with no operation, or too many."""
+    """Refuse requests of a session with too many operations, or with none."""
 
     def limited(service: Service, name: str) -> Service:
         async def limiting(params: Any, *more: Any) -> Any:
@@ -52,13 +52,13 @@ def limit_operations(session: Any) -> None:
 
 
 def accept_unknown_values() -> None:
-    """Let asyncua read unknown values of enumerations as *Invalid*: services have a status for them."""
+    """Let asyncua read unknown values of enumerations as *Invalid*, which services refuse with a status."""
     for enumeration in (ua.TimestampsToReturn, ua.BrowseDirection):
         enumeration._missing_ = classmethod(lambda kind, _value: kind.Invalid)
 
 
 def answer_browse_next(processor: Any) -> None:
-    """Answer BrowseNext, which asyncua does not know, on a connection."""
+    """Answer BrowseNext on a connection; asyncua does not support it."""
     process = processor._process_message
     browse_next = ua.NodeId(ua.ObjectIds.BrowseNextRequest_Encoding_DefaultBinary)
 

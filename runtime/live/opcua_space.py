@@ -1,6 +1,6 @@
 """The address space of the OPC UA server: nodes for tags, and their values.
 
-Nodes are made here and not by asyncua's services, which look through all nodes of a folder for each new one.
+asyncua's services would search all nodes of a folder for each new one, so this module creates the nodes.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class TagNode:
 
     Attributes:
         attribute: asyncua's value attribute of the node.
-        data: the bytes that the value was decoded from; None before the first read.
+        data: bytes of the present value; None before the first read.
     """
 
     def __init__(self, variable: Variable, node_id: Any, attribute: Any) -> None:
@@ -51,7 +51,7 @@ class TagNode:
 
     @property
     def shape(self) -> tuple[Kind, tuple[int, ...]]:
-        """Its type and dimensions."""
+        """The type and dimensions of the variable."""
         return self.variable.kind, self.variable.dims
 
 
@@ -68,17 +68,17 @@ class TagSpace:
     """
 
     def __init__(self, space: Any, namespace: int, title: str) -> None:
-        self._made: Any = import_module("asyncua.server.address_space")
+        self._asyncua_nodes: Any = import_module("asyncua.server.address_space")
         self._space, self._namespace, self._title = space, namespace, title
-        self._ours: list[Any] = []
+        self._node_ids: list[Any] = []
         self.nodes: dict[Any, TagNode] = {}
         ids = ua.ObjectIds
         type_ids = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
         self._folder, self._object, self._variable = map(ua.NodeId, type_ids)
         references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
         self._component, self._definition, self._organizes = map(ua.NodeId, references)
-        self._fixed: dict[tuple[str, Any], Any] = {}
-        self._references: dict[tuple[Any, Any, bool], Any] = {}
+        self._shared_attributes: dict[tuple[str, Any], Any] = {}
+        self._shared_references: dict[tuple[Any, Any, bool], Any] = {}
 
     async def show(self, database: Database) -> None:
         """Show the tags of a program; the tags of an edited program replace the earlier ones.
@@ -94,22 +94,22 @@ class TagSpace:
         for node_id, old_node in nodes_before.items():
             new_node = self.nodes.get(node_id)
             if new_node is None or new_node.shape != old_node.shape:
-                await self._end(old_node)
+                await self._notify_deletion(old_node)
             else:
                 new_node.attribute.datachange_callbacks.update(old_node.attribute.datachange_callbacks)
 
     def _clear(self) -> None:
         objects = self._space[ua.NodeId(ua.ObjectIds.ObjectsFolder)]
-        own_ids = set(self._ours)
+        own_ids = set(self._node_ids)
         objects.references[:] = [
             reference for reference in objects.references if reference.NodeId not in own_ids
         ]
-        for node_id in self._ours:
+        for node_id in self._node_ids:
             del self._space[node_id]
-        self._ours, self.nodes = [], {}
-        self._references.clear()
+        self._node_ids, self.nodes = [], {}
+        self._shared_references.clear()
 
-    async def _end(self, node: TagNode) -> None:
+    async def _notify_deletion(self, node: TagNode) -> None:
         """Notify the subscriptions to a tag that it no longer exists."""
         deleted = ua.DataValue(StatusCode=status("BadNodeIdUnknown"))
         for handle, call in list(node.attribute.datachange_callbacks.items()):
@@ -125,11 +125,11 @@ class TagSpace:
                 self._add_variable(parent, item)
 
     def _add_elements(self) -> None:
-        """Add the elements of short arrays below them, as far as there is space after all variables."""
+        """Add the elements of short arrays below them, up to the maximum number of nodes."""
         for array in list(self.nodes.values()):
-            count = array.variable.count if array.variable.dims else 0
-            if count <= min(ELEMENTS_MOST, VARIABLES_MOST - len(self.nodes)):
-                for leaf in array.variable.elements() if count else ():
+            space_left = VARIABLES_MOST - len(self.nodes)
+            if array.variable.dims and array.variable.count <= min(ELEMENTS_MOST, space_left):
+                for leaf in array.variable.elements():
                     self._add_variable(array.node_id, leaf)
 
     def _add_variable(self, parent: Any, leaf: Leaf) -> None:
@@ -149,7 +149,9 @@ class TagSpace:
         if variable.dims:
             sizes = ua.Variant(list(variable.dims), ua.VariantType.UInt32, is_array=True)
             attributes[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
-        value = self._made.AttributeValue(ua.DataValue(StatusCode=status("BadWaitingForInitialData")))
+        value = self._asyncua_nodes.AttributeValue(
+            ua.DataValue(StatusCode=status("BadWaitingForInitialData"))
+        )
         attributes[ua.AttributeIds.Value] = value
         self.nodes[node_id] = TagNode(variable, node_id, value)
 
@@ -163,12 +165,12 @@ class TagSpace:
         *,
         is_variable: bool = False,
     ) -> Any:
-        """Add a node below another one; return its identifier."""
-        by = self._component if reference is None else reference
+        """Add a node below a parent, by default with HasComponent; return its identifier."""
+        reference_type = self._component if reference is None else reference
         node_id = ua.NodeId(path, self._namespace)
         browse_name, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
         node_class = ua.NodeClass.Variable if is_variable else ua.NodeClass.Object
-        node = self._made.NodeData(node_id)
+        node = self._asyncua_nodes.NodeData(node_id)
         node.attributes = {
             ua.AttributeIds.NodeId: self._attribute(ua.Variant(node_id, ua.VariantType.NodeId)),
             ua.AttributeIds.NodeClass: self._shared("Int32", int(node_class)),
@@ -183,22 +185,22 @@ class TagSpace:
             node.attributes[ua.AttributeIds.EventNotifier] = self._shared("Byte", 0)
         node.references = [
             self._reference(kind, self._definition),
-            self._reference(parent, by, is_forward=False),
+            self._reference(parent, reference_type, is_forward=False),
         ]
         self._space[node_id] = node
-        self._space[parent].references.append(self._described(node_id, by, True))
-        self._ours.append(node_id)
+        self._space[parent].references.append(self._described(node_id, reference_type, True))
+        self._node_ids.append(node_id)
         return node_id
 
-    def _reference(self, target: Any, by: Any, *, is_forward: bool = True) -> Any:
+    def _reference(self, target: Any, reference_type: Any, *, is_forward: bool = True) -> Any:
         """Return a reference that many nodes share: to their type, or back to their parent."""
-        key = target, by, is_forward
-        if key not in self._references:
-            self._references[key] = self._described(*key)
-        return self._references[key]
+        key = target, reference_type, is_forward
+        if key not in self._shared_references:
+            self._shared_references[key] = self._described(*key)
+        return self._shared_references[key]
 
-    def _described(self, target: Any, by: Any, is_forward: bool) -> Any:
-        """Return a reference with the names of its target, as browsing shows it."""
+    def _described(self, target: Any, reference_type: Any, is_forward: bool) -> Any:
+        """Return a reference with the names of its target, for browsing."""
         node, ids = self._space[target], ua.AttributeIds
         names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
         browse_name, text, node_class = (node.attributes[attribute].value.Value.Value for attribute in names)
@@ -208,7 +210,7 @@ class TagSpace:
             if reference.ReferenceTypeId == self._definition and reference.IsForward
         )
         return ua.ReferenceDescription(
-            ReferenceTypeId=by,
+            ReferenceTypeId=reference_type,
             IsForward=is_forward,
             NodeId=target,
             BrowseName=browse_name,
@@ -219,28 +221,29 @@ class TagSpace:
 
     def _shared(self, kind: str, value: Any) -> Any:
         """Return an attribute that many nodes share."""
-        if (kind, value) not in self._fixed:
-            self._fixed[kind, value] = self._attribute(ua.Variant(value, ua.VariantType[kind]))
-        return self._fixed[kind, value]
+        if (kind, value) not in self._shared_attributes:
+            self._shared_attributes[kind, value] = self._attribute(ua.Variant(value, ua.VariantType[kind]))
+        return self._shared_attributes[kind, value]
 
     def _attribute(self, variant: Any) -> Any:
-        return self._made.AttributeValue(ua.DataValue(variant))
+        return self._asyncua_nodes.AttributeValue(ua.DataValue(variant))
 
     # --- values
 
-    async def take(self, found: Iterable[tuple[TagNode, bytes]]) -> None:
-        """Store values that were read together, with one timestamp."""
+    async def store(self, nodes: Iterable[TagNode], results: Iterable[bytes | None]) -> None:
+        """Store values of one instant; None = the tag was not read, and keeps its value."""
         now = datetime.now(UTC)
-        for node, data in found:
-            value = self.value_of(node.variable, data, now)
-            if data == node.data:
+        for node, data in zip(nodes, results, strict=True):
+            if data is None:
+                continue
+            value = self._value_of(node.variable, data, now)
+            if data == node.data:  # only a new timestamp: subscriptions get no notification
                 node.attribute.value = value
                 continue
             node.data = data
             await self._space.write_attribute_value(node.node_id, ua.AttributeIds.Value, value)
 
-    def value_of(self, variable: Variable, data: bytes, now: datetime) -> Any:
-        """Return bytes as a value of OPC UA."""
+    def _value_of(self, variable: Variable, data: bytes, now: datetime) -> Any:
         kind = ua.VariantType[TYPES[variable.type_name]]
         dims = list(variable.dims) if len(variable.dims) > 1 else None
         variant = ua.Variant(variable.value_in(data), kind, dims, bool(variable.dims))

@@ -1,12 +1,13 @@
 """Subscriptions of the OPC UA server where asyncua (2.1) deviates from OPC UA part 4, 5.13 and 5.14.
 
-Publish      acknowledging answers BadSequenceNumberUnknown; BadNoSubscription if the session has none
-Republish    BadMessageNotAvailable and BadSubscriptionIdInvalid: a client asks until it gets one of them.
-             A message stays until it is acknowledged, and asking keeps the subscription alive
+Publish      an unknown acknowledgment gets BadSequenceNumberUnknown; a session without a subscription gets
+             BadNoSubscription
+Republish    BadMessageNotAvailable and BadSubscriptionIdInvalid: a client repeats Republish until it gets one
+             of them. A message is kept until it is acknowledged. Each Republish keeps the subscription alive
 items        BadTimestampsToReturnInvalid, BadMonitoredItemIdInvalid, BadIndexRangeInvalid,
              BadDataEncodingInvalid, BadDataEncodingUnsupported, BadFilterNotAllowed,
-             BadMonitoredItemFilterUnsupported, BadEventFilterInvalid; an item brings the range and the
-             timestamps that it was made with
+             BadMonitoredItemFilterUnsupported, BadEventFilterInvalid; an item reports the index range and the
+             timestamps of its request
 """
 
 from __future__ import annotations
@@ -39,31 +40,29 @@ class Subscriptions:
         session.publish, session.republish = self.publish, self.republish
         session.create_monitored_items, session.modify_monitored_items = self.create_items, self.modify_items
 
-    def _own(self, number: int) -> Any:
-        """Return a subscription of the session; None if it does not exist there."""
+    def _own_subscription(self, number: int) -> Any:
+        """Return the session's subscription with an identifier; None if it has none."""
         subscription = self._service.subscriptions.get(number)
-        return (
-            subscription
-            if subscription is not None and subscription.session_id == self._session.session_id
-            else None
-        )
+        if subscription is None or subscription.session_id != self._session.session_id:
+            return None
+        return subscription
 
     def _subscription(self, params: Any) -> Any:
-        """Return the subscription that a request names; refuse the request if it does not exist."""
-        subscription = self._own(params.SubscriptionId)
+        """Return the subscription that a request names; refuse the request without one."""
+        subscription = self._own_subscription(params.SubscriptionId)
         if subscription is None:
             raise service_error("BadSubscriptionIdInvalid")
         return subscription
 
     def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
-        """Acknowledge messages; return the number of subscriptions, and a status for each message."""
+        """Acknowledge messages; return the number of subscriptions, and a status for each acknowledgment."""
         session = self._session.session_id
         own_count = sum(internal.session_id == session for internal in self._service.subscriptions.values())
         if not own_count:
             raise service_error("BadNoSubscription")
         results = []
         for receipt in acknowledged or ():
-            subscription, code = self._own(receipt.SubscriptionId), "Good"
+            subscription, code = self._own_subscription(receipt.SubscriptionId), "Good"
             if subscription is None:
                 code = "BadSubscriptionIdInvalid"
             elif subscription._not_acknowledged_results.pop(receipt.SequenceNumber, None) is None:
@@ -72,7 +71,7 @@ class Subscriptions:
         return own_count, results
 
     def republish(self, params: Any) -> Any:
-        """Return a message that is not acknowledged."""
+        """Return a message that the client has not acknowledged."""
         subscription = self._subscription(params)
         subscription._publish_cycles_count = 0
         notification = subscription._not_acknowledged_results.get(params.RetransmitSequenceNumber)
@@ -83,38 +82,38 @@ class Subscriptions:
     # --- monitored items
 
     async def create_items(self, params: Any) -> list[Any]:
-        """Create items; refused items are answered here."""
+        """Create the items that pass our checks; return a result for each item."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
         service = self._subscription(params).monitored_item_srv
         refusals = list(map(self._refusal, params.ItemsToCreate))
         accepted = [item for item, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
         params.ItemsToCreate = accepted
         _shape(service, self._attributes).timestamps = params.TimestampsToReturn
-        made_items = await self._create_items(params) if accepted else []
-        for result in made_items:
+        created = await self._create_items(params) if accepted else []
+        for result in created:
             if result.StatusCode.is_good():
                 service._monitored_items[result.MonitoredItemId].timestamps = params.TimestampsToReturn
-        results, refused_result = iter(made_items), ua.MonitoredItemCreateResult
+        results, refused_result = iter(created), ua.MonitoredItemCreateResult
         return [refused_result(status(refusal)) if refusal else next(results) for refusal in refusals]
 
     async def modify_items(self, params: Any) -> list[Any]:
-        """Change items."""
+        """Change the known items; return a result for each item."""
         self._attributes.check_timestamps(params.TimestampsToReturn)
         items = self._subscription(params).monitored_item_srv._monitored_items
-        known_items = [items.get(request.MonitoredItemId) for request in params.ItemsToModify]
+        named_items = [items.get(request.MonitoredItemId) for request in params.ItemsToModify]
         params.ItemsToModify = [
             request
-            for request, item in zip(params.ItemsToModify, known_items, strict=True)
+            for request, item in zip(params.ItemsToModify, named_items, strict=True)
             if item is not None
         ]
         changed = iter(await self._modify_items(params) if params.ItemsToModify else ())
-        for item in known_items:
+        for item in named_items:
             if item is not None:
                 item.timestamps = params.TimestampsToReturn
         unknown_status = status("BadMonitoredItemIdInvalid")
         return [
-            next(changed) if known_item is not None else ua.MonitoredItemModifyResult(unknown_status)
-            for known_item in known_items
+            next(changed) if item is not None else ua.MonitoredItemModifyResult(unknown_status)
+            for item in named_items
         ]
 
     def _refusal(self, item: Any) -> str:
@@ -131,27 +130,27 @@ class Subscriptions:
             return "BadIndexRangeInvalid"
         return self._filter_refusal(target, item.RequestedParameters.Filter)
 
-    def _filter_refusal(self, target: Any, given: Any) -> str:
-        kind = type(given).__name__  # asyncua also decodes filters as classes of its own
+    def _filter_refusal(self, target: Any, item_filter: Any) -> str:
+        kind = type(item_filter).__name__  # asyncua decodes some filters as its own classes
         if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"
-        if given is None or (kind == "ExtensionObject" and given.TypeId.is_null()):
+        if item_filter is None or (kind == "ExtensionObject" and item_filter.TypeId.is_null()):
             return ""
         if target.AttributeId != ua.AttributeIds.Value or kind == "EventFilter":
             return "BadFilterNotAllowed"
         if kind != "DataChangeFilter":
             return "BadMonitoredItemFilterUnsupported"
-        if given.DeadbandType == ua.DeadbandType.None_:
+        if item_filter.DeadbandType == ua.DeadbandType.None_:
             return ""
         tag = self._attributes.tag_of(target)
         if tag is None or tag.variable.type_name in ("BOOL", "STRING"):
             return "BadFilterNotAllowed"
-        is_simple = given.DeadbandType == ua.DeadbandType.Absolute and not tag.variable.dims
+        is_simple = item_filter.DeadbandType == ua.DeadbandType.Absolute and not tag.variable.dims
         return "" if is_simple else "BadMonitoredItemFilterUnsupported"
 
 
 class _Shape:
-    """Shapes values of items on their way to a subscription.
+    """A callback that cuts values to their index range and timestamps, before a subscription gets them.
 
     Attributes:
         timestamps: requested timestamps of the items that are being created.

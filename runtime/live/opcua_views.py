@@ -1,10 +1,10 @@
 """Browsing the OPC UA server: Browse and BrowseNext, with continuation points [OPC UA part 4, 5.9].
 
-asyncua (2.1) returns all references of a node, with all fields: it has no continuation points, and takes any
-direction and type of references. Here each row of the tables of result codes has its check:
+asyncua (2.1) returns all references of a node with all fields. It has no continuation points, and accepts any
+direction and type of references. This module checks each row of the tables of result codes:
 
     Browse, service        BadNothingToDo, BadTooManyOperations: `opcua_services.py`;
-                           BadViewIdUnknown, since there is no view
+                           BadViewIdUnknown, since the server has no views
     Browse, operation      BadNodeIdInvalid, BadNodeIdUnknown, BadBrowseDirectionInvalid,
                            BadReferenceTypeIdInvalid, BadNoContinuationPoints
     BrowseNext, operation  BadContinuationPointInvalid
@@ -23,16 +23,16 @@ FIELDS = ("ReferenceTypeId", "IsForward", "NodeClass", "BrowseName", "DisplayNam
 """Fields of a reference that a result mask names."""
 
 CONTINUATIONS_MOST = 16
-"""Continuation points of a session; the oldest is released for a new request."""
+"""Maximum continuation points of a session; a new request releases the oldest ones."""
 
 
 class _Continuation(NamedTuple):
     """A browse that continues at a continuation point."""
 
-    edition: int
-    rest: Iterator[Any]
-    next: Any  # the first reference of the rest
-    most: int
+    edition: int  # the edition of the views in which the browse began
+    references: Iterator[Any]  # the remaining references after `first`
+    first: Any  # the next reference
+    most: int  # maximum number of references per request
 
 
 class Views:
@@ -160,25 +160,28 @@ class Browsing:
             if paused is None or paused.edition != self._views.edition:
                 results.append(ua.BrowseResult(status("BadContinuationPointInvalid")))
             else:
-                results.append(self._results(paused.rest, paused.most, [], paused.next))
+                results.append(self._results(paused.references, paused.most, [], paused.first))
         return results
 
-    def _results(self, rest: Iterator[Any], most: int, before: list[bytes], first: Any = None) -> Any:
+    def _results(
+        self, references: Iterator[Any], most: int, releasable: list[bytes], first: Any = None
+    ) -> Any:
         """Return the next references, and a continuation point if there are more.
 
         Args:
+            references: the remaining references, after `first` if it is not None.
             most: maximum number of references; 0 for no limit.
-            before: continuation points of earlier requests, which may be released.
+            releasable: continuation points of earlier requests, oldest first.
         """
-        references = [] if first is None else [first]
-        references += islice(rest, most - len(references)) if most else rest
-        next_reference = next(rest, None) if most else None
+        page = [] if first is None else [first]
+        page += islice(references, most - len(page)) if most else references
+        next_reference = next(references, None) if most else None
         if next_reference is None:
-            return ua.BrowseResult(References=references)
+            return ua.BrowseResult(References=page)
         while len(self._paused) >= CONTINUATIONS_MOST:
-            if not before:
+            if not releasable:
                 return ua.BrowseResult(status("BadNoContinuationPoints"))
-            self._paused.pop(before.pop(0), None)
+            self._paused.pop(releasable.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
-        self._paused[point] = _Continuation(self._views.edition, rest, next_reference, most)
-        return ua.BrowseResult(ContinuationPoint=point, References=references)
+        self._paused[point] = _Continuation(self._views.edition, references, next_reference, most)
+        return ua.BrowseResult(ContinuationPoint=point, References=page)

@@ -1,13 +1,13 @@
-"""Applies operator actions to a rack between two scans, and announces each for the trace.
+"""Application of operator actions to a rack between two scans, with an event for the trace.
 
     scan          n           n+1
     time          t           t + period
-    order         | acts      its scan, in the recording
-    a switch      | closes: the modules stand at t
+    action        | applied   its scan, in the recording
+    a switch      | closes: the modules are at time t
 
-An order is announced with the number of the following scan, n + 1, and with the time of its effect, t.
-Orders of the session itself, such as a pause, change no image: they are only announced. Repeating the
-orders of a recording therefore gives the same images.
+The event of an action has the number of the following scan, n + 1, and the time of its effect, t.
+Actions of the session itself, such as a pause, only have an event: they change no image. Repeating the
+actions of a recording therefore produces the same images.
 """
 
 from __future__ import annotations
@@ -59,27 +59,27 @@ class ByteStore(Protocol):
     """A program whose tags can be set as bytes: a debugger."""
 
     def store(self, tag: str, offset: int, data: bytes, keep: bytes) -> None:
-        """Set bytes of a tag except the bits of `keep`; ValueError if that is impossible."""
+        """Set bytes of a tag, except the bits that are 1 in `keep`; ValueError if that is impossible."""
 
 
 @runtime_checkable
 class NamedImages(Protocol):
-    """A program that has names for words and bits of images: a debugger."""
+    """A program with names for words and bits of images: a debugger."""
 
     def address_of(self, tag: str) -> str | None:
-        """Return the address that a tag stands for; None for any other tag."""
+        """Return the address of the word or bit that a tag names; None for any other tag."""
 
 
 class OperatorActions:
-    """Carries out orders on a rack.
+    """The operator's access to a running rack.
 
     Args:
-        rack: its simulated modules are exposed to incidents.
-        desk: the program; None without tags that can be set.
-        edit: continues with an edited program before the scan at a time; None if edits are impossible.
+        rack: its simulated modules accept injected faults.
+        tags: the tags of the program; None if none can be set.
+        edit: continues with an edited program, at the time of the next scan; None if that is impossible.
 
     Attributes:
-        given: the orders that were carried out.
+        applied: the actions that were carried out.
         words: word names of the modules, by slot.
     """
 
@@ -87,172 +87,170 @@ class OperatorActions:
         self,
         cpu: Cpu,
         rack: Rack,
-        desk: WritableTags | None,
+        tags: WritableTags | None,
         edit: Callable[[actions.Edit, int], None] | None = None,
     ) -> None:
-        self._cpu, self._rack, self._desk, self._editing = cpu, rack, desk, edit
-        self.given: list[AppliedAction] = []
+        self._cpu, self._rack, self._tags, self._edit_program = cpu, rack, tags, edit
+        self.applied: list[AppliedAction] = []
         self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
 
-    def act(self, order: Action, at_ns: int, scan: int) -> None:
-        """Carry out an order before the next scan, and announce it.
+    def act(self, action: Action, at_ns: int, scan: int) -> None:
+        """Carry out an action before the next scan, and announce its event.
 
-        The first press of a card's input by hand ends the card's timeline: one person operates a panel.
+        The first press of a card's input ends the card's timeline, so that only the operator sets its inputs.
 
         Raises:
             ValueError: it can't be carried out, and nothing has changed.
         """
-        action = _ACTS.get(type(order))
-        effect = action(self, order, at_ns) if action is not None else None
-        self.given.append(AppliedAction(scan, order))
-        name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
-        text = sentence(order) if effect is None else f"{sentence(order)} {effect}"
-        self._cpu.announce(Event(behind_ns, "order", name, text, {"order": text_of(order)}))
+        handler = _HANDLERS.get(type(action))
+        side_effect = handler(self, action, at_ns) if handler is not None else None
+        self.applied.append(AppliedAction(scan, action))
+        latest_scan_ns = max(at_ns - self._cpu.period_ns, 0)
+        text = sentence(action) if side_effect is None else f"{sentence(action)} {side_effect}"
+        fields = {"order": text_of(action)}
+        self._cpu.announce(Event(latest_scan_ns, "order", NAMES[type(action)], text, fields))
 
-    def image(self, tag: str) -> str | None:
+    def _image_address(self, tag: str) -> str | None:
         """Return the address of the word or bit of an image that a tag names; None for any other tag."""
         try:
             return str(parse_address(tag, self.words))
         except ValueError:
-            desk: object = self._desk
-            return desk.address_of(tag) if isinstance(desk, NamedImages) else None
+            tags: object = self._tags
+            return tags.address_of(tag) if isinstance(tags, NamedImages) else None
 
-    # --- one order each
+    # --- handlers: one action each
 
-    def _mode(self, order: actions.Mode, _at_ns: int) -> None:
-        self._cpu.mode = CpuMode[order.mode.upper()]
+    def _mode(self, action: actions.Mode, _at_ns: int) -> None:
+        self._cpu.mode = CpuMode[action.mode.upper()]
 
-    def _press(self, order: actions.Press, _at_ns: int) -> str | None:
-        module: Any = self._rack.slots[order.slot].module
-        device = getattr(module, "module", module)  # inside of incidents
+    def _press(self, action: actions.Press, _at_ns: int) -> str | None:
+        module: Any = self._rack.slots[action.slot].module
+        device = getattr(module, "module", module)  # an ExposedModule wraps the device
         if isinstance(device, NamedInputs):
-            if order.on is None:
-                raise ValueError(f"slot {order.slot}: an input of a card is on or off: give true or false")
-            device.set_input(order.name, order.on)
+            if action.on is None:
+                raise ValueError(f"slot {action.slot}: an input of a card must be true or false, not null")
+            device.set_input(action.name, action.on)
             if isinstance(device, PressedByTimeline) and device.end_timeline():
-                return f"The timeline of slot {order.slot} ends."
+                return f"The timeline of slot {action.slot} ends."
         elif isinstance(device, ModuleWithInputs):
-            bit = INPUT_NAMES.get(order.name.lower())
+            bit = INPUT_NAMES.get(action.name.lower())
             if bit is None:
-                raise ValueError(f"no input {order.name!r}: inputs are {', '.join(INPUT_NAMES)}")
-            device.operate(bit, order.on)
+                raise ValueError(f"no input {action.name!r}: inputs are {', '.join(INPUT_NAMES)}")
+            device.operate(bit, action.on)
         else:
-            raise ValueError(f"slot {order.slot}: its inputs are real; they can't be set here")
+            raise ValueError(f"slot {action.slot}: its inputs are real; they can't be set here")
         return None
 
-    def _write(self, order: actions.Write, _at_ns: int) -> None:
-        if self.image(order.tag) is not None:
-            raise ValueError(f"{order.tag} is an image, which every scan writes again: force it instead")
-        self._program(order.tag).tags[order.tag] = order.value
+    def _write(self, action: actions.Write, _at_ns: int) -> None:
+        if self._image_address(action.tag) is not None:
+            raise ValueError(f"{action.tag} is an image, which every scan writes again; force it instead")
+        self._writable_tags(action.tag).tags[action.tag] = action.value
 
-    def _store(self, order: actions.Store, _at_ns: int) -> None:
-        data, keep = bytes.fromhex(order.data), bytes.fromhex(order.keep)
-        slot = output_slot(order.tag)
+    def _store(self, action: actions.Store, _at_ns: int) -> None:
+        data, keep = bytes.fromhex(action.data), bytes.fromhex(action.keep)
+        slot = output_slot(action.tag)
         if slot is not None and slot in self._rack.slots:
             raw = self._rack.slots[slot].outputs.raw
-            part = slice(order.offset, order.offset + len(data))
-            if len(raw[part]) != len(data):
-                raise ValueError(f"{order.tag}: bytes {part.start} to {part.stop} of {len(raw)}")
-            raw[part] = patched(bytes(raw[part]), data, keep)
+            end = action.offset + len(data)
+            if end > len(raw):
+                raise ValueError(f"{action.tag} has no byte {end - 1}; it has {len(raw)} bytes")
+            raw[action.offset : end] = patched(bytes(raw[action.offset : end]), data, keep)
             return
-        desk = self._program(order.tag)
-        if not isinstance(desk, ByteStore):
-            raise ValueError(f"{order.tag}: the program has no tags that clients can write")
-        desk.store(order.tag, order.offset, data, keep)
+        tags = self._writable_tags(action.tag)
+        if not isinstance(tags, ByteStore):
+            raise ValueError(f"{action.tag}: the program has no tags that clients can write")
+        tags.store(action.tag, action.offset, data, keep)
 
-    def _force(self, order: actions.Force, _at_ns: int) -> None:
-        if (address := self.image(order.tag)) is not None:
-            self._cpu.forces.set(address, _whole(order.tag, order.value))
+    def _force(self, action: actions.Force, _at_ns: int) -> None:
+        address = self._image_address(action.tag)
+        if address is None:
+            self._writable_tags(action.tag).force(action.tag, action.value)
+        elif not isinstance(action.value, int):
+            raise ValueError(f"{action.tag} can't be forced to {action.value!r}: must be a whole number")
         else:
-            self._program(order.tag).force(order.tag, order.value)
+            self._cpu.forces.set(address, int(action.value))
 
-    def _unforce(self, order: actions.Unforce, _at_ns: int) -> None:
-        if order.tag == ALL:
+    def _unforce(self, action: actions.Unforce, _at_ns: int) -> None:
+        if action.tag == ALL:
             self._cpu.forces.clear()
-            if self._desk is not None:
-                self._desk.unforce()
-        elif (address := self.image(order.tag)) is not None:
+            if self._tags is not None:
+                self._tags.unforce()
+        elif (address := self._image_address(action.tag)) is not None:
             self._cpu.forces.remove(address)
         else:
-            self._program(order.tag).unforce(order.tag)
+            self._writable_tags(action.tag).unforce(action.tag)
 
-    def _happen(self, order: actions.InjectFault, at_ns: int) -> None:
-        module = self._rack.slots[order.slot].module
+    def _inject_fault(self, action: actions.InjectFault, at_ns: int) -> None:
+        module = self._rack.slots[action.slot].module
         if not isinstance(module, ExposedModule):
-            raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
-        kind, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        incident = InjectedFault(at_ns, kind, order.slot, for_ns, order.late_words, order.state)
-        incident.check_late_words(len(self.words[order.slot].outputs))
-        module.happen(incident)
+            raise ValueError(f"slot {action.slot}: can't inject faults into real modules")
+        kind, for_ns = FaultKind(action.kind), exact_ns(action.for_ms, "ms", "for_ms")
+        fault = InjectedFault(at_ns, kind, action.slot, for_ns, action.late_words, action.state)
+        fault.check_late_words(len(self.words[action.slot].outputs))
+        module.happen(fault)
 
-    def _edit(self, order: actions.Edit, at_ns: int) -> None:
-        if self._editing is None:
-            raise ValueError("the files of an edited program are not there")
-        self._editing(order, at_ns)
+    def _edit(self, action: actions.Edit, at_ns: int) -> None:
+        if self._edit_program is None:
+            raise ValueError("the files of an edited program are missing")
+        self._edit_program(action, at_ns)
 
-    def _program(self, tag: str) -> WritableTags:
-        if self._desk is None:
+    def _writable_tags(self, tag: str) -> WritableTags:
+        if self._tags is None:
             raise ValueError(f"{tag}: the program has no tags that can be set; images can be forced")
-        return self._desk
+        return self._tags
 
 
-_ACTS: Mapping[type[Action], Callable[[OperatorActions, Any, int], str | None]] = {
+_HANDLERS: Mapping[type[Action], Callable[[OperatorActions, Any, int], str | None]] = {
     actions.Mode: OperatorActions._mode,
     actions.Press: OperatorActions._press,
     actions.Write: OperatorActions._write,
     actions.Store: OperatorActions._store,
     actions.Force: OperatorActions._force,
     actions.Unforce: OperatorActions._unforce,
-    actions.InjectFault: OperatorActions._happen,
+    actions.InjectFault: OperatorActions._inject_fault,
     actions.Edit: OperatorActions._edit,
 }
-"""The orders that act on the rack; each returns a further sentence for its event, or None."""
-
-
-def _whole(tag: str, value: Value) -> int:
-    if not isinstance(value, int):
-        raise ValueError(f"{tag} can't be forced to {value!r}: a word or bit takes whole numbers")
-    return int(value)
+"""Handlers of the actions that change the rack. Each returns another sentence for the event, or None."""
 
 
 _LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"}
 
 _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
-    actions.Mode: lambda order: f"The key is turned to {order.mode}.",
-    actions.Pause: lambda _order: "The rack pauses.",
-    actions.Continue: lambda _order: "The rack continues.",
-    actions.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
-    actions.Speed: lambda order: f"The speed is {order.factor}.",
-    actions.Press: lambda order: (
-        f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}{_by(order.by)}."
+    actions.Mode: lambda action: f"The key is turned to {action.mode}.",
+    actions.Pause: lambda _action: "The rack pauses.",
+    actions.Continue: lambda _action: "The rack continues.",
+    actions.Step: lambda action: f"{action.scans} scan{'s' * (action.scans != 1)}, then a pause.",
+    actions.Speed: lambda action: f"The speed is {action.factor}.",
+    actions.Press: lambda action: (
+        f"Slot {action.slot}: the {action.name} input is {_LEVELS[action.on]}{_by(action.by)}."
     ),
-    actions.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}{_by(order.by)}.",
-    actions.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}{order.part}.",
-    actions.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
-    actions.Unforce: lambda order: (
-        "All forces are removed." if order.tag == ALL else f"{order.tag} is no longer forced."
+    actions.Write: lambda action: f"{action.tag} is set to {_shown(action.value)}{_by(action.by)}.",
+    actions.Store: lambda action: f"{action.client or 'A client'} writes {action.tag}{action.part}.",
+    actions.Force: lambda action: f"{action.tag} is forced to {_shown(action.value)}.",
+    actions.Unforce: lambda action: (
+        "All forces are removed." if action.tag == ALL else f"{action.tag} is no longer forced."
     ),
-    actions.InjectFault: lambda order: f"Slot {order.slot}: {order.state or order.kind}.",
-    actions.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
-    actions.RemoveBreakpoint: lambda order: f"A breakpoint is removed: {order.at}.",
-    actions.Reload: lambda _order: "The program is loaded again.",
-    actions.Edit: lambda order: f"Edit {order.number} of the program.",
-    actions.Branch: lambda order: f"Another way from scan {order.scan:,} on.",
+    actions.InjectFault: lambda action: f"Slot {action.slot}: {action.state or action.kind}.",
+    actions.Breakpoint: lambda action: f"A breakpoint is set: {action.at}.",
+    actions.RemoveBreakpoint: lambda action: f"A breakpoint is removed: {action.at}.",
+    actions.Reload: lambda _action: "The program is loaded again.",
+    actions.Edit: lambda action: f"Edit {action.number} of the program.",
+    actions.Branch: lambda action: f"Another way from scan {action.scan:,} on.",
 }
 
 
-def sentence(order: Action) -> str:
-    """Return an order as a sentence.
+def sentence(action: Action) -> str:
+    """Describe an action in a sentence.
 
     >>> from scanrack.runtime.live.actions import Press
     >>> sentence(Press(1, "home", True))
     'Slot 1: the home input is energized.'
     """
-    return _SENTENCES[type(order)](order)
+    return _SENTENCES[type(action)](action)
 
 
-def _by(who: str) -> str:
-    return who and f" ({who})"
+def _by(operator: str) -> str:
+    return f" ({operator})" if operator else ""
 
 
 def _shown(value: Value) -> str:

@@ -1,4 +1,4 @@
-"""Silences libraries in a server's process, and returns its unused memory to the system."""
+"""Logging and memory of a server's process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CLIENT_LOGS = ("asyncio", "asyncua", "websockets")
 
 
 def quiet(*libraries: str) -> None:
-    """Turn off the logging of libraries: clients' requests don't concern the user, and we report the rest.
+    """Turn off the logging of libraries, since clients' requests don't concern the user.
 
     Args:
         libraries: names of their loggers; child loggers are included.
@@ -25,7 +25,7 @@ def quiet(*libraries: str) -> None:
 
 
 def give_back_memory() -> None:
-    """Return unused memory to the system; glibc keeps free memory between used blocks until it is trimmed."""
+    """Return unused memory to the system. glibc keeps free memory between used blocks until it is trimmed."""
     gc.collect()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

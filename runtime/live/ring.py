@@ -1,8 +1,8 @@
-"""Scans, messages and snapshots to another process, through shared memory, without a lock.
+"""A ring in shared memory that passes scans, messages and snapshots to another process, without a lock.
 
-    head      numbers of 8 bytes, one writer each, see `_ROWS` and the others
-    rows      ROWS rows, one per scan: number, flags, times, figures, the rack's memory, the number again
-    messages  records of bytes: events and answers
+    head      counters of 8 bytes, one writer each, see `_ROWS` and the others
+    rows      one per scan: number, flags, times, figures, the rack's memory, the number again
+    messages  records of JSON: events and answers
     snapshots records of bytes: the program's values at some scans
 
 The scan loop writes and never waits. A reader copies, then reads the head again and drops rows that may
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from .shared_memory import SharedMemory
 
 ROWS = 1 << 15
-"""Number of rows: 65 s of scans of 2 ms."""
+"""Default number of rows: 65 s of scans at 2 ms."""
 
 AT_ONCE = 256
 """Maximum rows written at once."""
@@ -37,8 +37,8 @@ Rows = NDArray[np.void]
 
 
 _ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, REQUESTS = range(5)
-"""Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
-writes: orders sent so far, snapshots requested.
+"""Counters in the head. The scan loop counts written rows, and written bytes of messages and snapshots.
+The monitor counts the actions that it sends, and the snapshots that it requests.
 """
 
 _HEAD_BYTES = 128
@@ -55,8 +55,8 @@ class RingShape(NamedTuple):
 class RingRows(NamedTuple):
     """Rows that were read."""
 
-    rows: Rows  # a copy of them, in order
-    end: int  # the place of the next read
+    rows: Rows  # a copy, in the order of the scans
+    end: int  # position of the next read
     lost: int  # rows that were overwritten before they could be read
 
 
@@ -65,17 +65,19 @@ Put = Callable[[int, int, int, int, tuple[int, ...], bytes | bytearray], None]
 
 
 class Ring:
-    """The shared memory of a session.
+    """The ring of a session.
 
     Args:
-        figures: numbers of 64 bits per row beside the memory.
-        rows: number of rows, a power of two.
+        memory_bytes: size of the rack's memory.
+        figures: 64-bit numbers per row, in addition to the memory.
 
     Attributes:
-        shape: its dimensions.
-        at_once: maximum rows written at once; a reader skips as many, which may be being overwritten.
+        shape: dimensions of the ring.
+        at_once: maximum rows written at once. A reader skips the oldest rows of this number, since they may
+            be overwritten meanwhile.
         memory: the shared memory of the ring.
-        head: its numbers, by `ORDERS`, `REQUESTS` and the others; the scan loop looks there after every scan.
+        head: the counters, by `ORDERS`, `REQUESTS` and the others; the scan loop checks them after every
+            scan.
         put: writes a row; called after every scan.
     """
 
@@ -83,13 +85,13 @@ class Ring:
 
     def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
         if rows & (rows - 1) or rows < 2:
-            raise ValueError(f"a ring of {rows} rows is not allowed: a power of two")
+            raise ValueError(f"a ring of {rows} rows is not allowed: must be a power of two")
         shape = RingShape(memory_bytes, figures, rows)
         self._open(SharedMemory(size_of(shape)), shape)
 
     @classmethod
     def opened(cls, shape: RingShape, memory: SharedMemory) -> Ring:
-        """Open the ring of another process in its memory."""
+        """Open the ring that another process has created in `memory`."""
         ring = cls.__new__(cls)
         ring._open(memory, shape)
         return ring
@@ -126,19 +128,21 @@ class Ring:
         """Write the rows of successive scans.
 
         Args:
-            scan: number of the last one; its times are the next two.
-            images: the rack's memory after each, at most `at_once`.
+            scan: number of the last scan.
+            now_ns: virtual time of the last scan.
+            wall_ns: wall time of the last scan.
+            images: the rack's memory after each scan, at most `at_once`.
         """
-        scans_back, rows_written = np.arange(1 - len(images), 1), self.head[_ROWS]
+        offsets, rows_written = np.arange(1 - len(images), 1), self.head[_ROWS]
         rows = np.zeros(len(images), self.dtype)
-        rows["scan"] = rows["again"] = (scan + scans_back) & SCAN_MASK
+        rows["scan"] = rows["again"] = (scan + offsets) & SCAN_MASK
         rows["flags"], rows["figures"] = flags, figures
-        rows["now_ns"], rows["wall_ns"] = now_ns + scans_back * period_ns, wall_ns + scans_back * wall_step_ns
+        rows["now_ns"], rows["wall_ns"] = now_ns + offsets * period_ns, wall_ns + offsets * wall_step_ns
         rows["words"] = np.frombuffer(b"".join(images), "<i2").reshape(rows["words"].shape)
-        data, offset = rows.tobytes(), (rows_written & self._mask) * self._stride
-        rows_left = len(self._rows) - offset
-        self._rows[offset : offset + len(data)] = data[:rows_left]
-        self._rows[: max(0, len(data) - rows_left)] = data[rows_left:]
+        data, begin = rows.tobytes(), (rows_written & self._mask) * self._stride
+        bytes_to_end = len(self._rows) - begin
+        self._rows[begin : begin + len(data)] = data[:bytes_to_end]
+        self._rows[: max(0, len(data) - bytes_to_end)] = data[bytes_to_end:]
         self.head[_ROWS] = rows_written + len(images)
 
     # --- the monitor
@@ -149,11 +153,11 @@ class Ring:
         return int(self.head[_ROWS])
 
     def take(self, since: int) -> RingRows:
-        """Return the remaining rows, starting at a place."""
+        """Return the rows from a position on, without rows that were overwritten."""
         end = self.written
         first_row = max(since, end - self.shape.rows + self.at_once, 0)
-        places = np.arange(first_row, end) & self._mask
-        rows = np.frombuffer(self._rows, self.dtype)[places]
+        indexes = np.arange(first_row, end) & self._mask
+        rows = np.frombuffer(self._rows, self.dtype)[indexes]
         overwritten = self.written - self.shape.rows + self.at_once - first_row
         if overwritten > 0:
             rows, first_row = rows[overwritten:], min(first_row + overwritten, end)
@@ -169,7 +173,7 @@ class Ring:
 
 
 def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
-    """Return a function that writes rows; its variables are local for speed."""
+    """Return a function that writes rows. It uses local variables for speed."""
     pack, stride = row.pack_into, row.size
 
     def put(
@@ -184,97 +188,96 @@ def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
 
 
 def size_of(shape: RingShape) -> int:
-    """Return the bytes of a ring."""
+    """Return the size of a ring in bytes."""
     stride = row_type(shape.memory_bytes, shape.figures).itemsize
     return _HEAD_BYTES + shape.rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
 
 
 class Records:
-    """A buffer of the latest records of bytes; one process writes, another reads.
+    """A circular buffer of the latest records of bytes; one process writes, another reads.
 
-    A record is its length in 4 bytes and its bytes, and begins at a multiple of 8.
+    A record consists of its length in 4 bytes and its data. It begins at a multiple of 8 bytes.
 
     Args:
-        index: the number that counts the bytes written so far.
+        index: index in the head of the counter of bytes written so far.
     """
 
-    def __init__(self, head: memoryview, index: int, room: memoryview) -> None:
-        self._head, self._index, self._room = head, index, room
-        self._size = len(room)
+    def __init__(self, head: memoryview, index: int, buffer: memoryview) -> None:
+        self._head, self._index, self._buffer = head, index, buffer
+        self._size = len(buffer)
 
     @property
     def end(self) -> int:
-        """Bytes written so far; the place of the next record."""
+        """Bytes written so far, which is the position of the next record."""
         return int(self._head[self._index])
 
     @property
     def oldest(self) -> int:
-        """The place of the first record for a new reader, or of the next one."""
+        """Position at which a new reader begins: the first record, or the next one if that may be lost."""
         return 0 if self.end <= self._margin else self.end
 
     def write(self, record: bytes) -> bool:
-        """Write a record; return whether it fits into a quarter of the room."""
+        """Write a record; return False if it does not fit into a quarter of the buffer."""
         length = _aligned(4 + len(record))
         if length > self._size // 4:
             return False
         end = self.end
         offset = end % self._size
         if offset + length > self._size:  # continue at the start of the buffer
-            _LENGTH.pack_into(self._room, offset, _REST)
+            _LENGTH.pack_into(self._buffer, offset, _END_OF_BUFFER)
             end += self._size - offset
             self._head[self._index] = end
             offset = 0
-        _LENGTH.pack_into(self._room, offset, len(record))
-        self._room[offset + 4 : offset + 4 + len(record)] = record
+        _LENGTH.pack_into(self._buffer, offset, len(record))
+        self._buffer[offset + 4 : offset + 4 + len(record)] = record
         self._head[self._index] = end + length
         return True
 
     def read(self, since: int) -> tuple[list[bytes], int, bool]:
-        """Return the records, starting at a place.
+        """Return the records from a position on.
 
         Returns:
-            The records, the next place, and whether all records from `since` on were overwritten.
+            The records, the next position, and whether records were lost because the writer had overwritten
+            them.
         """
         end = self.end
         copy = self._copied(since, end) if end - since <= self._margin else None
         if copy is None or self.end - since > self._margin:
             return [], self.end, True
-        return _taken_apart(copy, since, self._size), end, False
+        return _split(copy, since, self._size), end, False
 
     @property
     def _margin(self) -> int:
-        """Maximum bytes that may be unread: the writer may be at work on the next quarter."""
+        """Maximum bytes between a reader and the writer, which may be writing the next quarter."""
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:
         begin, stop = since % self._size, end % self._size
         if end == since:
             return b""
-        return (
-            bytes(self._room[begin:stop])
-            if begin < stop
-            else bytes(self._room[begin:]) + bytes(self._room[:stop])
-        )
+        if begin < stop:
+            return bytes(self._buffer[begin:stop])
+        return bytes(self._buffer[begin:]) + bytes(self._buffer[:stop])
 
     def release(self) -> None:
         """Release the memory."""
-        self._room.release()
+        self._buffer.release()
 
 
 _LENGTH = Struct("<I")
-_REST = 0xFFFF_FFFF
-"""In place of a length: the rest of the room is empty."""
+_END_OF_BUFFER = 0xFFFF_FFFF
+"""In place of a length: the next record is at the start of the buffer."""
 
 
 def _aligned(length: int) -> int:
     return -(-length // 8) * 8
 
 
-def _taken_apart(copy: bytes, since: int, size: int) -> list[bytes]:
+def _split(copy: bytes, since: int, size: int) -> list[bytes]:
     records, offset = [], 0
     while offset < len(copy):
         (length,) = _LENGTH.unpack_from(copy, offset)
-        if length == _REST:
+        if length == _END_OF_BUFFER:
             offset += size - (since + offset) % size
             continue
         records.append(copy[offset + 4 : offset + 4 + length])

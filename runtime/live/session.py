@@ -1,9 +1,9 @@
-"""A session: scans with pause, steps and speed, and orders between them.
+"""A session: scans with pause, steps and speed, and operator actions between them.
 
-    run:     scan scan scan | pause ...................... | go: scan scan
-    orders        ^    ^            ^ one act each, before the next scan
+    run:     scan scan scan | pause ...................... | continue: scan scan
+    actions       ^    ^            ^ each takes effect before the next scan
 
-The session runs in the thread of the scan loop. While scans run, the tap checks for orders after every scan;
+The session runs in the thread of the scan loop. While scans run, the tap checks for actions after every scan;
 during a pause the session waits for them.
 """
 
@@ -24,27 +24,27 @@ from .operator_actions import OperatorActions
 from .speeds import MAX
 
 WAIT_S = 0.02
-"""Longest single wait for commands during a pause, and for requests to the tap, in seconds."""
+"""Longest wait for an action during a pause, before the tap checks for requests, in seconds."""
 
 
 Reply = Callable[[Mapping[str, object]], None]
-"""Sends an answer to the page that requested it: `ok` and more, or `refused`."""
+"""Sends an answer to the page that requested it: an object with the key `ok` or `refused`."""
 
-GIVEN = {**actions.ACTIONS, **actions.TYPED}
-"""Orders that a monitor may pass on, by name."""
+PAGE_ACTIONS = {**actions.ACTIONS, **actions.TYPED}
+"""Actions that a monitor may pass on from a page, by name."""
 
 
 class Inbox(Protocol):
-    """The source of orders."""
+    """A queue of actions."""
 
     def pending(self) -> bool:
-        """Whether an order waits; called after every scan."""
+        """Whether an action waits; called after every scan."""
 
     def take(self) -> bytes:
-        """Return the next order, JSON with the keys id and order."""
+        """Return the next action, JSON with the keys id and order."""
 
     def wait(self, seconds: float) -> None:
-        """Wait for an order, at most this long."""
+        """Wait for an action, at most `seconds`."""
 
 
 class Stops(Protocol):
@@ -52,11 +52,11 @@ class Stops(Protocol):
 
     @property
     def stops(self) -> tuple[Any, ...]:
-        """The breakpoints met in the latest scan."""
+        """The breakpoints that the latest scan reached."""
 
     @property
     def ran(self) -> tuple[int, ...]:
-        """Lines of a program in Python that ran in the latest scan, while there is a breakpoint on one."""
+        """Lines of a Python program that ran in the latest scan; empty without a breakpoint on a line."""
 
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
         """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
@@ -65,7 +65,7 @@ class Stops(Protocol):
         """Set a breakpoint on a tag; ValueError for an unknown one."""
 
     def remove_breakpoint(self, at: str, rung: int | None = None, when: Any = "true") -> None:
-        """Remove a breakpoint at a rung of a routine, or on a tag; the others stay as they are."""
+        """Remove one breakpoint: at a rung of a routine, or on a tag."""
 
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
@@ -78,7 +78,7 @@ class SessionState:
     paused: bool = False
     speed: float | None = 1.0  # times real time; None = as fast as possible
     breakpoints: list[str] = field(default_factory=list)
-    met: list[str] = field(default_factory=list)  # the breakpoints that ended the latest run
+    met: list[str] = field(default_factory=list)  # the breakpoints that caused the latest pause
     ran: tuple[int, ...] = ()  # see `Stops`
     fault: str = ""  # the fault that stopped the CPU; "" while it runs
 
@@ -87,58 +87,59 @@ class Session:
     """The loop around a CPU.
 
     Args:
-        tell: sends messages to the monitor: an answer, or the state.
+        send: sends a message to the monitor: an answer, or the state.
         stops: the program, if it supports breakpoints.
-        live: whether there are real ports, which exclude pause, step and speed.
-        reload: loads the program again, and passes it on when ready; None if that is impossible. Its
-            argument names the sequences that restart.
-        prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
+        live: whether the rack has real ports, which exclude pause, step and speed.
+        reload: loads the program again, and adds a takeover when it is ready. Its argument names the
+            sequences that restart. None if the program can't be loaded again.
+        prepare: prepares a branch from a scan, ValueError if it can't. Its second argument says whether the
+            branch pauses there. None without branches.
 
     Attributes:
-        inbox: the source of orders.
+        inbox: the queue of actions.
         stops: the program, if it supports breakpoints.
         live: see the argument.
-        repeats: whether it repeats the scans of a session from which it branches.
-        over: whether the session has been ended.
-        branch: the scan from which another session should begin, or None.
+        repeats: whether it is repeating the scans of the session from which it branches.
+        over: whether `end` has been called.
+        branch: the scan from which another session begins when this one has ended, or None.
         attend: serves the monitor during a pause.
-        give: sends the values of the program to the monitor.
+        send_values: sends the values of the program to the monitor.
         on_fault: called after a fault of the CPU in a session that stays open for inspection.
-        takeovers: each is called once, between two scans: it returns the order that continues with an edited
-            program, or None for a mistake or a preview, which it reports.
-        edit: requests the text of the program, or previews an edited one; called with a function that sends
-            the answer. None if the program can't be edited.
+        takeovers: functions that are called once, between two scans. Each returns the action that continues
+            with an edited program, or None after it has reported a mistake or a preview.
+        edit: carries out an action on the program's text; its second argument sends the answer. None if the
+            program can't be edited.
     """
 
     def __init__(
         self,
         cpu: Cpu,
-        hands: OperatorActions,
+        operator_actions: OperatorActions,
         pacer: AdjustablePace,
         inbox: Inbox,
-        tell: Callable[[Mapping[str, object]], None],
+        send: Callable[[Mapping[str, object]], None],
         *,
         stops: Stops | None = None,
         live: bool = False,
         reload: Callable[[str], None] | None = None,
         prepare: Callable[[int, bool], None] | None = None,
     ) -> None:
-        self._cpu, self._hands, self._pacer = cpu, hands, pacer
-        self.inbox, self._tell, self.stops = inbox, tell, stops
+        self._cpu, self._operator_actions, self._pacer = cpu, operator_actions, pacer
+        self.inbox, self._send, self.stops = inbox, send, stops
         self.live, self._reload, self._prepare = live, reload, prepare
         self.repeats = False
         self.state = SessionState(speed=pacer.speed)
         self.over = False
         self.attend: Callable[[], None] = lambda: None
-        self.give: Callable[[], None] = lambda: None
+        self.send_values: Callable[[], None] = lambda: None
         self.on_fault: Callable[[CpuFault], object] = lambda _fault: None
         self.takeovers: deque[Callable[[], Action | None]] = deque()
         self.edit: Callable[[actions.ToEditor, Reply], None] | None = None
         self.branch: int | None = None
-        self._until: int | None = None
-        self._stepping: dict[str, object] | None = None
+        self._step_end: int | None = None  # the scan before which a step ends
+        self._step_answer: dict[str, object] | None = None  # sent when the step ends
         self._fault: CpuFault | None = None
-        self._next = 0
+        self._next_scan = 0  # the scan before which the present action takes effect
 
     @property
     def scan(self) -> int:
@@ -148,14 +149,14 @@ class Session:
     # --- running
 
     def repeat_to(self, scan: int) -> None:
-        """Run up to a scan as fast as possible; orders and breakpoints wait until then.
+        """Run up to a scan as fast as possible, without actions and breakpoints.
 
         If the program now behaves differently and faults the CPU, the fault is shown.
         """
         if scan > self._cpu.scan:
             self.repeats = True
             with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
-                self._run_or_fault(scan, shown=True)
+                self._run(scan, keep_open=True)
             self.repeats = False
 
     def set_speed(self, speed: float | None) -> None:
@@ -163,15 +164,15 @@ class Session:
         self.state.speed = self._pacer.speed = speed
 
     def run(self, scans: int | None = None, *, paused: bool = False) -> None:
-        """Run until `end` is called, or a number of scans is done.
+        """Run until `end` is called, or for a number of scans.
 
         Args:
-            scans: total number of scans; None = no end.
+            scans: number of scans, including scans of steps; None = no limit.
             paused: begin with a pause.
 
         Raises:
-            CpuFault: see `Cpu.run`. A session without an end waits for `end` first, so that the fault can be
-            inspected.
+            CpuFault: see `Cpu.run`. Without a limit the session first waits for `end`, so that the operator
+            can inspect the fault.
             KeyboardInterrupt: a second Ctrl-C.
         """
         end = None if scans is None else self._cpu.scan + scans
@@ -180,9 +181,9 @@ class Session:
             self._show()
             while not self.over and (end is None or self._cpu.scan < end):
                 if self.state.paused:
-                    self._rest()
+                    self._wait_for_actions()
                 else:
-                    self._run_or_fault(end, shown=end is None)
+                    self._run(end, keep_open=end is None)
             if self._fault is not None and self.branch is None:
                 raise self._fault
 
@@ -191,40 +192,43 @@ class Session:
         self.over = True
         self._cpu.stop()
 
-    def _run_or_fault(self, end: int | None, *, shown: bool) -> None:
-        """Run scans; show a fault of the CPU until the session ends, or raise it."""
+    def _run(self, end: int | None, *, keep_open: bool) -> None:
+        """Run scans until they are done, or the CPU is stopped.
+
+        Args:
+            keep_open: after a fault of the CPU, show the fault and pause; otherwise raise it.
+        """
         try:
-            self._run(end)
+            self._run_scans(end)
         except CpuFault as fault:
-            if not shown:
+            if not keep_open:
                 raise
             self._fault = fault
             self.state.fault = str(fault)
             self.state.paused = True
-            self._end_step(refused=_faulted(fault))
+            self._end_step(refusal=_fault_refusal(fault))
             self._show()
             self.on_fault(fault)
 
-    def _run(self, end: int | None) -> None:
-        """Run scans until they are done, or the CPU is stopped."""
-        end_scans = [instant for instant in (self._until, end) if instant is not None]
+    def _run_scans(self, end: int | None) -> None:
+        end_scans = [scan for scan in (self._step_end, end) if scan is not None]
         self._cpu.run(min(end_scans) - self._cpu.scan if end_scans else None)
-        if self._until is not None and self._cpu.scan >= self._until and not self.state.paused:
+        if self._step_end is not None and self._cpu.scan >= self._step_end and not self.state.paused:
             self._pause()
 
-    def _rest(self) -> None:
-        """Wait for orders, and carry them out."""
+    def _wait_for_actions(self) -> None:
+        """Wait up to `WAIT_S` for actions, and carry them out."""
         self.attend()
         self.inbox.wait(WAIT_S)
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """Check the breakpoints, and carry out orders; called after a scan if there are any."""
+        """Check the breakpoints, and carry out actions; called after a scan if there are any."""
         if self.state.breakpoints:
-            self._look()
+            self._check_breakpoints()
         self.obey_all(at_ns, scan)
 
-    def _look(self) -> None:
+    def _check_breakpoints(self) -> None:
         if self.stops is None:
             return
         stops, self.state.ran = self.stops.stops, self.stops.ran
@@ -232,13 +236,13 @@ class Session:
             self.state.met = [str(stop) for stop in stops]
             self._pause()
 
-    # --- orders
+    # --- actions
 
     def obey_all(self, at_ns: int, scan: int) -> None:
-        """Carry out the waiting orders, and answer each.
+        """Carry out the waiting actions, and answer each.
 
-        A step is answered after its last scan. At least one of its scans runs before the next order acts, so
-        that "press, step, release" is a pulse, however fast the orders arrive.
+        A step is answered after its last scan. At least one scan runs before the next action, so that
+        "press, step, release" is a pulse, however fast the actions arrive.
         """
         while self.takeovers and not self.repeats:
             self._take_over(self.takeovers.popleft(), at_ns, scan)
@@ -247,185 +251,187 @@ class Session:
             try:
                 message = parsed(self.inbox.take())
                 number = message["id"]
-                order = action_of(message["order"], GIVEN)
-                if isinstance(order, actions.ToEditor):
-                    self.ask_editor(order, self._answer_to(number))
+                action = action_of(message["order"], PAGE_ACTIONS)
+                if isinstance(action, actions.ToEditor):
+                    self.ask_editor(action, self._answer_to(number))
                     continue
-                self.obey(order, at_ns, scan)
+                self.obey(action, at_ns, scan)
             except ValueError as error:
-                self._tell({"answer": {"id": number, "refused": str(error)}})
-            except Exception as error:  # an order never faults the CPU, even if this code is wrong
+                self._send({"answer": {"id": number, "refused": str(error)}})
+            except Exception as error:  # an action never faults the CPU, even if a handler is wrong
                 text = f"it can't be carried out: {type(error).__name__}: {error}"
-                self._tell({"answer": {"id": number, "refused": text}})
+                self._send({"answer": {"id": number, "refused": text}})
             else:
                 answer = {"id": number, "ok": True, "scan": scan}
-                if isinstance(order, actions.Step):
-                    self._stepping = answer
+                if isinstance(action, actions.Step):
+                    self._step_answer = answer
                     return
-                self._tell({"answer": answer})
+                self._send({"answer": answer})
 
     def _answer_to(self, number: object) -> Reply:
-        return lambda result: self._tell({"answer": {"id": number, **result}})
+        return lambda result: self._send({"answer": {"id": number, **result}})
 
-    def ask_editor(self, order: actions.ToEditor, reply: Reply) -> None:
-        """Pass on an order about the program's text; ValueError if the program can't be edited now."""
+    def ask_editor(self, action: actions.ToEditor, reply: Reply) -> None:
+        """Pass on an action on the program's text; ValueError if the program can't be edited now."""
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
-        if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
+        if isinstance(action, actions.Online) and action.step not in _ALLOWED_AFTER_FAULT:
             self._refuse_after_fault()
-        self.edit(order, reply)
+        self.edit(action, reply)
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
-        """Continue with an edited program, or report its mistakes to the page."""
+        """Continue with an edited program, or report its mistake to the page."""
         try:
-            order = takeover()
-            if order is None:
+            action = takeover()
+            if action is None:
                 return
             self._refuse_after_fault()
-            self._hands.act(order, at_ns, scan)
-        except Exception as error:  # the running program continues despite any error of the edited one
-            self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
+            self._operator_actions.act(action, at_ns, scan)
+        except Exception as error:  # the running program continues after any error of the edited one
+            self._send({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
         if self.stops is not None:
             self.stops.clear_breakpoints()
         self._show()
-        self.give()
+        self.send_values()
 
-    def obey(self, order: Action, at_ns: int, scan: int) -> None:
-        """Carry out an order; ValueError if it can't be carried out, and nothing has changed.
+    def obey(self, action: Action, at_ns: int, scan: int) -> None:
+        """Carry out an action; ValueError if it can't be carried out, and nothing has changed.
 
         Args:
-            at_ns: virtual time of the next scan, before which it acts.
+            at_ns: virtual time of the next scan, before which the action takes effect.
         """
-        if not isinstance(order, actions.Branch):
+        if not isinstance(action, actions.Branch):
             self._refuse_after_fault()
-        self._next = scan
-        action = _ACTS.get(type(order))
-        if action is not None:
-            action(self, order)
-        self._hands.act(order, at_ns, scan)
+        self._next_scan = scan
+        handler = _HANDLERS.get(type(action))
+        if handler is not None:
+            handler(self, action)
+        self._operator_actions.act(action, at_ns, scan)
         self._show()
 
     def _refuse_after_fault(self) -> None:
         if self._fault is not None:
-            raise ValueError(_faulted(self._fault))
+            raise ValueError(_fault_refusal(self._fault))
 
     def _show(self) -> None:
-        self._tell({"state": self.described()})
+        self._send({"state": self.described()})
 
     def described(self) -> dict[str, object]:
         """Return the state as a message."""
         speed = MAX if self.state.speed is None else self.state.speed
         return {**asdict(self.state), "speed": speed, "scan": self._cpu.scan}
 
-    # --- one order each
+    # --- handlers: one action each
 
-    def _pause(self, _order: object = None) -> None:
+    def _pause(self, _action: object = None) -> None:
         self._refuse_if_live("pause")
         self.state.paused = True
         self._end_step()
         self._cpu.stop()
         self._show()
 
-    def _go(self, _order: object) -> None:
+    def _continue(self, _action: object) -> None:
         self.state.paused = False
         self.state.met = []
         self._end_step()
 
-    def _step(self, order: actions.Step) -> None:
+    def _step(self, action: actions.Step) -> None:
         self._refuse_if_live("step")
-        self._go(order)
-        self._until = self._next + order.scans
+        self._continue(action)
+        self._step_end = self._next_scan + action.scans
         self._cpu.stop()
 
-    def _end_step(self, refused: str = "") -> None:
-        """End and answer a step that is complete or was ended early."""
-        self._until = None
-        if self._stepping is not None:
-            answer, self._stepping = self._stepping, None
-            self._tell({"answer": {"id": answer["id"], "refused": refused} if refused else answer})
+    def _end_step(self, refusal: str = "") -> None:
+        """End the present step, complete or not, and answer it; do nothing without a step."""
+        self._step_end = None
+        if self._step_answer is not None:
+            answer, self._step_answer = self._step_answer, None
+            self._send({"answer": {"id": answer["id"], "refused": refusal} if refusal else answer})
 
-    def _speed(self, order: actions.Speed) -> None:
+    def _speed(self, action: actions.Speed) -> None:
         self._refuse_if_live("speed")
-        self.set_speed(None if isinstance(order.factor, str) else float(order.factor))
+        self.set_speed(None if isinstance(action.factor, str) else float(action.factor))
 
-    def _break(self, order: actions.Breakpoint) -> None:
+    def _break(self, action: actions.Breakpoint) -> None:
         self._refuse_if_live("breakpoint")
-        if order.at not in self.state.breakpoints:
-            rung_place, rung, when = _place_of(order.at)
+        if action.at not in self.state.breakpoints:
+            routine_or_tag, rung, condition = _parse_breakpoint(action.at)
             if rung is None:
-                self._with_breakpoints().break_on(rung_place)
+                self._debugger().break_on(routine_or_tag)
             else:
-                self._with_breakpoints().break_at(rung_place, rung, when)
-            self.state.breakpoints.append(order.at)
+                self._debugger().break_at(routine_or_tag, rung, condition)
+            self.state.breakpoints.append(action.at)
 
-    def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
-        breakpoints_left = [
-            location for location in self.state.breakpoints if location != order.at and order.at != ALL
-        ]
-        if len(breakpoints_left) == len(self.state.breakpoints) and order.at != ALL:
-            breakpoint_list = ", ".join(breakpoints_left) or "none"
-            raise ValueError(f"no breakpoint at {order.at}; there are {breakpoint_list}")
-        if order.at == ALL:
-            self._with_breakpoints().clear_breakpoints()
-        elif not any(_is_same(order.at, location_left) for location_left in breakpoints_left):
-            self._with_breakpoints().remove_breakpoint(*_place_of(order.at))
-        self.state.breakpoints = breakpoints_left
+    def _unbreak(self, action: actions.RemoveBreakpoint) -> None:
+        if action.at == ALL:
+            self._debugger().clear_breakpoints()
+            self.state.breakpoints = []
+            return
+        breakpoints = self.state.breakpoints
+        if action.at not in breakpoints:
+            raise ValueError(f"no breakpoint at {action.at}; there are {', '.join(breakpoints) or 'none'}")
+        remaining = [location for location in breakpoints if location != action.at]
+        if not any(_is_same_breakpoint(action.at, location) for location in remaining):
+            self._debugger().remove_breakpoint(*_parse_breakpoint(action.at))
+        self.state.breakpoints = remaining
 
-    def _with_breakpoints(self) -> Stops:
+    def _debugger(self) -> Stops:
         if self.stops is None:
             raise ValueError("the program has no breakpoints")
         return self.stops
 
-    def _begin_branch(self, order: actions.Branch) -> None:
+    def _begin_branch(self, action: actions.Branch) -> None:
         self._refuse_if_live("branch")
-        if order.scan > self._next:
-            raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
+        if action.scan > self._next_scan:
+            raise ValueError(f"scan {action.scan} has not been run yet; the next one is {self._next_scan}")
         if self._prepare is None:
             raise ValueError("this session has no branches")
-        self._prepare(order.scan, order.paused)
-        self.branch = order.scan
+        self._prepare(action.scan, action.paused)
+        self.branch = action.scan
         self.end()
 
-    def _load_again(self, order: actions.Reload) -> None:
+    def _load_again(self, action: actions.Reload) -> None:
         if self._reload is None:
             raise ValueError("this program can't be edited while it runs")
-        self._reload(order.restart)
+        self._reload(action.restart)
 
-    def _refuse_if_live(self, what: str) -> None:
+    def _refuse_if_live(self, action_name: str) -> None:
         if self.live:
-            raise ValueError(f"{what}: a real controller does not wait, so scans keep step with the clock")
+            raise ValueError(
+                f"{action_name}: a real controller does not wait, so scans keep step with the clock"
+            )
 
 
-def _faulted(fault: CpuFault) -> str:
-    """Return the refusal of every order but a branch."""
+def _fault_refusal(fault: CpuFault) -> str:
+    """Return the message that refuses every action except a branch."""
     return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
 
-_WITHOUT_SCANS = ("accept", "cancel", "save")
-"""Steps with edited rungs that may be taken after a fault: they do not need a running program."""
+_ALLOWED_AFTER_FAULT = ("accept", "cancel", "save")
+"""Steps of an online edit that are allowed after a fault, since they do not need a running program."""
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
-"""A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""
+"""A rung, `Main.3` or `Main.3 changes`. A bit of a tag looks the same, so a breakpoint names its tag."""
 
 
-def _is_same(one: str, other: str) -> bool:
-    """Whether two texts mean the same breakpoint, as `Main.3` and `main.3` do."""
-    return one == other or (one.upper() == other.upper() and _RUNG.fullmatch(one) is not None)
+def _is_same_breakpoint(text: str, other: str) -> bool:
+    """Whether two texts name the same breakpoint, as `Main.3` and `main.3` do."""
+    return text == other or (text.upper() == other.upper() and _RUNG.fullmatch(text) is not None)
 
 
-def _place_of(at: str) -> tuple[str, int | None, str]:
-    """Return the routine, rung and condition of a breakpoint, or its tag and None."""
-    rung = _RUNG.fullmatch(at)
+def _parse_breakpoint(text: str) -> tuple[str, int | None, str]:
+    """Return the routine, rung and condition of a breakpoint at a rung; the tag and None for one on a tag."""
+    rung = _RUNG.fullmatch(text)
     if rung is None:
-        return at, None, "true"
+        return text, None, "true"
     return rung["routine"], int(rung["rung"]), rung["when"] or "true"
 
 
-_ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {
+_HANDLERS: Mapping[type[Action], Callable[[Session, Any], None]] = {
     actions.Pause: Session._pause,
-    actions.Continue: Session._go,
+    actions.Continue: Session._continue,
     actions.Step: Session._step,
     actions.Speed: Session._speed,
     actions.Breakpoint: Session._break,
@@ -433,4 +439,4 @@ _ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {
     actions.Reload: Session._load_again,
     actions.Branch: Session._begin_branch,
 }
-"""The orders that act on the session itself."""
+"""Handlers of the actions that change the session itself."""

@@ -1,8 +1,8 @@
-"""Memory that two processes see: one makes it, the other opens it by its place.
+"""Memory of two processes: one creates it, the other opens it by its handle.
 
-    Linux      a file without a name, in memory only; its descriptor
-    macOS      a temporary file without a name; its descriptor
-    Windows    memory with a name; the name
+    Linux      an unnamed file in memory; the handle is its descriptor
+    macOS      an unnamed temporary file; the handle is its descriptor
+    Windows    named memory; the handle is its name
 
 The memory is released when the last process has closed it, or has ended.
 """
@@ -20,32 +20,32 @@ class SharedMemory:
     """Memory that another process can open.
 
     Args:
-        size: in bytes; a new memory is zero.
-        place: place of the other process's memory; None = create memory.
+        size: bytes. New memory is zero.
+        handle: handle of the other process's memory; None = create memory.
 
     Attributes:
         map: the memory.
-        place: a descriptor, which this one owns, or on Windows a name.
+        handle: a descriptor, which this object closes, or a name on Windows.
     """
 
-    def __init__(self, size: int, place: int | str | None = None) -> None:
+    def __init__(self, size: int, handle: int | str | None = None) -> None:
         self.size = size
-        self.place = _new_place(size) if place is None else place
+        self.handle = _new_handle(size) if handle is None else handle
         if sys.platform == "win32":
-            self.map = mmap.mmap(-1, size, tagname=str(self.place))
+            self.map = mmap.mmap(-1, size, tagname=str(self.handle))
         else:
-            self.map = mmap.mmap(int(self.place), size)
+            self.map = mmap.mmap(int(self.handle), size)
 
     def close(self) -> None:
-        """Close it; `map` stays open as long as something uses it."""
-        if isinstance(self.place, int):
-            os.close(self.place)
+        """Close the handle; `map` stays open as long as something uses it."""
+        if isinstance(self.handle, int):
+            os.close(self.handle)
 
 
-def _new_place(size: int) -> int | str:
+def _new_handle(size: int) -> int | str:
     if sys.platform == "win32":
         return f"scanrack-{secrets.token_hex(16)}"
-    else:  # noqa: RET505 - a type checker reads one branch
+    else:  # noqa: RET505 - a type checker reads only the branch of its platform
         if hasattr(os, "memfd_create"):
             descriptor: int = os.memfd_create("scanrack")
         else:

@@ -1,6 +1,6 @@
-"""The speeds of a session: how many times real time."""
+"""The speeds of a session, as multiples of real time."""
 
 SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
 
 MAX = "max"
-"""In place of a factor: as fast as the program runs."""
+"""Replaces the factor for a session that runs as fast as possible."""

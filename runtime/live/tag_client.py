@@ -18,22 +18,22 @@ RECEIVED_MOST = 1 << 13
 UNREAD_MOST = 1 << 16
 """Maximum bytes of replies that a client has not read."""
 
-HALF_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
-"""Time limits of a connection: for an incomplete frame, and for silence."""
+INCOMPLETE_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
+"""Time limits of a connection with an incomplete frame, and of a silent one."""
 
 
 class Client:
     """A connected client."""
 
-    def __init__(self, where: socket.socket, session: WireSession, address: str) -> None:
-        self.socket, self.session, self.address = where, session, address
-        self.waiting: list[Any] = []
-        self.unread = b""
-        self.heard_ns = wall_ns()
-        self.half_ns: int | None = None  # since when a frame is incomplete
+    def __init__(self, connection: socket.socket, session: WireSession, address: str) -> None:
+        self.socket, self.session, self.address = connection, session, address
+        self.waiting: list[Any] = []  # packets without a reply
+        self.unread = b""  # bytes of replies that are not sent yet
+        self.heard_ns = wall_ns()  # when it last sent something
+        self.incomplete_ns: int | None = None  # when an incomplete frame began; None without one
 
     def receive(self) -> None:
-        """Read the received bytes; BrokenClientError or OSError ends the client."""
+        """Read the received bytes; after a BrokenClientError or OSError the client must be dropped."""
         data = self.socket.recv(RECEIVED_MOST)
         if not data:
             raise BrokenClientError("the client has hung up")
@@ -43,12 +43,16 @@ class Client:
             raise BrokenClientError(f"more than {WAITING_MOST} packets at once")
         self.heard_ns = wall_ns()
         if not self.session.pending:
-            self.half_ns = None
-        elif packets or self.half_ns is None:
-            self.half_ns = self.heard_ns
+            self.incomplete_ns = None
+        elif packets or self.incomplete_ns is None:
+            self.incomplete_ns = self.heard_ns
 
     def send(self, data: bytes) -> bool:
-        """Send; return whether all bytes were sent. BrokenClientError if the client does not read."""
+        """Send bytes after earlier unsent ones; return whether all were sent.
+
+        Raises:
+            BrokenClientError: the client does not read.
+        """
         self.unread += data
         try:
             sent_bytes = self.socket.send(self.unread) if self.unread else 0
@@ -60,6 +64,6 @@ class Client:
         return not self.unread
 
     def is_late(self, now_ns: int) -> bool:
-        """Whether it has been silent, or has left a frame half sent, for too long."""
-        half = self.half_ns is not None and now_ns - self.half_ns > HALF_NS
-        return half or now_ns - self.heard_ns > IDLE_NS
+        """Whether the client has been silent, or a frame has been incomplete, for too long."""
+        is_stuck = self.incomplete_ns is not None and now_ns - self.incomplete_ns > INCOMPLETE_NS
+        return is_stuck or now_ns - self.heard_ns > IDLE_NS

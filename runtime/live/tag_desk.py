@@ -1,4 +1,4 @@
-"""The scan process's side of the tag server: serves the waiting packets between two scans."""
+"""The tag server's side in the scan process: it answers waiting packets between two scans."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ProgramTags(Protocol):
         """The tags, numbered as in `read`."""
 
     def read(self, number: int, offset: int, size: int) -> bytes:
-        """Return bytes of a tag; ValueError if they are not there."""
+        """Return bytes of a tag; ValueError outside of the tag."""
 
 
 class NoTags(ProgramTags):
@@ -43,26 +43,26 @@ class NoTags(ProgramTags):
 
 
 class TagDesk(QuietListener):
-    """Reads and writes for clients; the last listener of the scan loop.
+    """The last listener of the scan loop: it reads and writes tags for clients.
 
     Args:
-        tags: tags of the running program; an edit replaces them.
-        writes: whether clients may write at all.
+        tags: returns the tags of the running program, which an edit replaces.
+        writes: whether clients may write.
         profile: names of the parts of input images, see `images.PROFILES`.
         waker: wakes the server after an answer.
 
     Attributes:
-        version: number of the program's edition, from 1.
+        version: number of the program's edition, 1 or more.
         exchanges: number of answers.
-        spent_ns: wall time that they took.
-        rests: whether requests must wait because the orders of a recording are repeated.
+        spent_ns: total wall time of the answers.
+        on_hold: whether requests wait because the actions of a recording are being repeated.
     """
 
     def __init__(
         self,
         mailbox: Mailbox,
         waker: socket.socket,
-        hands: OperatorActions,
+        operator_actions: OperatorActions,
         rack: Rack,
         period_ns: int,
         tags: Callable[[], ProgramTags],
@@ -71,54 +71,56 @@ class TagDesk(QuietListener):
         profile: str = GENERIC,
         version: int = 1,
     ) -> None:
-        self._mailbox, self._waker, self._hands, self._rack = mailbox, waker, hands, rack
+        self._mailbox, self._waker, self._rack = mailbox, waker, rack
+        self._operator_actions = operator_actions
         waker.setblocking(False)
-        self._period_ns, self._tags_now, self._writes, self._profile = period_ns, tags, writes, profile
-        self._next = 0, 0  # time and number of the next scan
+        self._period_ns, self._present_tags, self._writes, self._profile = period_ns, tags, writes, profile
+        self._next_scan = 0, 0  # its time and number
         self.exchanges = self.spent_ns = 0
-        self.rests = False
+        self.on_hold = False
         self.version = version
-        self._settle()
+        self._list_tags()
 
-    def _settle(self) -> None:
-        self._tags = self._tags_now()
-        self._own = len(self._tags.listing.tags)
-        self._slots = [slot for slot in self._rack.slots for _ in range(2)]
+    def _list_tags(self) -> None:
+        """List the program's tags, then two tags of each slot: its input and its output image."""
+        self._tags = self._present_tags()
+        self._program_tag_count = len(self._tags.listing.tags)
+        self._image_slots = [slot for slot in self._rack.slots for _ in range(2)]
         words = {slot.number: slot.words for slot in self._rack.slots.values()}
         self.listing = with_images(self._tags.listing, words, self._profile)
 
     def renew(self) -> None:
-        """Switch to the tags of an edited program; requests for the earlier tags are repeated."""
+        """Switch to the tags of an edited program; clients then repeat requests for the earlier tags."""
         self.version += 1
-        self._settle()
+        self._list_tags()
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        self._next = now_ns + self._period_ns, scan + 1
+        self._next_scan = now_ns + self._period_ns, scan + 1
         self.attend()
 
     @property
-    def waits(self) -> bool:
+    def has_request(self) -> bool:
         """Whether a request waits."""
-        return self._mailbox.waits
+        return self._mailbox.has_request
 
     def attend(self) -> None:
         """Answer the waiting request."""
-        if self.rests or not self.waits:
+        if self.on_hold or not self.has_request:
             return
         begun_ns = wall_ns()
-        at_ns = self._next[0]
+        at_ns = self._next_scan[0]
         try:
             reply = answered(self._mailbox.request(), self.version, at_ns, self._carry_out)
-        except (struct.error, IndexError):  # a damaged request of a server that has died
+        except (struct.error, IndexError):  # a server died while it wrote the request
             reply = ANSWER.pack(0, at_ns)
-        self._mailbox.answer(reply)
+        self._mailbox.post_reply(reply)
         wake(self._waker)
         self.exchanges += 1
         self.spent_ns += wall_ns() - begun_ns
 
     def _carry_out(self, client: str, operation: Operation) -> bytes | None:
-        """Return the bytes that were read, b"" for a write, None for a refused operation."""
+        """Return the bytes of a read, b"" for a write, None for a refused operation."""
         try:
             if isinstance(operation, ReadBytes):
                 return self._read(operation)
@@ -126,21 +128,23 @@ class TagDesk(QuietListener):
                 return None
             tag, data, keep_mask = self.listing.tags[operation.tag], operation.data, operation.keep
             part_name = part_at(tag, operation.offset, len(data), keep_mask, files=self.listing.files)
-            order = Store(tag.full_name, operation.offset, data.hex(), keep_mask.hex(), client, part_name)
-            self._hands.act(order, *self._next)
-        except Exception:  # one packet's mistake never faults the CPU
+            store = Store(tag.full_name, operation.offset, data.hex(), keep_mask.hex(), client, part_name)
+            self._operator_actions.act(store, *self._next_scan)
+        except Exception:  # an error in a packet never faults the CPU
             return None
         return b""
 
     def _read(self, requested: ReadBytes) -> bytes:
-        if requested.tag < self._own:
+        image_number = requested.tag - self._program_tag_count
+        if image_number < 0:
             return self._tags.read(requested.tag, requested.offset, requested.size)
         tag = self.listing.tags[requested.tag]
-        slot = self._rack.slots[self._slots[requested.tag - self._own]]
+        slot = self._rack.slots[self._image_slots[image_number]]
         is_output = output_slot(tag.name) is not None
         raw = bytes(slot.outputs.raw if is_output else slot.inputs.raw)
-        if tag.size > len(raw):
+        if tag.size > len(raw):  # an input image of Logix begins with the connection fault
             raw = struct.pack("<i", slot.fault) + raw
-        if requested.offset + requested.size > len(raw):
-            raise ValueError(f"{tag.name}: bytes {requested.offset} to {requested.offset + requested.size}")
-        return raw[requested.offset : requested.offset + requested.size]
+        end = requested.offset + requested.size
+        if end > len(raw):
+            raise ValueError(f"{tag.name} has no byte {end - 1}; it has {len(raw)} bytes")
+        return raw[requested.offset : end]

@@ -1,7 +1,7 @@
-"""The server's process: sockets and sessions of clients; see `runtime.tag_servers`.
+"""The process of a tag server: sockets and sessions of clients; see `runtime.tag_servers`.
 
-One waiting packet of each client goes to the scan process, and all are answered at one instant.
-No client delays another one by more than the time of a packet.
+One waiting packet of each client goes to the scan process, which answers all of them at one instant.
+So a client delays another one by at most the time of one packet.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import sys
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
+from typing import NamedTuple
 
 from ..line.ports.places import make_place
 from ..loop.pace import wall_ns
@@ -28,20 +29,25 @@ STEP_S = 0.25
 """Longest wait between two checks of the clients' time limits."""
 
 BATCH_BYTES = AREA_BYTES // 4
-"""Maximum bytes of reads and writes that go to the scan process together."""
+"""Maximum bytes of reads and writes in one exchange with the scan process."""
 
 OPERATION_BYTES = 512
-"""Minimum size of a read or a write in the count of a batch, so that no batch delays the scans for long."""
+"""Minimum bytes that a read or a write counts, so that an exchange of many small ones is short enough."""
 
-AT_ONCE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
-"""The linger of a socket that is reset when it is closed."""
+RESET_AT_CLOSE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
+"""SO_LINGER of 0 s, which resets a connection when its socket is closed."""
 
 
-Answers = tuple[int, int, list[list[bytes | None]]]
-"""Time, version, and the results of each packet's operations."""
+class ExchangeResults(NamedTuple):
+    """The results of packets that the scan process answered at one instant."""
 
-ScanExchange = Callable[[list[Packet]], Answers | None]
-"""Carries out the operations of packets at one instant; None if the program has been edited meanwhile."""
+    now_ns: int
+    version: int  # of the program
+    results: list[list[bytes | None]]  # of each packet's operations
+
+
+ScanExchange = Callable[[list[Packet]], ExchangeResults | None]
+"""Carries out the operations of packets at one instant; returns None if the program has been edited."""
 
 
 def _bytes_of(operation: Operation) -> int:
@@ -50,14 +56,15 @@ def _bytes_of(operation: Operation) -> int:
 
 
 class TagServer:
-    """Serves clients of a listening socket.
+    """A server of tags for the clients of a listening socket.
 
     Args:
-        udp: answers List Identity; None without.
+        udp: socket of List Identity requests; None without.
 
     Attributes:
-        clients: by socket.
-        dropped: clients that were ended, with the reason of the latest one.
+        clients: the connected clients, by socket.
+        dropped: number of clients whose connection the server has ended.
+        reason: reason of the latest end.
     """
 
     def __init__(
@@ -74,47 +81,49 @@ class TagServer:
         self.set_up(setup)
 
     def set_up(self, setup: TagSetup) -> None:
-        """Offer the tags of a program, also to connected clients."""
+        """Serve the tags of a program to connected and new clients."""
         self.setup, self._sessions = setup, SESSIONS[setup.protocol](setup)
         for client in self.clients.values():
             client.session.router = self._sessions.router
 
     def watch(self, pipe: Connection) -> None:
-        """Let `step` return when a pipe has data."""
+        """Make `step` return when a pipe has data."""
         self._selector.register(pipe, selectors.EVENT_READ)
 
     def step(self, seconds: float = STEP_S) -> bool:
-        """Wait for the next event, and handle it; return whether a watched pipe has data.
+        """Wait for events, handle them, and answer one packet of each client.
 
-        It answers one packet of each client, then polls all again, so that many packets of one client
-        delay no other one.
+        Returns:
+            Whether a watched pipe has data.
         """
         has_message = False
-        waits = any(tag_client.waiting for tag_client in self.clients.values())
-        for key, events in self._selector.select(0 if waits else seconds):
+        for key, events in self._selector.select(0 if self._has_packets() else seconds):
             if isinstance(key.fileobj, socket.socket):
                 self._handle(key.fileobj, events)
             else:
                 has_message = True
-        if any(tag_client.waiting for tag_client in self.clients.values()) and not self._serve():
+        if self._has_packets() and not self._serve():
             return True
         now_ns = wall_ns()
-        for client in [tag_client for tag_client in self.clients.values() if tag_client.is_late(now_ns)]:
-            self._drop(client, "it is silent, or its frame is not whole")
+        for client in [client for client in self.clients.values() if client.is_late(now_ns)]:
+            self._drop(client, "it is silent, or its frame is incomplete")
         return has_message
+
+    def _has_packets(self) -> bool:
+        return any(client.waiting for client in self.clients.values())
 
     def _handle(self, ready: socket.socket, events: int) -> None:
         if ready is self._listening:
             self._accept()
         elif ready is self._udp:
             self._answer_datagram(self._udp)
-        elif ready in self.clients:  # it may just have been dropped for a new client
-            self._move(self.clients[ready], events)
+        elif ready in self.clients:  # a new client may just have replaced it
+            self._transfer(self.clients[ready], events)
 
     def close(self) -> None:
-        """Reset all connections: st-ethernet-ip, and with it Node-RED, breaks at an orderly close."""
+        """Reset all connections, since an orderly close breaks st-ethernet-ip, which Node-RED uses."""
         for client in list(self.clients.values()):
-            client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, AT_ONCE)
+            client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, RESET_AT_CLOSE)
             self._drop(client, "the server ends")
         self._selector.close()
 
@@ -134,14 +143,14 @@ class TagServer:
         self._selector.register(connection, selectors.EVENT_READ)
 
     def _has_place(self) -> bool:
-        """Return whether there is a place for another client; if necessary, drop a silent one."""
+        """Return whether another client can connect; if necessary, drop a silent one."""
         heard_times = {connection: client.heard_ns for connection, client in self.clients.items()}
         evicted, has_place = make_place(heard_times, wall_ns())
         if evicted is not None:
-            self._drop(self.clients[evicted], "all places are taken, and it is silent")
+            self._drop(self.clients[evicted], "too many clients are connected, and it is silent")
         return has_place
 
-    def _move(self, client: Client, events: int) -> None:
+    def _transfer(self, client: Client, events: int) -> None:
         """Receive from a client, and send it the pending bytes."""
         try:
             if events & selectors.EVENT_WRITE:
@@ -168,18 +177,18 @@ class TagServer:
     def _answer_datagram(self, udp: socket.socket) -> None:
         try:
             data, sender = udp.recvfrom(1 << 12)
-            if answer := self._sessions.datagram(data):
-                udp.sendto(answer, sender)
+            if reply := self._sessions.datagram(data):
+                udp.sendto(reply, sender)
         except OSError:
             return
 
     # --- packets
 
-    def _turn(self) -> list[tuple[Client, Plan]]:
+    def _next_plans(self) -> list[tuple[Client, Plan]]:
         """Return the packets to answer now: one of each client that waits, up to BATCH_BYTES."""
         plans: list[tuple[Client, Plan]] = []
         bytes_left = BATCH_BYTES
-        for client in [tag_client for tag_client in self.clients.values() if tag_client.waiting]:
+        for client in [client for client in self.clients.values() if client.waiting]:
             plan = self._planned(client)
             if plan is None:
                 continue
@@ -191,24 +200,23 @@ class TagServer:
 
     def _serve(self) -> bool:
         """Answer a packet of each client that waits; return False if the program has been edited."""
-        plans = self._turn()
+        plans = self._next_plans()
         packets: list[Packet] = [(client.address, plan.operations) for client, plan in plans]
-        answers: Answers | None = 0, self.setup.version, [[] for _ in packets]
+        exchanged: ExchangeResults | None = ExchangeResults(0, self.setup.version, [[] for _ in packets])
         if any(plan.operations or plan.is_timed for _, plan in plans):
-            answers = self._exchange(packets)
-        if answers is None:
+            exchanged = self._exchange(packets)
+        if exchanged is None:
             return False
-        now_ns, version, results = answers
-        for (client, _), result in zip(plans, results, strict=True):
-            self.clients[client.socket] = self.clients.pop(client.socket)  # the others come first next time
-            self._reply(client, Instant(result, now_ns, version))
+        for (client, _), results in zip(plans, exchanged.results, strict=True):
+            self.clients[client.socket] = self.clients.pop(client.socket)  # the last one in the next batch
+            self._reply(client, Instant(results, exchanged.now_ns, exchanged.version))
         return True
 
     def _planned(self, client: Client) -> Plan | None:
         """Return the operations of a client's next packet; None if the packet ends the client."""
         try:
             return client.session.plan(client.waiting[0], self.setup.version)
-        except Exception as error:  # an error, in a packet or in our code, ends only its own connection
+        except Exception as error:  # an error, in a packet or in our code, ends only this connection
             self._drop(client, f"{type(error).__name__}: {error}")
             return None
 
@@ -220,35 +228,35 @@ class TagServer:
 
 
 class ScanProcess:
-    """The exchange with the scan process.
+    """The side of the scan process in an exchange; blocks until it has answered.
 
     Raises:
-        EOFError: it has ended.
+        EOFError: the scan process has ended.
     """
 
     def __init__(self, mailbox: Mailbox, waker: socket.socket) -> None:
         self._mailbox, self._waker = mailbox, waker
         self.version = 0
 
-    def __call__(self, packets: list[Packet]) -> Answers | None:
+    def __call__(self, packets: list[Packet]) -> ExchangeResults | None:
         """See `ScanExchange`."""
-        self._wait()  # for the answer to a server that has died
-        self._mailbox.ask(request_of(self.version, packets))
+        self._wait()  # for the reply to a request of an earlier server, which has died
+        self._mailbox.post_request(request_of(self.version, packets))
         self._wait()
         data = self._mailbox.reply()
         version, now_ns = ANSWER.unpack_from(data)
         if not version:
-            raise EOFError  # the request was damaged: another server starts
+            raise EOFError  # the request was damaged: end, so that another server starts
         if version != self.version:
             return None
-        return now_ns, version, results_in(data, packets)
+        return ExchangeResults(now_ns, version, results_in(data, packets))
 
     def beat(self) -> None:
         """Signal that the server is alive; call it about every `STEP_S`."""
         self._mailbox.beat()
 
     def _wait(self) -> None:
-        while self._mailbox.waits:
+        while self._mailbox.has_request:
             if not self._waker.recv(1 << 10):
                 raise EOFError
 
@@ -263,7 +271,7 @@ def main(
     """Run a server's process.
 
     Args:
-        setups: the connection on which setups come.
+        setups: receives a setup at the start, and after each edit of the program.
         waker: wakes this process when the mailbox has a reply.
     """
     pipe = Connection(setups.detach())

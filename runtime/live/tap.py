@@ -1,4 +1,4 @@
-"""The tap: the last listener of the scan loop. It fills the ring, and carries out orders after each scan."""
+"""The tap, the last listener of the scan loop: it fills the ring, and carries out actions after each scan."""
 
 from __future__ import annotations
 
@@ -17,132 +17,139 @@ from .ring import ORDERS, REQUESTS, Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
-"""Least time between two reads of the machines."""
+"""Minimum time between two reads of the machines."""
 
 FIGURES_SCANS = 2048
-"""Least number of scans between them at full speed: a read ends the prediction of modules."""
+"""Minimum scans between two reads at full speed: a read ends the prediction of modules."""
 
 BATCH_NS = 8_000_000
-"""Time of a batch of scans at full speed: rows are written at once, and notes are taken at its end."""
+"""Duration of a batch of scans at full speed. At its end rows and notes are written."""
 
-LOOK = 16
-"""Scans of a batch after which its time is checked, since they may have become slow."""
+SCANS_PER_CHECK = 16
+"""Scans between two checks of the batch's duration, since scans may have become slow."""
 
 
 class Notes(Protocol):
-    """The notes that a monitor needs to run a program's scans again."""
+    """What a monitor needs, in addition to the rows, to run a program's scans again."""
 
-    def news(self) -> bool:
-        """Whether the latest scan must be noted; called after every scan."""
+    def must_note(self) -> bool:
+        """Whether `note` must be called for the latest scan; called after every scan."""
 
     def note(self, scan: int) -> None:
-        """Note the latest scan; called if `news` is true, and after some other scans."""
+        """Note the latest scan; called if `must_note` is true, and after some other scans."""
 
-    def give(self, scan: int) -> None:
-        """Write the values before a scan."""
+    def send_values(self, scan: int) -> None:
+        """Send the program's values before a scan."""
 
 
-class NoNotes:
-    """A program that a monitor can't run again."""
+class NoNotes(Notes):
+    """The notes of a program that a monitor can't run again."""
 
-    def news(self) -> bool:
-        """Return False: there are no notes."""
+    @override
+    def must_note(self) -> bool:
         return False
 
+    @override
     def note(self, scan: int) -> None:
-        """Do nothing: there are no notes."""
+        return
 
-    def give(self, scan: int) -> None:
-        """Do nothing: there are no values."""
+    @override
+    def send_values(self, scan: int) -> None:
+        return
 
 
 class Figures(Protocol):
-    """Numbers of the machines, beside the images."""
+    """Numbers of the machines, such as positions, in addition to the images."""
 
     def read(self, now_ns: int) -> tuple[int, ...]:
-        """Return them at the instant of the latest scan."""
+        """Return the figures at the instant of the latest scan."""
 
 
 class Tap(QuietListener):
-    """Fills the ring; a listener of the scan loop that never raises.
+    """A listener of the scan loop that fills the ring, and never raises.
 
-    At full speed the rows of a batch of scans are written at once, and before any message. Orders are checked
+    At full speed it writes the rows of a batch of scans at once, before any message. It checks for actions
     after every scan.
 
     Args:
         rack: its memory is copied after every scan.
-        figures: numbers beside the images.
+
+    Attributes:
+        session: carries out actions; set it before the first scan.
+        notes: the notes of the program.
+        lasting: returns the messages that a new monitor needs.
     """
 
-    session: Session  # obeys orders after each scan; set before the first one
+    session: Session
 
     def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures) -> None:
         self._ring = ring
         self._copy, self._period_ns = memoryview(rack.memory).tobytes, period_ns
         self._figures = figures
         self.notes: Notes = NoNotes()
-        self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
-        self._latest: tuple[int, ...] = (0,) * ring.shape.figures
-        self._due_ns = self._due = 0
+        self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple
+        self._latest_figures: tuple[int, ...] = (0,) * ring.shape.figures
+        self._figures_due_ns = self._figures_due_scan = 0  # earliest wall time and scan of the next read
         self._seen_requests = 0
         self._forces: Mapping[str, JsonValue] = {}
-        self._images: list[bytes] = []  # the latest scans, whose rows are not written yet
+        self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
         self._batch, self._begun_ns = 1, 0  # maximum scans of a batch, and when it began
-        self._done, self._left = 0, 1  # scans of the batch up to the latest check, and until the next one
+        self._checked_scans = 0  # scans of the batch up to the latest check
+        self._scans_to_check = 1
         self._scan, self._now_ns, self._flags = -1, 0, 0  # number, time and flags of the latest scan
         self._wall_ns = 0  # wall time of the latest written row
-        self._rested = -1
+        self._paused_scan = -1  # the latest scan for which `attend` has written the picture of a pause
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Pass an event on."""
+        """Send an event to the monitor."""
         if topic == "/forces":
             self._forces = fields
-        self.tell({"event": {"scan": scan, "t": now_ns, "topic": topic, **fields}})
+        self.send({"event": {"scan": scan, "t": now_ns, "topic": topic, **fields}})
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Pass a scan on, and carry out orders."""
+        """Add a scan to the batch, and carry out actions."""
         if flags != self._flags:
             self._write()
             self._flags = flags
         self._images.append(self._copy())
         self._scan, self._now_ns = scan, now_ns
-        if self.notes.news():
+        if self.notes.must_note():
             self.notes.note(scan)
-        self._left -= 1
-        if not self._left:
-            self._look()
+        self._scans_to_check -= 1
+        if not self._scans_to_check:
+            self._check_batch()
         session = self.session  # checked here, since another call would slow a scan by 1 %
         if session.inbox.pending() or session.takeovers or session.state.breakpoints:
             session.attend_scan(now_ns + self._period_ns, scan + 1)
 
-    def _look(self) -> None:
-        """End the batch if it is full or its time is over. Rows that a message has written count, too."""
-        self._done += min(LOOK, self._batch - self._done)
+    def _check_batch(self) -> None:
+        """End the batch if it is full or its time is over, and choose the size of the next one."""
+        self._checked_scans += min(SCANS_PER_CHECK, self._batch - self._checked_scans)
         took_ns = wall_ns() - self._begun_ns
         is_paced = self.session.state.speed is not None
-        if self._done >= self._batch or took_ns >= BATCH_NS or is_paced:
+        if self._checked_scans >= self._batch or took_ns >= BATCH_NS or is_paced:
             self._end_batch()
-            fitting = self._done * BATCH_NS // max(1, took_ns)
-            self._batch = 1 if is_paced else max(1, min(2 * self._done, fitting, self._ring.at_once))
-            self._begun_ns, self._done = wall_ns(), 0
-        self._left = min(LOOK, self._batch - self._done)
+            fitting = self._checked_scans * BATCH_NS // max(1, took_ns)
+            self._batch = 1 if is_paced else max(1, min(2 * self._checked_scans, fitting, self._ring.at_once))
+            self._begun_ns, self._checked_scans = wall_ns(), 0
+        self._scans_to_check = min(SCANS_PER_CHECK, self._batch - self._checked_scans)
 
     def _end_batch(self) -> None:
         """Write the rows of a batch, and the figures and notes that are due."""
-        wall, scan = wall_ns(), self._scan
-        if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
-            self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
-            self._latest = self._figures.read(self._now_ns)
+        wall, scan, is_paced = wall_ns(), self._scan, self.session.state.speed is not None
+        if wall >= self._figures_due_ns and (scan >= self._figures_due_scan or is_paced):
+            self._figures_due_ns, self._figures_due_scan = wall + FIGURES_NS, scan + FIGURES_SCANS
+            self._latest_figures = self._figures.read(self._now_ns)
         self._write()
         self.notes.note(scan)
         if self._ring.head[REQUESTS] != self._seen_requests:
-            self.give()
+            self.send_values()
 
     def _write(self) -> None:
-        """Write the rows of the scans since the last ones."""
+        """Write the rows of the scans that have none yet."""
         images, count, wall = self._images, len(self._images), wall_ns()
         took_ns, self._wall_ns = wall - self._wall_ns, wall
-        row = self._scan, self._flags, self._now_ns, wall, self._latest
+        row = self._scan, self._flags, self._now_ns, wall, self._latest_figures
         if count == 1:
             self._ring.put(*row, images[0])
         elif count:
@@ -153,27 +160,27 @@ class Tap(QuietListener):
     def attend(self) -> None:
         """Serve the monitor during a pause."""
         self._write()
-        if self._rested != self._scan:  # present machines, for the picture of the pause
-            self._rested = self._scan
-            self._latest = self._figures.read(self._now_ns)
+        if self._paused_scan != self._scan:  # read the machines again, for the picture of the pause
+            self._paused_scan = self._scan
+            self._latest_figures = self._figures.read(self._now_ns)
             self._images.append(self._copy())
             self._write()
-            self.notes.give(self._scan + 1)
+            self.notes.send_values(self._scan + 1)
         if self._ring.head[REQUESTS] != self._seen_requests:
-            self.give()
+            self.send_values()
 
-    def give(self) -> None:
-        """Send the values before the next scan to the monitor."""
+    def send_values(self) -> None:
+        """Send the values before the next scan, the state and the forces to the monitor."""
         if self._seen_requests != self._ring.head[REQUESTS]:
             for message in self.lasting():
-                self.tell(message)
+                self.send(message)
         self._seen_requests = self._ring.head[REQUESTS]
-        self.notes.give(self._scan + 1)
-        self.tell({"state": self.session.described()})
-        self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
+        self.notes.send_values(self._scan + 1)
+        self.send({"state": self.session.described()})
+        self.send({"forces": {"scan": self.session.scan, "forces": self._forces}})
 
-    def tell(self, message: Mapping[str, object]) -> None:
-        """Write a message to the monitor, after the rows of earlier scans; one that is too long is lost."""
+    def send(self, message: Mapping[str, object]) -> None:
+        """Send a message to the monitor, after the rows of earlier scans; one that is too long is lost."""
         self._write()
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
 
@@ -183,32 +190,32 @@ class Tap(QuietListener):
 
 
 class PipeInbox:
-    """Orders from a pipe, counted in the ring."""
+    """Actions from a pipe. The ring has their count, which is faster to check than the pipe."""
 
     def __init__(self, ring: Ring, pipe: Connection) -> None:
         self._head, self._pipe = ring.head, pipe
-        self._taken = ring.head[ORDERS]
+        self._taken_count = ring.head[ORDERS]
 
     def connect(self, pipe: Connection) -> None:
-        """Continue with another pipe: the monitor has been restarted."""
+        """Continue with the pipe of a restarted monitor."""
         self._pipe = pipe
 
     def pending(self) -> bool:
-        """Whether an order is there."""
-        return self._head[ORDERS] != self._taken
+        """Whether an action waits."""
+        return self._head[ORDERS] != self._taken_count
 
     def take(self) -> bytes:
-        """Return the next order; ValueError if the monitor died before it could send it."""
-        self._taken += 1
+        """Return the next action; ValueError if the monitor died before it sent it."""
+        self._taken_count += 1
         try:
             if self._pipe.poll(0):
                 return self._pipe.recv_bytes()
         except (EOFError, OSError):
             pass
-        raise ValueError("the monitor has gone before its order came")
+        raise ValueError("the monitor ended before it sent an action")
 
     def wait(self, seconds: float) -> None:
-        """Wait for an order."""
+        """Wait for an action, at most `seconds`."""
         try:
             self._pipe.poll(seconds)
         except (EOFError, OSError):
@@ -216,16 +223,16 @@ class PipeInbox:
 
 
 class NoInbox:
-    """The orders of a session without a page: none."""
+    """The empty queue of a session without a page."""
 
     def pending(self) -> bool:
         """Return False."""
         return False
 
     def take(self) -> bytes:
-        """Raise an error: there are no orders."""
-        raise ValueError("a session without a page has no orders")
+        """Raise an error, since the queue is empty."""
+        raise ValueError("a session without a page has no actions")
 
     def wait(self, seconds: float) -> None:
-        """Wait."""
+        """Wait for `seconds`."""
         rest(seconds)

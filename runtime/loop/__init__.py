@@ -4,11 +4,12 @@
 |---|---|
 | `module`, `rack`, `exchange` | contract of a module, slots, images across the backplane |
 | `scan`, `phases`, `cpu` | the logic's view, the phases of a scan, running and stopping |
-| `faults`, `forces`, `events`, `listeners` | faults of the CPU, held bits, events, and their receivers |
-| `incidents`, `exposed`, `key_switch`, `module_fault` | incidents of modules and CPU, data and effect |
-| `ahead`, `scans_ahead` | images of the coming scans, computed at once; scans by rows of them |
+| `faults`, `forces`, `events`, `listeners` | faults of the CPU, forced bits, events, and their receivers |
+| `incidents`, `exposed`, `key_switch`, `module_fault` | injected faults of modules and CPU |
+| `ahead`, `scans_ahead` | images of the coming scans, computed at once; scans that use these images |
 | `pace`, `realtime`, `module_options` | wall clock and watchdog, real-time requests, options of modules |
 
-It is the lowest layer of `runtime`. It uses modules only by the contract in `module`, and images and their
-names from `io_images`. It depends on no program and no recording: logic is a function, a recorder a listener.
+This is the lowest layer of `runtime`. It uses modules only through the contract in `module`, and images and
+their names from `io_images`. It does not depend on programs or recordings: logic is a function, a recorder is
+a listener.
 """

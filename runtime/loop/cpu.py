@@ -1,7 +1,7 @@
 """The CPU: runs scans in virtual time, changes modes, and stops in order.
 
-The phases of a scan are in `runtime.loop.phases`. Requests (a mode, a force) during a scan
-take effect after it; the next scan is the first to show them, and the listeners receive them
+The phases of a scan are in `runtime.loop.phases`. A request during a scan (a mode, a force)
+takes effect after the scan. The next scan is the first to show it, and the listeners receive it
 with that scan.
 """
 
@@ -31,19 +31,19 @@ PERIOD_NS = 2_000_000
 """Default time from scan to scan."""
 
 ENDLESS = 1 << 62
-"""More scans than any run has."""
+"""Number of scans of a run without a limit."""
 
 
 class Cpu:
-    """Runs logic on a rack, scan by scan.
+    """A controller's CPU that runs logic on a rack, scan by scan.
 
-    Use it as a context manager, or call `close` at the end: that closes the listeners.
+    Use it as a context manager, or call `close` at the end, which closes the listeners.
 
     Args:
         rack: modules in their slots, just powered up.
         logic: called once per scan with the `LogicScan`.
         period_ns: time from scan to scan, at least 1 ns.
-        exchange: exchange of images across the backplane; by default at the ends of the scan.
+        exchange: exchange of images across the backplane; by default at the end of each scan.
         listeners: called after every scan, in this order.
         pacer: makes scans wait for the wall clock; by default as fast as possible.
         watchdog: ends endless logic, by default after 500 ms.
@@ -93,7 +93,7 @@ class Cpu:
         self._closed = False
         self._tag_forces_changed = False
         self._mode = self._next_mode = mode
-        self._phases.take_news("/cpu", {"mode": mode_name(mode)})
+        self._phases.report_change("/cpu", {"mode": mode_name(mode)})
         if mode is not CpuMode.RUN:
             self._phases.stop_modules()
         self._prepare()
@@ -102,7 +102,7 @@ class Cpu:
 
     @property
     def program(self) -> ScanLogic:
-        """The logic; an assigned one is called from the next scan on."""
+        """The logic. An assigned one is called from the next scan on."""
         return self._phases.program
 
     @program.setter
@@ -146,19 +146,19 @@ class Cpu:
         self._listeners.dismiss(listener)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
-        """Let repeated scans only advance the time, see `runtime.loop.scans_ahead`."""
+        """Only advance the time in repeated scans, see `runtime.loop.scans_ahead`."""
         self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
-        """Announce an event from the program to the listeners with the next scan."""
+        """Pass an event of the program to the listeners with the next scan."""
         self._phases.announce(event)
         self._ask_for_attention()
 
     def tags_from_outside(self, forces: Mapping[str, str | int | float | bool]) -> None:
-        """Note that a tag of the program was set from outside, or a force of one changed.
+        """Note that a tag of the program was set from outside, or that its force changed.
 
-        The next scan shows it, in its flags and on /forces. The program keeps the forces; the CPU only
-        reports them.
+        The next scan shows this in its flags and on /forces. The program keeps the forces of tags; the CPU
+        only reports them.
         """
         self._tags_set_before = self._next_scan
         if forces != self._tag_forces:
@@ -167,14 +167,14 @@ class Cpu:
         self._ask_for_attention()
 
     def run(self, scans: int | None = None) -> None:
-        """Run scans in virtual time (or at the pacer's speed), until they are done or `stop` is called.
+        """Run scans at the pacer's speed, until they are done or `stop` is called.
 
         Args:
-            scans: their number; None = until `stop`.
+            scans: number of scans; None = until `stop`.
 
         Raises:
             CpuFault: the logic raised or did not end, or a module or listener failed. Outputs
-                are zero, the modules stopped, all listeners closed.
+                are zero, the modules are stopped, and all listeners are closed.
             ValueError: the CPU has faulted before or is closed.
         """
         self._refuse_if_over()
@@ -189,10 +189,10 @@ class Cpu:
                 self._scanning = False
 
     def exchange_early(self) -> bool:
-        """Let the exchange before the next scan happen now, while the logic runs.
+        """Carry out the exchange before the next scan now, while the logic runs.
 
-        The logic sees the new inputs after this call, as on a CompactLogix, whose exchanges do not wait for
-        the end of a scan. Its outputs of this scan are not sent with it.
+        The logic sees the new inputs after this call. Exchanges of a CompactLogix do not wait for the end of
+        a scan either. The exchange does not send the outputs of this scan.
 
         Returns:
             Whether an exchange is due before the next scan.
@@ -201,23 +201,21 @@ class Cpu:
         return self._phases.exchange_early()
 
     def stop(self) -> None:
-        """Let `run` return after the present scan; may be called from a signal handler."""
+        """Make `run` return after the present scan; may be called from a signal handler."""
         self._ahead.stop()
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
-        """Let Ctrl-C stop the CPU between scans within the context.
+        """Make Ctrl-C stop the CPU between scans within the context.
 
         A second Ctrl-C interrupts endless logic, see `pace.stopping_on_interrupt`.
         """
         return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
-        """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
-
-        Do nothing if it is already closed.
+        """Close the logic, if it can be closed, and all listeners, in order; do nothing if already closed.
 
         Raises:
-            Exception: the logic or a listener failed to close; the others are closed nevertheless.
+            Exception: the logic or a listener failed to close. The others are closed nevertheless.
         """
         if self._closed:
             return
@@ -246,7 +244,7 @@ class Cpu:
             self._fail(error, self._ahead.present)
 
     def _ask_for_attention(self) -> None:
-        """Apply requests after this scan, or now if idle."""
+        """Apply requests after this scan, or now between runs."""
         self._phases.attention = True
         self._ahead.end_block()
         if not self._scanning:
@@ -284,7 +282,7 @@ class Cpu:
             forces: dict[str, JsonValue] = {**self.forces.active}
             if self._tag_forces:
                 forces["tags"] = self._tag_forces
-            self._phases.take_news("/forces", forces)
+            self._phases.report_change("/forces", forces)
         if self._next_mode is not self._mode:
             self._change_mode(self._next_mode)
         self._prepare()
@@ -294,16 +292,16 @@ class Cpu:
         if self._mode is CpuMode.PROGRAM and mode is not CpuMode.SINGLE_SCAN:
             self._view.first = True
         self._mode = mode
-        self._phases.take_news("/cpu", {"mode": mode_name(mode)})
+        self._phases.report_change("/cpu", {"mode": mode_name(mode)})
 
     def _refuse_if_over(self) -> None:
         if self.fault is not None:
             raise ValueError(f"the CPU has faulted: {self.fault}")
         if self._closed:
-            raise ValueError("the CPU is closed: no further scans")
+            raise ValueError("the CPU is closed and can't run further scans")
 
     def _fail(self, error: BaseException, phase: Phase) -> NoReturn:
-        """Stop in order after `error` in `phase`: outputs, modules, listeners; raise it as a `CpuFault`."""
+        """Clear outputs, stop modules and close listeners after an error in a phase; raise a `CpuFault`."""
         cause = Cause.WATCHDOG if isinstance(error, WatchdogTimeout) else self._phases.blame[phase]
         text = _watchdog_words(error) if cause is Cause.WATCHDOG else words_of(error)
         site = next(sites_of(error), NOWHERE)
@@ -312,8 +310,8 @@ class Cpu:
             self._listeners.dismiss_present()
         failure = CpuFault(self.fault)
         recorded = phase in (self._phases.record, self.housekeeping)  # the scan is recorded, at least in part
-        last_words = self._report_fault if recorded else self._record_fault
-        for step in (self._phases.drop_outputs, last_words, self.close):
+        report_fault = self._report_fault if recorded else self._record_fault
+        for step in (self._phases.drop_outputs, report_fault, self.close):
             try:
                 step()
             except BaseException as further_error:
@@ -323,7 +321,7 @@ class Cpu:
         raise failure from error
 
     def _record_fault(self) -> None:
-        """Report the unfinished scan and its fault to the listeners."""
+        """Pass the unfinished scan and its fault to the listeners."""
         self._phases.report_changes()
         self._report_fault()
         self._listeners.scan(self.scan, self.now_ns, self._phases.flags | ScanFlag.FAULT)
@@ -335,5 +333,5 @@ class Cpu:
 
 
 def _watchdog_words(error: BaseException) -> str:
-    """Return the watchdog's message, and the program's place, which its engine has noted."""
+    """Return the watchdog's message, with the place in the program that the ladder engine has noted."""
     return ", ".join([str(error), *getattr(error, "__notes__", ())])

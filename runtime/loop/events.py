@@ -1,7 +1,7 @@
-"""Events of a module, the CPU or the machine beside the images.
+"""Events of a module, the CPU or the machine, in addition to the images.
 
-Events go into the trace, the closing summary and the log; nothing in the rack
-acts on them.
+Events go into the trace, the closing summary and the log. They have no effect
+on the rack.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ class Event:
         kind: "rule" (a rule of the manual fired), "move" (a motion began or
             ended), "stimulus" (the machine's timeline acted), "indicator" (an LED changed),
             "format" (a configuration changed the format of numbers),
-            "refusal" (an axis lacks a function), "substitution" (it reaches the same end by other
+            "refusal" (an axis lacks a function), "substitution" (an axis does the same by other
             means), "adapter" (a link or controller failed).
-        name: the rule's id, the move's kind, the input's name.
+        name: the rule's id, the move's kind or the input's name.
         fields: further values, by name.
     """
 

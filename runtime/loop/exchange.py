@@ -1,8 +1,8 @@
 """The exchange of images across the backplane, between the rack's memory and the modules.
 
 End of scan (MicroLogix): inputs are read at a scan's beginning, outputs sent
-at its end. A scan takes no virtual time, so that the outputs of scan n are in force from
-its own instant on, and scan n + 1 sees the module after one period of them.
+at its end. A scan takes no virtual time, so the outputs of scan n are in force from
+its instant on, and scan n + 1 sees the module after one period with these outputs.
 
     scans      n ------------- n+1 ------------ n+2
     outputs    |   of scan n   |  of scan n+1   |
@@ -18,8 +18,8 @@ exchanges see the same inputs, and only the last of their outputs is sent.
     inputs     all three see R0       all three see R1
 
 An exchange at the same instant as a scan precedes it: the scan sees its
-inputs, and its outputs wait for the next one. The logic of a real scan takes
-time: `exchange_early` lets the next exchange happen in the middle of it.
+inputs, and its outputs wait for the next exchange. The logic of a real scan takes
+time, so `exchange_early` carries out the next exchange in the middle of it.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ RPI_NS = 2_000_000
 
 
 class Exchange(ABC):
-    """The backplane, as the scan loop uses it."""
+    """The exchange of images, as the scan loop uses it."""
 
-    __slots__ = ("_lines", "_memory", "_outlook", "_rack", "_sent")
+    __slots__ = ("_lines", "_memory", "_prediction", "_rack", "_sent")
 
     def attach(self, rack: Rack) -> None:
-        """Connect to a rack's memory and modules; nothing has been sent yet, all outputs are 0."""
+        """Connect to a rack's memory and modules; the outputs in force are 0."""
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
-        self._outlook = RackPrediction(rack, _images(rack, self._sent))
+        self._prediction = RackPrediction(rack, _images(rack, self._sent))
 
     @abstractmethod
     def latch_inputs(self, now_ns: int) -> bool:
@@ -61,15 +61,15 @@ class Exchange(ABC):
 
     @abstractmethod
     def start(self) -> None:
-        """Inform the modules that the PLC runs, together with the latest outputs."""
+        """Inform the modules that the PLC runs, when the latest outputs are sent."""
 
     def stop(self) -> None:
-        """Inform the modules at once that the PLC does not run; the last outputs stay in force."""
+        """Inform the modules now that the PLC does not run; the latest outputs stay in force."""
         _set_modules_running(self._rack, False)
 
-    def tell_before_change(self, notice: Callable[[], None]) -> None:
-        """Call `notice` before anything other than this exchange acts on a module."""
-        self._outlook.tell_before_change(notice)
+    def call_before_change(self, notice: Callable[[], None]) -> None:
+        """Call `notice` before anything except this exchange acts on a module."""
+        self._prediction.call_before_change(notice)
 
     def exchange_early(self, end_ns: int) -> bool:
         """Exchange within a scan that ends at `end_ns`; return whether an exchange is due by then."""
@@ -77,28 +77,28 @@ class Exchange(ABC):
 
     @abstractmethod
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
-        """Return the number of foreseen scans from `now_ns` on with unchanged outputs; 0 = none."""
+        """Return how many scans from `now_ns` on can be computed in advance if the outputs stay the same."""
 
     @abstractmethod
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        """Return the scans that begin with the one at `now_ns`.
+        """Return a block of scans, the first one at `now_ns`.
 
         Args:
-            count: their number, at most `calm_scans`.
+            count: number of scans, at most `calm_scans`.
             most_rows: maximum number of scans if an axis moves.
         """
 
     @abstractmethod
     def catch_up(self, now_ns: int) -> None:
-        """Advance the modules to the scan at `now_ns` after foreseen scans."""
+        """Advance the modules to the scan at `now_ns`, after scans of a block."""
 
 
 Line: TypeAlias = tuple[Callable[[int, Image], Image], Image, memoryview]
-"""One module's end of the backplane: its `update`, the outputs in force there, the place of its inputs."""
+"""The connection of one module: its `update`, its outputs in force, and the memory of its inputs."""
 
 
 class EndOfScan(Exchange):
-    """Inputs at the beginning of the scan, outputs at its end, like a MicroLogix."""
+    """Exchange of inputs at the beginning of a scan and of outputs at its end, as on a MicroLogix."""
 
     __slots__ = ("_latest_ns",)
 
@@ -109,7 +109,7 @@ class EndOfScan(Exchange):
 
     @override
     def latch_inputs(self, now_ns: int) -> bool:
-        """Advance every module to `now_ns` and take its inputs."""
+        """Advance every module to `now_ns`, and copy its inputs."""
         self._latest_ns = now_ns
         for update, outputs, inputs in self._lines:
             inputs[:] = update(now_ns, outputs).raw
@@ -117,7 +117,7 @@ class EndOfScan(Exchange):
 
     @override
     def latch_outputs(self) -> None:
-        """Send all outputs; they take effect at the instant of the scan."""
+        """Send all outputs, which take effect at the instant of the scan."""
         self._sent[:] = self._memory
 
     @override
@@ -127,15 +127,15 @@ class EndOfScan(Exchange):
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
-        outputs_of = self._outlook.outputs_of
+        outputs_of = self._prediction.outputs_of
         if outputs_of(self._memory) != outputs_of(self._sent):
             return 0
-        return max(0, -(-(self._outlook.calm_until_ns() - now_ns) // period_ns))
+        return max(0, -(-(self._prediction.calm_until_ns() - now_ns) // period_ns))
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
-        rows = self._outlook.rows(self._latest_ns, now_ns, period_ns, min(count, most_rows))
-        return Block.of(rows, count)
+        rows = self._prediction.rows(self._latest_ns, now_ns, period_ns, min(count, most_rows))
+        return Block.all_updated(rows, count)
 
     @override
     def catch_up(self, now_ns: int) -> None:
@@ -144,7 +144,7 @@ class EndOfScan(Exchange):
 
 
 class RecordedAtRpi(EndOfScan):
-    """Inputs of a trace, which are in force from scan to scan, at the exchanges of an `EveryRpi`.
+    """Exchange of a trace's inputs, which change with each scan, with the due times of an `EveryRpi`.
 
     Args:
         rpi_ns: interval between the exchanges of the trace.
@@ -158,7 +158,7 @@ class RecordedAtRpi(EndOfScan):
 
     @override
     def latch_inputs(self, now_ns: int) -> bool:
-        """Read the inputs of every scan; there was an exchange if one was due by `now_ns`."""
+        """Read the inputs of every scan; return whether the trace had an exchange by `now_ns`."""
         super().latch_inputs(now_ns)
         due = self._next_ns <= now_ns
         if due:
@@ -167,9 +167,9 @@ class RecordedAtRpi(EndOfScan):
 
 
 class EveryRpi(Exchange):
-    """An exchange every RPI, independent of the scan, like a CompactLogix.
+    """Exchange every RPI, independent of the scan, as on a CompactLogix.
 
-    Exchanges happen at 0, rpi, 2 * rpi, ...; every module is advanced at each of them.
+    Exchanges happen at 0, rpi, 2 * rpi, ... Every exchange advances every module.
 
     Args:
         rpi_ns: interval between exchanges, at least 1 ns.
@@ -187,7 +187,7 @@ class EveryRpi(Exchange):
 
     @override
     def attach(self, rack: Rack) -> None:
-        """Take the slots; the first exchange is at 0."""
+        """Connect to a rack; the first exchange is at 0."""
         super().attach(rack)
         self._waiting = bytearray(len(rack.memory))
         self._next_ns = 0
@@ -195,7 +195,7 @@ class EveryRpi(Exchange):
 
     @override
     def latch_inputs(self, now_ns: int) -> bool:
-        """Carry out all exchanges due by `now_ns`; between exchanges the inputs do not change."""
+        """Carry out all exchanges due by `now_ns`; return whether there were any."""
         due = self._next_ns <= now_ns
         while self._next_ns <= now_ns:
             self._exchange(self._next_ns)
@@ -217,7 +217,7 @@ class EveryRpi(Exchange):
 
     @override
     def start(self) -> None:
-        """Inform the modules with the next exchange, which sends the outputs."""
+        """Inform the modules at the next exchange, which sends the outputs."""
         self._starting = True
 
     @override
@@ -227,28 +227,32 @@ class EveryRpi(Exchange):
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
-        outputs_of = self._outlook.outputs_of
+        outputs_of = self._prediction.outputs_of
         is_steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
         if self._starting or not is_steady:
             return 0
-        calm_exchanges = max(0, -(-(self._outlook.calm_until_ns() - self._next_ns) // self.rpi_ns))
+        calm_exchanges = max(0, -(-(self._prediction.calm_until_ns() - self._next_ns) // self.rpi_ns))
         unknown_ns = self._next_ns + calm_exchanges * self.rpi_ns
         return max(0, -(-(unknown_ns - now_ns) // period_ns))
 
     @override
     def foresee(self, now_ns: int, period_ns: int, count: int, most_rows: int) -> Block:
         latest_ns, rpi_ns = self._next_ns - self.rpi_ns, self.rpi_ns
-        if period_ns % rpi_ns == 0:  # the last exchange of every scan is enough
+        if period_ns % rpi_ns == 0:  # each scan sees only its last exchange
             first_ns = now_ns // rpi_ns * rpi_ns
-            return Block.of(self._outlook.rows(latest_ns, first_ns, period_ns, min(count, most_rows)), count)
+            return Block.all_updated(
+                self._prediction.rows(latest_ns, first_ns, period_ns, min(count, most_rows)), count
+            )
         count = min(count, most_rows, 1 + (most_rows - 1) * rpi_ns // period_ns)
-        exchanges = [(now_ns + scan * period_ns - self._next_ns) // rpi_ns for scan in range(count)]
-        table = [bytes(self._memory)]  # until the next exchange
-        if exchanges[-1] >= 0:
-            rows = self._outlook.rows(latest_ns, self._next_ns, rpi_ns, exchanges[-1] + 1)
-            table += [rows] * (exchanges[-1] + 1) if isinstance(rows, bytes) else rows
-        are_fresh = [exchange > previous for previous, exchange in pairwise([-1, *exchanges])]
-        return Block([table[exchange + 1] for exchange in exchanges], count, are_fresh)
+        # for each scan the index of its latest exchange: the next exchange has index 0, the one before -1
+        latest = [(now_ns + scan * period_ns - self._next_ns) // rpi_ns for scan in range(count)]
+        exchange_count = latest[-1] + 1
+        rows = [bytes(self._memory)]  # of index -1
+        if exchange_count:
+            coming = self._prediction.rows(latest_ns, self._next_ns, rpi_ns, exchange_count)
+            rows += [coming] * exchange_count if isinstance(coming, bytes) else coming
+        updated = [index > previous for previous, index in pairwise([-1, *latest])]
+        return Block([rows[index + 1] for index in latest], count, updated)
 
     @override
     def catch_up(self, now_ns: int) -> None:
@@ -267,22 +271,17 @@ class EveryRpi(Exchange):
 
 
 def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
-    """Connect every slot to its place in `sent`, a block with the layout of the rack's memory.
+    """Return the connections of all modules; `sent` has the layout of the rack's memory.
 
-    Modules that follow others are updated after them, so that both are at the same instant.
+    Modules that follow others come last, so that they see the others at the same instant.
     """
-    slots = rack.slots.values()
-    lines = [
-        (slot.module.update, outputs, slot.inputs.raw)
-        for slot, outputs in zip(slots, _images(rack, sent), strict=True)
-    ]
-    follow = [bool(getattr(slot.module, "follows", ())) for slot in rack.slots.values()]
-    order = sorted(range(len(lines)), key=lambda place: follow[place])
-    return tuple(lines[index] for index in order)
+    pairs = zip(rack.slots.values(), _images(rack, sent), strict=True)
+    ordered = sorted(pairs, key=lambda pair: bool(getattr(pair[0].module, "follows", ())))
+    return tuple((slot.module.update, outputs, slot.inputs.raw) for slot, outputs in ordered)
 
 
 def _images(rack: Rack, sent: bytearray) -> list[Image]:
-    """Return the output images in a block laid out like the rack's memory."""
+    """Return the output images in `sent`, which has the layout of the rack's memory."""
     view = memoryview(sent)
     return [Image(buffer=view[places.outputs]) for places in rack.layout.places.values()]
 

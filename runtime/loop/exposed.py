@@ -1,9 +1,9 @@
-"""A module with injected faults: loss of power or link, torn updates."""
+"""Modules with injected faults: loss of power or link, torn updates."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 from scanrack.io_images.image import Image
 from typing_extensions import override
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .module import Words
 
 WORST_FIRST = (FaultKind.REMOVED, FaultKind.FATAL_ERROR, FaultKind.ASIC_LOST, FaultKind.LINK_LOST)
-"""Of several simultaneous faults, a module shows the first."""
+"""Order of faults. A module with several faults shows the first one."""
 
 _BEGUN = {
     FaultKind.POWER_CYCLE: "The module's power goes and comes back.",
@@ -47,14 +47,14 @@ class ModuleWithFaults(Module, Protocol):
 
 @runtime_checkable
 class OnALine(Module, Protocol):
-    """A module with a controller at the far end of a line."""
+    """A module with a controller on a serial line or network."""
 
-    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Begin or end a disturbance of the line; one that does not last affects one reply."""
+    def disturb(self, fault: FaultKind, *, begins: bool, lasts: bool) -> None:
+        """Begin or end a fault of the line; a fault that does not last affects one reply."""
 
 
 class Conditions(Protocol):
-    """The environment of a module, as states in text: "temperature=95"."""
+    """The environment of a module, set by texts such as "temperature=95"."""
 
     def check(self, state: str) -> None:
         """Refuse a state that the module can't have, with a ValueError."""
@@ -63,14 +63,22 @@ class Conditions(Protocol):
         """Put the module into a state at the instant of its last `update`; ValueError as in `check`."""
 
 
+class _Act(NamedTuple):
+    """The beginning or the end of a fault."""
+
+    at_ns: int
+    fault: InjectedFault
+    begins: bool
+
+
 class ExposedModule(Module):
-    """A module with scheduled faults; satisfies `runtime.loop.module.Module`.
+    """A wrapper of a module that injects scheduled faults.
 
     Args:
-        conditions: conditions of the module, if they can be set.
+        conditions: the environment of the module; None if it can't be set.
 
     Raises:
-        ValueError: the module can't simulate a fault, or has no such conditions.
+        ValueError: the module can't simulate a fault, or can't have a condition.
     """
 
     def __init__(
@@ -83,19 +91,17 @@ class ExposedModule(Module):
         for fault in ordered:
             self._check(fault)
         self._tears = [fault for fault in ordered if fault.what is FaultKind.TORN_UPDATE]
-        self._acts = sorted(
-            (act for fault in ordered if fault.what is not FaultKind.TORN_UPDATE for act in _acts(fault)),
-            key=lambda act: act[0],
-        )
-        self._faults: set[FaultKind] = set()
-        self._current: FaultKind | None = None
+        lasting = [fault for fault in ordered if fault.what is not FaultKind.TORN_UPDATE]
+        self._acts = _by_time(act for fault in lasting for act in _acts(fault))
+        self._faults: set[FaultKind] = set()  # the present faults
+        self._shown: FaultKind | None = None  # the worst of them, which the module shows
         self._now_ns = 0
-        self._before = Image()
-        self._late_ns = 0
-        self._torn = Image()
+        self._latest_outputs = Image()
+        self._late_ns = 0  # when the late words of a torn update arrive
+        self._torn_outputs = Image()  # the outputs until then
 
     def happen(self, incident: InjectedFault) -> None:
-        """Add a fault that begins not earlier than the last `update`.
+        """Add a fault that begins at the last `update` or later.
 
         Raises:
             ValueError: the module does not support it.
@@ -105,16 +111,16 @@ class ExposedModule(Module):
         if incident.what is FaultKind.TORN_UPDATE:
             self._tears = sorted([*self._tears, incident], key=lambda fault: fault.at_ns)
         else:
-            self._acts = sorted([*self._acts, *_acts(incident)], key=lambda act: act[0])
+            self._acts = _by_time([*self._acts, *_acts(incident)])
 
     def _check(self, incident: InjectedFault) -> None:
         kind, conditions = incident.what, self._conditions
         if kind is FaultKind.CONDITION and conditions is not None:
             conditions.check(incident.state)
         elif kind is FaultKind.CONDITION or not _can_happen(kind, self.module):
-            instead = "; set its conditions, such as cable=lost" if conditions is not None else ""
+            hint = "; set its conditions, such as cable=lost" if conditions is not None else ""
             module = type(self.module).__name__
-            raise ValueError(f"injected fault {kind.value} does not apply to {module}{instead}")
+            raise ValueError(f"injected fault {kind.value} does not apply to {module}{hint}")
 
     @property
     def under_way(self) -> str | None:
@@ -129,21 +135,21 @@ class ExposedModule(Module):
 
     @property
     def follows(self) -> frozenset[int]:
-        """The slots to be advanced before this one."""
+        """The slots that must be advanced before this one."""
         return getattr(self.module, "follows", frozenset())
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
         self._tear(outputs)
-        while self._acts and self._acts[0][0] <= now_ns:
-            at_ns, incident, is_begin = self._acts.pop(0)
-            self._advance(at_ns, outputs)
-            self._act(at_ns, incident, begins=is_begin)
+        while self._acts and self._acts[0].at_ns <= now_ns:
+            act = self._acts.pop(0)
+            self._advance(act.at_ns, outputs)
+            self._carry_out(act)
         return self._advance(now_ns, outputs)
 
     @property
     def before_change(self) -> Callable[[], None]:
-        """Called by the module before a change; see `ForeseeingModule`."""
+        """See `ForeseeingModule`."""
         return unnoticed if self._foreseeing is None else self._foreseeing.before_change
 
     @before_change.setter
@@ -152,16 +158,16 @@ class ExposedModule(Module):
             self._foreseeing.before_change = notice
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which the module only continues; see `ForeseeingModule`."""
+        """See `ForeseeingModule`; an injected fault counts as an event."""
         module = self._foreseeing
-        if module is None or self._now_ns < self._late_ns or outputs != self._before:
+        if module is None or self._now_ns < self._late_ns or outputs != self._latest_outputs:
             return 0
         calm_ns = module.calm_until_ns(outputs)
-        return min(calm_ns, self._acts[0][0]) if self._acts else calm_ns
+        return min(calm_ns, self._acts[0].at_ns) if self._acts else calm_ns
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return the module's prediction."""
-        assert self._foreseeing is not None, "it is called only in a time that it has foreseen"
+        """See `ForeseeingModule`."""
+        assert self._foreseeing is not None, "called only before the instant of `calm_until_ns`"
         return self._foreseeing.foretell(first_ns, every_ns, count)
 
     @override
@@ -173,66 +179,65 @@ class ExposedModule(Module):
         self.module.power_cycle()
 
     def _tear(self, outputs: Image) -> None:
-        """Hold words back if these are the first new outputs since a torn update is due."""
-        if outputs == self._before:
+        """Begin a due torn update with the first new outputs: keep the earlier values of its late words."""
+        if outputs == self._latest_outputs:
             return
-        if len(outputs) != len(self._before):
-            self._before, self._torn = Image(size=len(outputs)), Image(size=len(outputs))
-            if outputs == self._before:
+        if len(outputs) != len(self._latest_outputs):
+            self._latest_outputs, self._torn_outputs = Image(size=len(outputs)), Image(size=len(outputs))
+            if outputs == self._latest_outputs:
                 return
         if self._tears and self._tears[0].at_ns <= self._now_ns:
             tear = self._tears.pop(0)
-            self._torn.load(outputs)
+            self._torn_outputs.load(outputs)
             for index in tear.late_words:
-                self._torn[index] = self._before[index]
+                self._torn_outputs[index] = self._latest_outputs[index]
             self._late_ns = self._now_ns + (tear.for_ns or RPI_NS)
             fields: dict[str, JsonValue] = {"late_words": list(tear.late_words)}
             late_words = ", ".join(map(str, tear.late_words))
             text = f"Output words {late_words} come one update late."
             self.events.append(Event(self._now_ns, "stimulus", tear.what.value, text, fields))
-        self._before.load(outputs)
+        self._latest_outputs.load(outputs)
 
     def _advance(self, now_ns: int, outputs: Image) -> Image:
         if self._now_ns < self._late_ns < now_ns:
-            self.module.update(self._late_ns, self._torn)
+            self.module.update(self._late_ns, self._torn_outputs)
             self._now_ns = self._late_ns
-        torn = self._now_ns < self._late_ns
+        is_torn = self._now_ns < self._late_ns
         self._now_ns = now_ns
-        return self.module.update(now_ns, self._torn if torn else outputs)
+        return self.module.update(now_ns, self._torn_outputs if is_torn else outputs)
 
-    def _act(self, at_ns: int, incident: InjectedFault, *, begins: bool) -> None:
-        kind = incident.what
+    def _carry_out(self, act: _Act) -> None:
+        kind, begins, state = act.fault.what, act.begins, act.fault.state
         if isinstance(self.module, OnALine) and kind in ON_THE_LINE:
-            self.module.disturb(kind, begins=begins, lasts=bool(incident.for_ns))
+            self.module.disturb(kind, begins=begins, lasts=bool(act.fault.for_ns))
         elif self._conditions is not None and kind is FaultKind.CONDITION:
-            self._conditions.put(incident.state)
+            self._conditions.put(state)
         else:
-            self._trouble(kind, begins=begins)
-        self.events.append(fault_event(at_ns, kind, begins=begins, state=incident.state))
+            self._change_faults(kind, begins=begins)
+        self.events.append(fault_event(act.at_ns, kind, begins=begins, state=state))
 
-    def _trouble(self, kind: FaultKind, *, begins: bool) -> None:
+    def _change_faults(self, kind: FaultKind, *, begins: bool) -> None:
         if kind is FaultKind.POWER_CYCLE:
             self._faults.discard(FaultKind.FATAL_ERROR)
             self.module.power_cycle()
-            self._current = None
+            self._shown = None
         elif begins:
             self._faults.add(kind)
         else:
             self._faults.discard(kind)
-        self._settle()
+        self._show_worst_fault()
 
-    def _settle(self) -> None:
-        """Show the worst of the present faults."""
+    def _show_worst_fault(self) -> None:
         worst = next((kind for kind in WORST_FIRST if kind in self._faults), None)
-        if worst is self._current or not isinstance(self.module, ModuleWithFaults):
+        if worst is self._shown or not isinstance(self.module, ModuleWithFaults):
             return
         if worst is FaultKind.REMOVED:
-            self._faults.discard(FaultKind.FATAL_ERROR)  # without power it is reset
-        elif self._current is FaultKind.FATAL_ERROR:
+            self._faults.discard(FaultKind.FATAL_ERROR)  # loss of power resets it
+        elif self._shown is FaultKind.FATAL_ERROR:
             self.module.power_cycle()
-        if worst is not None or self._current is not FaultKind.FATAL_ERROR:
+        if worst is not None or self._shown is not FaultKind.FATAL_ERROR:
             self.module.inject(TROUBLES[worst] if worst else None)
-        self._current = worst
+        self._shown = worst
 
 
 def _can_happen(kind: FaultKind, module: Module) -> bool:
@@ -241,10 +246,14 @@ def _can_happen(kind: FaultKind, module: Module) -> bool:
     return kind not in TROUBLES or isinstance(module, ModuleWithFaults)
 
 
-def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
-    yield incident.at_ns, incident, True
-    if incident.for_ns and incident.what in LASTING:
-        yield incident.at_ns + incident.for_ns, incident, False
+def _acts(fault: InjectedFault) -> Iterable[_Act]:
+    yield _Act(fault.at_ns, fault, begins=True)
+    if fault.for_ns and fault.what in LASTING:
+        yield _Act(fault.at_ns + fault.for_ns, fault, begins=False)
+
+
+def _by_time(acts: Iterable[_Act]) -> list[_Act]:
+    return sorted(acts, key=lambda act: act.at_ns)
 
 
 def fault_event(at_ns: int, kind: FaultKind, *, begins: bool, state: str = "") -> Event:

@@ -1,4 +1,4 @@
-"""Faults of a CPU: their report, and the line of the user's code where they began."""
+"""Faults of a CPU: their text, and the line of the user's code that caused them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .events import JsonValue
 
 
 class Cause(Enum):
-    """The responsible part."""
+    """The part of the system that caused a fault."""
 
     PROGRAM = "program"
     WATCHDOG = "watchdog"
@@ -34,9 +34,9 @@ class Fault:
 
     scan: int
     now_ns: int
-    cause: Cause  # the responsible part
-    where: str  # file:line of the user's code, or of the innermost code known
-    text: str
+    cause: Cause
+    where: str  # file:line of the user's code, or of the innermost code without any
+    text: str  # kind and message of the exception, or the watchdog's message
     site: Site = NOWHERE  # routine and rung of a ladder program
 
     def __str__(self) -> str:
@@ -45,7 +45,7 @@ class Fault:
 
     @property
     def fields(self) -> Mapping[str, JsonValue]:
-        """The fault as the topic /faults reports it."""
+        """The fields of the fault on the topic /faults."""
         fields: dict[str, JsonValue] = {"cause": self.cause.value, "where": self.where, "text": self.text}
         if self.site.rung is not None:
             fields |= {"routine": self.site.routine, "rung": self.site.rung}
@@ -60,8 +60,8 @@ _BLAME = {
 }
 
 
-class CpuFault(Exception):  # noqa: N818 - the usual term
-    """The CPU has faulted: outputs are zero, modules stopped, listeners closed."""
+class CpuFault(Exception):  # noqa: N818 - the usual term of PLCs
+    """The fault of a CPU: outputs are zero, modules are stopped, listeners are closed."""
 
     def __init__(self, fault: Fault) -> None:
         super().__init__(str(fault))
@@ -69,14 +69,14 @@ class CpuFault(Exception):  # noqa: N818 - the usual term
 
 
 class Ending(BaseException):
-    """Ends the command that runs scans; it is never a fault, wherever it is raised."""
+    """The end of the command that runs scans. It is never a fault, wherever it is raised."""
 
 
 def ends_the_run(error: BaseException) -> bool:
-    """Return whether an error of a program is no fault: an `Ending`, or a real Ctrl-C.
+    """Return whether an error ends the run and is not a fault: an `Ending`, or a real Ctrl-C.
 
-    A `raise KeyboardInterrupt` in the program is a fault like any other. A real Ctrl-C is raised by a
-    signal handler of ours, or between two instructions of the program.
+    A `raise KeyboardInterrupt` in the program is a fault. A real Ctrl-C is raised by one of our signal
+    handlers, or between two instructions of the program.
     """
     if not isinstance(error, KeyboardInterrupt):
         return isinstance(error, Ending)
@@ -91,7 +91,7 @@ def ends_the_run(error: BaseException) -> bool:
 
 
 def words_of(error: BaseException) -> str:
-    """Return an exception's kind and message, a long one shortened.
+    """Return an exception's kind and its message, shortened if it is long.
 
     >>> words_of(ValueError("no such bit")), words_of(ZeroDivisionError())
     ('ValueError: no such bit', 'ZeroDivisionError')
@@ -101,23 +101,24 @@ def words_of(error: BaseException) -> str:
 
 
 def place_of(error: BaseException) -> str:
-    """Return file:line of the user's innermost code that an exception came from.
+    """Return file:line of the innermost user code in an exception's traceback.
 
-    User code comes from a file that is neither ours nor installed (the constructor of a dataclass
-    comes from "<string>"). If there is none, this is the innermost frame.
+    User code comes from a file that is neither ours nor installed. The constructor of a dataclass
+    comes from "<string>". Without user code it is the innermost frame.
     """
-    steps = [(frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__)]
-    user_steps = [step for step in steps if is_the_users(step[0].co_filename)]
-    code, line = (user_steps or steps)[-1]
-    return f"{code.co_filename}:{line}"
+    lines = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
+    user_lines = [(file_name, line) for file_name, line in lines if is_the_users(file_name)]
+    file_name, line = (user_lines or lines)[-1]
+    return f"{file_name}:{line}"
 
 
 def is_the_users(file_name: str) -> bool:
-    """Return whether code is the user's: neither ours nor installed, here or in an environment below."""
-    return not file_name.startswith(_not_the_users()) and not any(folder in file_name for folder in _PACKAGES)
+    """Return whether a file is the user's: neither ours nor installed, in this or another environment."""
+    is_installed = any(folder in file_name for folder in _INSTALLATION_FOLDERS)
+    return not is_installed and not file_name.startswith(_other_prefixes())
 
 
-_ROOMS = (
+_PACKAGE_FOLDERS = (
     f"{sys.modules[__name__.partition('.')[0]].__path__[0]}{os.sep}",  # contains the others if installed
     *(
         f"{Path(__file__).parents[2] / package}{os.sep}"
@@ -130,11 +131,11 @@ _GENERATED = "<"
 
 
 @cache
-def _not_the_users() -> tuple[str, ...]:
-    import sysconfig  # most runs have no fault
+def _other_prefixes() -> tuple[str, ...]:
+    import sysconfig  # imported here, since most runs have no fault
 
     kinds = ("stdlib", "platstdlib", "purelib", "platlib")
-    return (*_ROOMS, *(f"{sysconfig.get_path(kind)}{os.sep}" for kind in kinds), _GENERATED)
+    return (*_PACKAGE_FOLDERS, *(f"{sysconfig.get_path(kind)}{os.sep}" for kind in kinds), _GENERATED)
 
 
-_PACKAGES = tuple(f"{os.sep}{kind}-packages{os.sep}" for kind in ("site", "dist"))
+_INSTALLATION_FOLDERS = tuple(f"{os.sep}{kind}-packages{os.sep}" for kind in ("site", "dist"))

@@ -1,9 +1,9 @@
-"""Forces: words and bits held at a value regardless of the module or the logic.
+"""Forces, which hold words and bits at a value regardless of the module or the logic.
 
 An input force acts between the input latch and the logic, an output force
 between the logic and the output latch. Both stay in effect until they
-are removed. An output force acts on the sent (and recorded) outputs; the logic
-always finds its own outputs, forced or not, so that a removed force leaves no
+are removed. An output force acts on the sent and recorded outputs. The logic
+always finds its own outputs, forced or not, so a removed force leaves no
 trace.
 """
 
@@ -22,17 +22,17 @@ WORD_MASK = 0xFFFF
 
 @dataclass(slots=True)
 class _MaskedWord:
-    """One word of an image under force: the bits kept, the bits put there, the logic's own value."""
+    """A word of an image with forced bits."""
 
     words: memoryview
     index: int
-    keep: int = WORD_MASK
-    put: int = 0
-    own: int | None = None
+    keep: int = WORD_MASK  # mask of the bits that are not forced
+    forced: int = 0  # values of the forced bits
+    logic_value: int | None = None  # of an output word: the logic's value, while the word has the forced one
 
 
 class Forces:
-    """The forces of a rack, changed by address at any time, in effect from the next scan on.
+    """The forces of a rack. Changes take effect with the next scan.
 
     Args:
         on_change: called after every change; the scan loop then calls `commit`.
@@ -49,7 +49,7 @@ class Forces:
 
     @property
     def active(self) -> Mapping[str, int]:
-        """The forces by address, the latest last; it takes precedence for a common bit."""
+        """The forces by address, the latest last. A later one takes precedence for a common bit."""
         return {str(address): value for address, value in self._values.items()}
 
     def set(self, address: str, value: int) -> None:
@@ -62,10 +62,10 @@ class Forces:
         Raises:
             ValueError: the address does not exist, or the value does not fit it.
         """
-        word_place = parse_address(address, self._words)
-        check_value(address, word_place, value)
-        self._values.pop(word_place, None)
-        self._values[word_place] = int(value)
+        target = parse_address(address, self._words)
+        check_value(address, target, value)
+        self._values.pop(target, None)
+        self._values[target] = int(value)
         self._changed()
 
     def remove(self, address: str) -> None:
@@ -74,10 +74,10 @@ class Forces:
         Raises:
             ValueError: the address does not exist, or is not forced.
         """
-        word_place = parse_address(address, self._words)
-        if word_place not in self._values:
-            raise ValueError(f"{address!r} is not forced: forced are {', '.join(self.active) or 'none'}")
-        del self._values[word_place]
+        target = parse_address(address, self._words)
+        if target not in self._values:
+            raise ValueError(f"{address!r} is not forced; forced are {', '.join(self.active) or 'none'}")
+        del self._values[target]
         self._changed()
 
     def clear(self) -> None:
@@ -86,7 +86,7 @@ class Forces:
         self._changed()
 
     def commit(self) -> bool:
-        """Put all changes into effect; return whether there were any."""
+        """Apply all changes; return whether there were any."""
         if not self._dirty:
             return False
         self._dirty = False
@@ -108,19 +108,19 @@ class Forces:
     def apply_inputs(self) -> None:
         """Overwrite the input images with the input forces."""
         for masked in self._inputs:
-            masked.words[masked.index] = masked.words[masked.index] & masked.keep | masked.put
+            masked.words[masked.index] = masked.words[masked.index] & masked.keep | masked.forced
 
     def apply_outputs(self) -> None:
         """Overwrite the output images with the output forces; remember the logic's own words."""
         for masked in self._outputs:
-            masked.own = masked.words[masked.index]
-            masked.words[masked.index] = masked.own & masked.keep | masked.put
+            masked.logic_value = masked.words[masked.index]
+            masked.words[masked.index] = masked.logic_value & masked.keep | masked.forced
 
     def restore_outputs(self) -> None:
         """Restore the logic's own output words."""
         for masked in self._outputs:
-            if masked.own is not None:
-                masked.words[masked.index], masked.own = masked.own, None
+            if masked.logic_value is not None:
+                masked.words[masked.index], masked.logic_value = masked.logic_value, None
 
     def _changed(self) -> None:
         self._dirty = True
@@ -128,28 +128,25 @@ class Forces:
 
     def _masks(self, image: str) -> tuple[_MaskedWord, ...]:
         masks: dict[tuple[int, int], _MaskedWord] = {}
-        for word_place, value in self._values.items():
-            if word_place.image == image:
-                key = word_place.slot, word_place.word
-                slot = self._rack.slots[word_place.slot]
+        for target, value in self._values.items():
+            if target.image == image:
+                key = target.slot, target.word
+                slot = self._rack.slots[target.slot]
                 words = (slot.inputs if image == "I" else slot.outputs).raw.cast("H")
-                masked = masks.setdefault(key, _MaskedWord(words, word_place.word))
-                _add(masked, word_place.bit, value)
+                masked = masks.setdefault(key, _MaskedWord(words, target.word))
+                _add_force(masked, target.bit, value)
         return tuple(masks.values())
 
 
-def check_value(address: str, place: Address, value: object) -> None:
+def check_value(address: str, target: Address, value: object) -> None:
     """Refuse a value that does not fit a word or bit, with a ValueError that names the address."""
-    lowest, highest = (WORD_MIN, UNSIGNED_MAX) if place.bit is None else (0, 1)
+    kind, lowest, highest = ("word", WORD_MIN, UNSIGNED_MAX) if target.bit is None else ("bit", 0, 1)
     if not isinstance(value, int) or not lowest <= value <= highest:
-        place_name = "word" if place.bit is None else "bit"
-        raise ValueError(
-            f"{address!r} cannot be forced to {value!r}: a {place_name} is {lowest} to {highest}"
-        )
+        raise ValueError(f"{address!r} cannot be forced to {value!r}: a {kind} is {lowest} to {highest}")
 
 
-def _add(masked: _MaskedWord, bit: int | None, value: int) -> None:
+def _add_force(masked: _MaskedWord, bit: int | None, value: int) -> None:
     mask = WORD_MASK if bit is None else 1 << bit
     forced_bits = value & WORD_MASK if bit is None else value << bit
     masked.keep &= ~mask
-    masked.put = masked.put & ~mask | forced_bits
+    masked.forced = masked.forced & ~mask | forced_bits

@@ -1,11 +1,11 @@
-"""Incidents of a module and its CPU, besides commands and inputs: power, a lost link, a torn update.
+"""Injected faults of a module and its CPU: power, a lost link, a torn update.
 
     scan               n          n+1         n+2
     outputs written    A          B           B
     torn update of B:  A          B A A ...   B        (words 1 and 2 of B come one update late)
 
-Each incident is data with an instant. The rack is built with the incidents of its
-specification, so that a run with them is as repeatable as a run without.
+Each fault is data with an instant. The rack is built with the faults of its
+specification, so a run with faults is as repeatable as a run without.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ class FaultKind(Enum):
     """Kind of an injected fault."""
 
     POWER_CYCLE = "power-cycle"
-    """The module's power goes and returns at once."""
+    """The module loses power and gets it back at once."""
     LINK_LOST = "link-lost"
     """See `runtime.loop.module_fault`."""
     REMOVED = "removed"
     """See `runtime.loop.module_fault`."""
     FATAL_ERROR = "fatal-error"
-    """See `runtime.loop.module_fault`; ends with a power cycle."""
+    """See `runtime.loop.module_fault`; a power cycle ends it."""
     ASIC_LOST = "asic-lost"
     """See `runtime.loop.module_fault`."""
     TORN_UPDATE = "torn-update"
-    """The next change of the outputs arrives in two updates: some words late."""
+    """The next change of the outputs arrives in two updates, some words one update late."""
     PROGRAM_MODE = "program-mode"
-    """The CPU's key is turned to program, and back to run."""
+    """The CPU's key is turned to program, and later back to run."""
     LINE_DOWN = "line-down"
     """The line between an adapter and its controller is open: nothing arrives either way."""
     REPLIES_LOST = "replies-lost"
-    """Replies of an adapter's controller are lost; it has acted."""
+    """Replies of an adapter's controller are lost, although it has carried out the requests."""
     REPLIES_DAMAGED = "replies-damaged"
     """Replies of an adapter's controller arrive with a bit flipped."""
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
-    """The power of an adapter's controller goes and returns at once; the adapter's does not."""
+    """An adapter's controller loses power and gets it back at once; the adapter keeps its power."""
     CONDITION = "condition"
-    """The environment of a networked drive changes: an input, temperature, cable, ..., see `state`."""
+    """The environment of a networked drive changes, such as an input or a temperature; see `state`."""
 
 
 TROUBLES = {
@@ -55,7 +55,7 @@ TROUBLES = {
     FaultKind.FATAL_ERROR: ModuleFault.FATAL_ERROR,
     FaultKind.ASIC_LOST: ModuleFault.ASIC_LOST,
 }
-"""Lasting faults as `ModuleFault`s."""
+"""Lasting faults of a module, as `ModuleFault`s."""
 
 ON_THE_LINE = frozenset(
     {
@@ -68,7 +68,7 @@ ON_THE_LINE = frozenset(
 """Faults between an adapter and its controller."""
 
 LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
-"""Faults of a module that may have an end."""
+"""Faults of a module that may have a duration."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +76,12 @@ class InjectedFault:
     """One injected fault.
 
     Attributes:
-        at_ns: its start, ns since power-up.
-        slot: its module; 0 for `PROGRAM_MODE`.
-        for_ns: duration; 0 = unlimited: a fatal error then ends with a power cycle. Of a torn update:
-            delay of the late words, an RPI if 0. Of replies: 0 = the next one only.
-        late_words: of a torn update: the output words that arrive late.
-        state: of conditions: the new state, such as "temperature=95"; see the module's record.
+        at_ns: start, ns since power-up.
+        slot: slot of the module; 0 for `PROGRAM_MODE`.
+        for_ns: duration; 0 = unlimited, or until a power cycle for a fatal error. For a torn update it is the
+            delay of the late words, where 0 = one RPI. For lost or damaged replies 0 = only the next one.
+        late_words: indexes of the output words that arrive late in a torn update.
+        state: the new state of a condition, such as "temperature=95"; see the module's record.
     """
 
     __pydantic_config__ = ConfigDict(extra="forbid")
@@ -100,15 +100,15 @@ class InjectedFault:
         self.check_late_words(WORDS_MAX)
         if bool(self.late_words) is not (self.what is FaultKind.TORN_UPDATE):
             raise SettingError(
-                "late_words", "late_words and torn-update go together: name the words that come late"
+                "late_words", "late_words and torn-update go together: name the words that arrive late"
             )
         if bool(self.state) is not (self.what is FaultKind.CONDITION):
             raise SettingError("state", "state and condition go together: name the state that begins")
         if self.state and self.for_ns:
-            raise SettingError("for_ms", "a condition has no duration: set it back with another entry")
+            raise SettingError("for_ms", "a condition has no duration; set it back with another entry")
 
     def check_late_words(self, outputs: int) -> None:
-        """Refuse late words that a module with a number of output words does not have, with a ValueError."""
+        """Refuse late words that a module with `outputs` output words does not have, with a ValueError."""
         if not set(self.late_words) <= set(range(outputs)):
             raise SettingError(
                 "late_words", f"late_words {list(self.late_words)} are not allowed: 0 to {outputs - 1}"

@@ -13,7 +13,7 @@ from .scan import CpuMode
 
 
 class KeySwitch(QuietListener):
-    """A listener that turns the CPU's key to program and back at the end of the scan in which that is due."""
+    """A listener that turns the CPU's key to program and back, at the ends of scans."""
 
     def __init__(self, cpu: Cpu, incidents: Iterable[InjectedFault]) -> None:
         self._cpu = cpu

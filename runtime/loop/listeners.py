@@ -1,4 +1,4 @@
-"""Listeners of the scan loop: the recorder, a display, a user's own probe."""
+"""Listeners of the scan loop, such as a recorder, a display or a user's probe."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ TOPIC_OF_KIND = {"stimulus": "/stimuli", "indicator": "/indicators", "order": "/
 class ScanListener(Protocol):
     """A listener of the scan loop. Within a scan it receives the events first, then the scan.
 
-    The images are in the rack's memory block (`Rack.memory`). A listener receives that
-    block when it is made; while `scan` runs, the block holds the scan's images.
+    The images are in the rack's memory (`Rack.memory`). A listener receives that
+    memory when it is created. While `scan` runs, the memory has the scan's images.
     """
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Receive an event: anything but an image.
+        """Receive an event or another change that is not in an image.
 
         Args:
             scan: number of the scan that reports it.
             now_ns: its time; times never decrease within a topic.
             topic: "/events", "/stimuli", "/indicators", "/forces", "/cpu", "/faults" or
                 "/orders".
-            fields: its values by name.
+            fields: values by name.
         """
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
@@ -46,40 +46,40 @@ class ScanListener(Protocol):
 
 
 ROWS_AT_ONCE = 4096
-"""Maximum scans that are passed on at once."""
+"""Maximum scans that are passed on together."""
 
 
 class RowListener(ScanListener, Protocol):
-    """A listener that can also receive many scans at once, while only the modules' inputs change.
+    """A listener that can also receive many scans together, while only the modules' inputs change.
 
-    Such scans have no events, and the same outputs as the scan before them.
+    These scans have no events. Their outputs are the same as in the scan before.
     """
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Return the function to call after the logic of each of these scans; None = no function.
+        """The function to call after the logic of each of these scans; None = no function.
 
-        If that function returns true, the rows end, and this scan is passed on by itself.
+        If the function returns true, this scan ends the rows, and is passed on separately.
         """
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans it can receive at once from number `scan` on; 0 = each by itself for now."""
+        """Return how many scans from number `scan` on it can receive together; 0 = each one separately."""
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Receive finished scans, one or more, at most as many as `begin_rows` has returned.
+        """Receive one or more finished scans, at most as many as `begin_rows` has returned.
 
-        The rack's memory has the images of the last one.
+        The rack's memory has the images of the last scan.
 
         Args:
-            scans: their numbers.
-            times: their times, ns.
-            flags: flags of the CPU, the same in all of them.
-            images: the rack's memory in each.
+            scans: numbers of the scans.
+            times: times of the scans, ns.
+            flags: flags of the CPU, the same in all scans.
+            images: the rack's memory in each scan.
         """
 
 
 def by_rows(listener: ScanListener) -> RowListener | None:
-    """Return a listener that can receive rows, None for others; faster than `isinstance`."""
+    """Return the listener if it can receive rows, otherwise None; faster than `isinstance`."""
     return listener if hasattr(listener, "begin_rows") else None  # type: ignore[return-value]
 
 
@@ -106,13 +106,13 @@ class Listeners:
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
         self.listeners = list(listeners)  # listeners that receive events and scans, in order
-        self.called_last: ScanListener | None = None  # an exception is attributed to it
+        self.called_last: ScanListener | None = None  # the origin of an exception
         self._to_close = list(self.listeners)
-        self._by_rows: list[RowListener] | None = None  # the same listeners; None = some can't receive rows
+        self._by_rows: list[RowListener] | None = None  # all listeners; None if one can't receive rows
         self._sort()
 
     def _sort(self) -> None:
-        receivers = [receiver for listener in self.listeners if (receiver := by_rows(listener)) is not None]
+        receivers = [listener for listener in map(by_rows, self.listeners) if listener is not None]
         self._by_rows = receivers if len(receivers) == len(self.listeners) else None
 
     def add(self, listener: ScanListener) -> None:
@@ -129,12 +129,12 @@ class Listeners:
 
     @property
     def looks(self) -> list[Callable[[], bool]]:
-        """Return the functions to call after the logic of each scan by rows."""
+        """The functions to call after the logic of each scan by rows."""
         looks = [listener.look for listener in self._by_rows or ()]
         return [look for look in looks if look is not None]
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans all can receive at once from number `scan` on; 0 = each by itself."""
+        """Return how many scans from number `scan` on all can receive together; 0 = each one separately."""
         if self._by_rows is None:
             return 0
         return min([ROWS_AT_ONCE, *(listener.begin_rows(scan) for listener in self._by_rows)])
@@ -152,18 +152,18 @@ class Listeners:
             listener.event(scan, now_ns, topic, fields)
 
     def raised(self, scan: int, event: Event, **origin: int) -> None:
-        """Pass on an event of a module, or of the CPU itself.
+        """Pass on an event of a module, the CPU or the program.
 
         Args:
             scan: number of the scan that reports it.
-            origin: `slot`, the number of the module's slot.
+            origin: `slot`, the number of the module's slot, or nothing.
         """
         own_fields = {"kind": event.kind, "name": event.name, "text": event.text}
         topic = TOPIC_OF_KIND.get(event.kind, "/events")
         self.event(scan, event.at_ns, topic, {**event.fields, **origin, **own_fields})
 
     def module_events(self, scan: int, slots: Iterable[Slot]) -> None:
-        """Pass on the modules' events in order of time, and empty the modules' lists."""
+        """Pass on the modules' events in order of time, and clear the modules' lists."""
         events = [(slot.number, event) for slot in slots for event in slot.module.events]
         for slot in slots:
             slot.module.events.clear()
@@ -171,7 +171,7 @@ class Listeners:
             self.raised(scan, event, slot=number)
 
     def dismiss(self, listener: ScanListener) -> None:
-        """Close a listener and stop passing events to it; do nothing if it is closed."""
+        """Remove a listener and close it; do nothing if it is already closed."""
         if listener in self._to_close:
             self._to_close.remove(listener)
             self.listeners.remove(listener)
@@ -179,12 +179,12 @@ class Listeners:
             listener.close()
 
     def dismiss_present(self) -> None:
-        """Pass nothing more to the listener called last; it is still closed at the end."""
+        """Stop passing anything to the listener that was called last; `close` still closes it."""
         if self.called_last is not None:
             self.listeners.remove(self.called_last)
 
     def close(self) -> None:
-        """Close every listener once, in order, even if one of them raises; then raise its error."""
+        """Close every listener once, in order; raise an error only after all are closed."""
         with ExitStack() as stack:
             while self._to_close:
                 stack.callback(self._to_close.pop().close)

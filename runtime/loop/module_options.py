@@ -1,4 +1,4 @@
-"""Options: values by name, as rack files and requests give them, checked against one declaration each."""
+"""Options of modules and controllers: values by name, from rack files and requests, with their checks."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from .events import JsonValue
 
 
 class Options(BaseModel):
-    """The options of a module or a controller; a subclass declares name, type, range and default of each.
+    """Base class of options. A subclass declares the name, type, range and default of each option.
 
     Raises:
-        ValueError: an unknown name, or an illegal value; the message has the allowed ones.
+        ValueError: an unknown name, or an illegal value. The message lists the allowed ones.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
@@ -35,7 +35,7 @@ class Options(BaseModel):
 
     @classmethod
     def of(cls, values: Mapping[str, JsonValue] | None) -> Self:
-        """Return options from values by name; None leaves all defaults.
+        """Return options from values by name; None = all defaults.
 
         Raises:
             ValueError: see the class.
@@ -51,12 +51,9 @@ class Options(BaseModel):
         if len(details["loc"]) > 1:
             return f"option {name}: {error or details['msg']}"
         if details["type"] == "extra_forbidden":
-            close_names = difflib.get_close_matches(name, cls.model_fields, n=1)
-            hint = (
-                f"did you mean {close_names[0]}?"
-                if close_names
-                else f"choose from {', '.join(cls.model_fields)}"
-            )
+            hint = f"choose from {', '.join(cls.model_fields)}"
+            if close_names := difflib.get_close_matches(name, cls.model_fields, n=1):
+                hint = f"did you mean {close_names[0]}?"
             return f"option {name}: the {cls.owner} has no such option; {hint}"
         return f"option {name}: {error or _problem(cls.model_fields[name], details)}"
 

@@ -1,14 +1,14 @@
-"""Everything about the wall clock; no other file imports `time`.
+"""The wall clock: pace of scans, watchdog and signals; no other module uses `time`.
 
-    FreeRun           scans as fast as possible; virtual time only
+    FreeRun           scans as fast as possible, in virtual time only
     RealTime          scan n of a run is due at start + n * period on the monotonic clock
-    AdjustablePace    the same at a multiple of real time, which may change while scans run
-    Clock             virtual time in step with the wall clock
+    AdjustablePace    the same at a multiple of real time, which may change between scans
+    Clock             virtual time at a multiple of wall time
     Watchdog          ends endless logic
     stopping_on_interrupt    Ctrl-C requests a stop between scans
     ending_as_interrupt      SIGTERM and SIGHUP act like Ctrl-C
 
-None of it affects an image: a paced run and a free one give the same scans,
+None of this changes an image: a paced run and a free run have the same scans,
 except for the OVERRUN flag.
 """
 
@@ -28,27 +28,27 @@ from typing import Any, Protocol
 from typing_extensions import override
 
 WATCHDOG_NS = 500_000_000
-"""Default watchdog, that of a CompactLogix main task."""
+"""Default watchdog limit, the same as of a CompactLogix main task."""
 
 WAITING = 10
-"""Limit on the wall clock as a multiple of the limit of processor time."""
+"""Limit of wall time, as a multiple of the limit of processor time."""
 
 TICKS_PER_LIMIT = 4
-"""Checks of the watchdog per limit: logic is ended within 1 to 1.25 limits."""
+"""Checks of the watchdog per limit, so that logic ends after 1 to 1.25 limits."""
 
 
 LATE_FROM_NS = (100_000, 300_000, 1_000_000, 3_000_000, 10_000_000, 30_000_000, 100_000_000)
-"""Delays by which late scans are counted; up to the first delay a scan is on time."""
+"""Bounds of the delays by which late scans are counted. A scan up to the first delay is on time."""
 
 SPIN_SHARE = 10
-"""Longest wait without sleeping, as a divisor of the period."""
+"""The longest wait without sleep is the period divided by this number, and at most `SPIN_MAX_NS`."""
 
 SPIN_MAX_NS = 200_000
-"""Upper limit of that wait: on a machine with free capacity a sleep rarely ends later."""
+"""Longest wait without sleep. On a machine with free capacity a sleep rarely ends later than that."""
 
 
 BEAT_NS = 100_000_000
-"""A trace is written toward the disk within this time of the wall clock."""
+"""Longest wall time until recorded scans are written toward the disk."""
 
 
 def _nothing() -> None: ...
@@ -61,19 +61,19 @@ class Pacer(Protocol):
     """Whether scans never wait, so that the scan loop need not call `wait`."""
 
     overruns: int
-    """Scans that began late, because the previous one was not finished in time."""
+    """Number of scans that began late because the previous scan was not finished in time."""
 
     worst_late_ns: int
-    """The longest delay of a scan."""
+    """The longest delay of a scan, ns."""
 
     late: list[int]
-    """Number of scans by delay: on time, then for each delay in `LATE_FROM_NS`; empty if free."""
+    """Number of scans by delay: on time, then above each delay in `LATE_FROM_NS`; empty if free."""
 
     beat: Callable[[], object]
-    """Called between two scans, at least every `BEAT_NS` if scans are shorter than that; never, if free."""
+    """Called between two scans, at least every `BEAT_NS` if scans are shorter; never called if free."""
 
     def begin(self, period_ns: int) -> None:
-        """Begin a run: its first scan is due now."""
+        """Begin a run, with its first scan due now."""
 
     def wait(self) -> bool:
         """Wait until the next scan is due; return whether it begins late."""
@@ -95,21 +95,21 @@ class FreeRun(Pacer):
         pass
 
     def wait(self) -> bool:
-        """Do not wait."""
+        """Return False at once."""
         return False
 
 
 class RealTime(Pacer):
-    """Scans begin in step with the wall clock: scan n of a run at its start + n * period.
+    """Pace of the wall clock: scan n of a run is due at its start + n * period.
 
-    A late scan does not shift the following ones: they follow without
-    a pause until the loop has caught up. It is late for any reason: the previous scan
-    was not finished (an overrun), or the sleep took too long.
+    A late scan does not shift the following scans: they run without
+    a pause until the loop has caught up. A scan is late if the previous scan
+    was not finished (an overrun), or if the sleep took too long.
 
     Args:
         spin: sleep only until shortly before a scan is due, then poll the clock. That
-            takes a tenth of a processor at most, and begins scans within some microseconds.
-        sleep: waits that many seconds, or less; it may do other work meanwhile.
+            uses a tenth of a processor at most, and begins scans within some microseconds.
+        sleep: waits for up to a number of seconds; it may do other work meanwhile.
     """
 
     free = False
@@ -122,7 +122,7 @@ class RealTime(Pacer):
         self._spin = spin
         self._spin_ns = 0
         self._period_ns = 0
-        self._slowed = 1.0  # machine time per wall time, 1 at most: delays are those of the machine
+        self._slowed = 1.0  # machine time per wall time, at most 1, since delays count in machine time
         self._due_ns: int | None = None
         self.beat: Callable[[], object] = _nothing
         self._beat_ns = 0
@@ -145,36 +145,36 @@ class RealTime(Pacer):
             now_ns = self._wait_until(due_ns, now_ns)
         late_ns = now_ns - due_ns
         self.worst_late_ns = max(self.worst_late_ns, late_ns)
-        size = bisect_right(LATE_FROM_NS, late_ns * self._slowed)
-        self.late[size] += 1
+        class_index = bisect_right(LATE_FROM_NS, late_ns * self._slowed)
+        self.late[class_index] += 1
         self.overruns += overrun
-        return size > 0
+        return class_index > 0
 
     def _beat(self, now_ns: int) -> None:
         self._beat_ns = now_ns + max(0, BEAT_NS - 2 * self._period_ns)
         self.beat()
 
     def _wait_until(self, due_ns: int, now_ns: int) -> int:
-        """Sleep, and spin if requested, until an instant; return the time of its end."""
+        """Sleep, and perhaps poll the clock, until an instant; return the time afterwards."""
         sleep_ns = due_ns - self._spin_ns - now_ns
         if sleep_ns > 0:
             self._sleep(sleep_ns / 1e9)
         while (now_ns := time.monotonic_ns()) < due_ns:
-            if not self._spin:  # the sleep has ended early
+            if not self._spin:  # the sleep ended early
                 self._sleep((due_ns - now_ns) / 1e9)
         return now_ns
 
 
 class AdjustablePace(RealTime):
-    """Scans in step with the wall clock, at a speed that may change between two scans.
+    """Pace of the wall clock, at a speed that may change between two scans.
 
-    In slow motion a delay is that of the machine: 1 ms of the clock is 0.1 ms at a tenth of the speed.
-    At full speed it is free: modules may be run ahead, as without a session. The CPU reads the
+    In slow motion a delay counts in machine time: 1 ms of the clock is 0.1 ms at a tenth of the speed.
+    At full speed it is free, and modules may be computed in advance, as without a session. The CPU reads the
     speed when it prepares the next scans.
 
     Args:
         speed: seconds of virtual time per second, above 0; None = as fast as possible.
-        spin: as of `RealTime`.
+        spin: see `RealTime`.
     """
 
     def __init__(self, speed: float | None = 1.0, *, spin: bool = False) -> None:
@@ -212,7 +212,7 @@ class AdjustablePace(RealTime):
 
 
 class Clock:
-    """Virtual time in step with the wall clock; it begins at 0 when it is created.
+    """Virtual time at a multiple of wall time, from 0 at its creation.
 
     Args:
         speed: seconds of virtual time per second, above 0.
@@ -235,7 +235,7 @@ class Clock:
         """Return the wait on the wall clock until an instant of virtual time.
 
         Args:
-            at_ns: the instant; None = `longest_s`.
+            at_ns: the instant; None = return `longest_s`.
         """
         if at_ns is None:
             return longest_s
@@ -245,24 +245,24 @@ class Clock:
 class WatchdogTimeout(BaseException):
     """The logic has taken longer than the watchdog allows.
 
-    It is not an Exception, so that a program that catches every Exception in a loop does not catch it.
+    It is not an Exception, so a program that catches every Exception in a loop does not catch it.
     """
 
 
 class Watchdog:
-    """Ends endless logic.
+    """A watchdog that ends endless logic.
 
-    The limit is processor time: on a busy machine the time of other processes does not count. On
-    the wall clock logic has ten times as long, for logic that waits.
+    The limit is processor time, so the time of other processes on a busy machine does not count. For
+    logic that waits, wall time has a limit that is ten times as long.
 
-    In the main thread it costs the scans nothing: a timer, or where the system has none a thread,
-    checks regularly whether the same scan is still inside the logic, and after the
-    limit raises `WatchdogTimeout` there, even in an endless loop. (One long call of a C
+    In the main thread scans do not get slower: a timer, or a thread on a system without timers,
+    checks regularly whether the same scan is still inside the logic. After the
+    limit it raises `WatchdogTimeout` there, even in an endless loop. (A long call of a C
     function can only be ended when it returns.) In other threads the time is measured before and
-    after the logic, which detects a long scan, but not an endless one; see `timed`.
+    after the logic, which detects a long scan but not an endless one; see `timed`.
 
-    A debugger disables the watchdog: a timer that finds one on the stack stops for the rest of
-    the run, and the time of a scan that is traced or calls `breakpoint()` does not count.
+    A debugger disables the watchdog. A timer that finds one on the stack stops for the rest of
+    the run. The time of a scan that is traced or calls `breakpoint()` does not count.
 
     Args:
         limit_ns: longest processor time of the logic of one scan; 0 = no watchdog.
@@ -273,19 +273,19 @@ class Watchdog:
 
     def __init__(self, limit_ns: int = WATCHDOG_NS) -> None:
         if limit_ns < 0:
-            raise ValueError(f"watchdog of {limit_ns} ns is not allowed: it must be positive, or 0 for none")
+            raise ValueError(f"watchdog of {limit_ns} ns is not allowed: must be positive, or 0 for none")
         self.limit_ns = limit_ns
-        self._seen = -1
-        self._since = (0, 0)
+        self._checked_scan = -1  # the scan inside the logic at the latest check, -1 for none
+        self._checked_since = (0, 0)  # `_clocks` at the first check that found this scan
 
     @property
     def timed(self) -> bool:
-        """Whether the scan loop must measure the time, since nothing interrupts this thread."""
+        """Whether the scan loop must measure the time, since no timer can interrupt this thread."""
         return self.limit_ns > 0 and not _in_main_thread()
 
     @contextmanager
     def armed(self, scan: Callable[[], int], *inside: CodeType) -> Iterator[None]:
-        """Watch over a run.
+        """Watch the logic within the context.
 
         Args:
             scan: returns the number of the present scan.
@@ -296,14 +296,14 @@ class Watchdog:
             return
         debugged = False
 
-        def look(_number: int, frame: FrameType | None) -> None:
+        def check(_number: int, frame: FrameType | None) -> None:
             nonlocal debugged
             debugged = debugged or _in_debugger(frame)
             if not debugged:
-                self._look(scan() if _on_stack(inside, frame) else -1)
+                self._check(scan() if _on_stack(inside, frame) else -1)
 
         interval = self.limit_ns / TICKS_PER_LIMIT / 1e9
-        with (_interval_timer if hasattr(signal, "setitimer") else _ticker.ticking)(interval, look):
+        with (_interval_timer if hasattr(signal, "setitimer") else _ticker.ticking)(interval, check):
             yield
 
     def call(self, logic: Callable[[], None]) -> None:
@@ -318,25 +318,26 @@ class Watchdog:
         if not (breakpoints or _traced_by_debugger()):
             self._expire_if_over(clocks_before)
 
-    def _look(self, scan: int) -> None:
-        if scan < 0 or scan != self._seen:
-            self._seen, self._since = scan, _clocks()
+    def _check(self, scan: int) -> None:
+        if scan < 0 or scan != self._checked_scan:
+            self._checked_scan, self._checked_since = scan, _clocks()
         else:
-            self._expire_if_over(self._since)
+            self._expire_if_over(self._checked_since)
 
     def _expire_if_over(self, since: tuple[int, int]) -> None:
         """Raise `WatchdogTimeout` if the logic has taken too long since `_clocks` returned `since`."""
-        used_ns, passed_ns = (now - then for now, then in zip(_clocks(), since, strict=True))
+        thread_ns, clock_ns = _clocks()
         limit_ms = self.limit_ns / 1e6
-        if used_ns >= self.limit_ns:
+        if thread_ns - since[0] >= self.limit_ns:
             raise WatchdogTimeout(f"it took longer than {limit_ms:g} ms of processor time")
-        if passed_ns >= WAITING * self.limit_ns:
+        if clock_ns - since[1] >= WAITING * self.limit_ns:
             raise WatchdogTimeout(
                 f"it blocked: it took longer than {WAITING * limit_ms:g} ms of wall-clock time"
             )
 
 
 def _clocks() -> tuple[int, int]:
+    """Return the processor time of this thread and the monotonic clock, ns."""
     return time.thread_time_ns(), time.monotonic_ns()
 
 
@@ -355,35 +356,35 @@ def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
-"""Top-level modules of debuggers: Python's own (the base of IPython's), and the debuggers of editors."""
+"""Top-level modules of debuggers: Python's own, on which IPython's is based, and debuggers of editors."""
 
 
 def _in_debugger(frame: FrameType | None) -> bool:
-    return any(_of_debugger(caller.f_globals.get("__name__")) for caller in _stack(frame))
+    return any(_is_debugger_module(caller.f_globals.get("__name__")) for caller in _stack(frame))
 
 
 def _traced_by_debugger() -> bool:
     """Return whether a debugger traces this thread; coverage tools also set a trace function."""
-    return _of_debugger(getattr(sys.gettrace(), "__module__", None))
+    return _is_debugger_module(getattr(sys.gettrace(), "__module__", None))
 
 
-def _of_debugger(module: object) -> bool:
+def _is_debugger_module(module: object) -> bool:
     return isinstance(module, str) and module.partition(".")[0] in DEBUGGERS
 
 
 @contextmanager
 def _noticing_breakpoints() -> Iterator[list[None]]:
-    """Collect one entry per call of `breakpoint()`; the original hook still runs."""
-    met_lines: list[None] = []
+    """Yield a list that gets an entry for each call of `breakpoint()`; the original hook still runs."""
+    calls: list[None] = []
     hook = sys.breakpointhook
 
     def noticed(*arguments: Any, **options: Any) -> Any:
-        met_lines.append(None)
+        calls.append(None)
         return hook(*arguments, **options)
 
     sys.breakpointhook = noticed
     try:
-        yield met_lines
+        yield calls
     finally:
         sys.breakpointhook = hook
 
@@ -411,10 +412,10 @@ def _interval_timer(interval: float, handler: Handler) -> Iterator[None]:
 
 
 class _Ticker:
-    """A thread that interrupts the main thread regularly, where the system has no interval timers.
+    """A thread that interrupts the main thread regularly, for a system without interval timers.
 
-    Its signal is SIGABRT, which nothing else sends and Python has everywhere. The handler stays, since
-    the last tick may arrive after the end; a real abort ends the process with any handler.
+    It uses SIGABRT, which nothing else sends and every system has. The handler stays installed, since
+    the last tick may arrive after the end. A real abort ends the process with any handler.
     """
 
     def __init__(self) -> None:
@@ -442,7 +443,7 @@ class _Ticker:
         while True:
             time.sleep(self._interval)
             with self._changing:
-                if not self._interval:  # the next run starts another one
+                if not self._interval:  # off: the next run starts another thread
                     self.thread = None
                     return
             _thread.interrupt_main(signal.SIGABRT)
@@ -456,11 +457,11 @@ _ticker = _Ticker()
 
 @contextmanager
 def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterator[None]:
-    """Let Ctrl-C call `stop`; further ones interrupt a run that does not stop.
+    """Make Ctrl-C call `stop`; further presses interrupt a run that does not stop.
 
-    The first Ctrl-C only requests a stop. The second raises KeyboardInterrupt if it finds the logic running,
-    which may never end; elsewhere the scan is about to end, and a recorder must not be
-    interrupted. The third raises anywhere. Afterwards the handler is restored.
+    The first press only requests a stop. The second raises KeyboardInterrupt while the logic runs, which
+    may never end. Otherwise the scan is about to end, and a recorder must not be
+    interrupted. The third press always raises. At its end the context restores the handler.
     Outside the main thread nothing is changed.
 
     Args:
@@ -488,11 +489,11 @@ def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterat
 
 @contextmanager
 def ending_as_interrupt() -> Iterator[None]:
-    """Let SIGTERM, SIGHUP (a closed terminal) and Ctrl-Break of Windows act like Ctrl-C.
+    """Make SIGTERM, SIGHUP (a closed terminal) and Ctrl-Break of Windows act like Ctrl-C.
 
-    A signal that is ignored stays ignored, such as SIGHUP under nohup. Where Ctrl-C is ignored, such as in
-    the background of a shell, the others raise KeyboardInterrupt. Afterwards the handlers are
-    restored. Outside the main thread nothing is changed.
+    An ignored signal stays ignored, such as SIGHUP under nohup. If Ctrl-C is ignored, such as in
+    the background of a shell, the other signals raise KeyboardInterrupt. At its end the context restores
+    the handlers. Outside the main thread it does nothing.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -514,7 +515,7 @@ def ending_as_interrupt() -> Iterator[None]:
 
 
 def interrupted_by() -> str:
-    """Return the cause of the end, for messages: Ctrl-C, or the signal that acted like it."""
+    """Return what ended the run, for messages: Ctrl-C, or the name of a signal that acted like it."""
     return _ended_by[0] if _ended_by else "Ctrl-C"
 
 
@@ -524,7 +525,7 @@ _ended_by: list[str] = []
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
     _ended_by.append(name := signal.Signals(number).name)
-    if name == "SIGHUP":  # shell and kernel both send it: the second one would interrupt the orderly end
+    if name == "SIGHUP":  # shell and kernel both send it, and the second one would interrupt the stop
         signal.signal(number, signal.SIG_IGN)
     if not callable(signal.getsignal(signal.SIGINT)):
         raise KeyboardInterrupt
@@ -532,9 +533,9 @@ def _interrupt(number: int, _frame: FrameType | None) -> None:
 
 
 def rest(seconds: float) -> None:
-    """Sleep."""
+    """Sleep on the wall clock."""
     time.sleep(seconds)
 
 
 wall_ns: Callable[[], int] = time.monotonic_ns
-"""Returns the monotonic clock, for figures in messages."""
+"""Return the monotonic clock, ns."""

@@ -1,4 +1,4 @@
-"""The phases of a scan, in their order, each a short method.
+"""The phases of a scan, in their order; each is a short method.
 
     scan n            phase            in mode           action
     at n * period     input_latch      all               update the modules, read their inputs
@@ -6,11 +6,11 @@
                       logic            run, test         call the program once
                       output_forces    run, test         overwrite forced output bits
                       output_latch     run               send the outputs to the modules
-                      record           all               pass events, then the scan, to the listeners
+                      record           all               pass events, and then the scan, to the listeners
                       housekeeping     all               apply requests, advance the time
 
-Scan 0 is at t = 0 and sees the modules as they power up. A scan takes no virtual
-time: it happens at its instant.
+Scan 0 is at t = 0, when the modules have just powered up. A scan takes no virtual
+time.
 """
 
 from __future__ import annotations
@@ -56,16 +56,16 @@ def runs_logic(flags: int) -> bool:
 
 
 class ScanPhases:
-    """The phases of a scan, and the active ones of the next scan.
+    """The phases of a scan, and the list of those that are active in the next scan.
 
-    `prepare` lists these after every change, so that a scan without forces does not test for forces.
+    `prepare` makes the list after every change, so a scan without forces does not test for forces.
 
     Attributes:
         order: the active phases.
-        blame: the cause of an error in each of them.
-        attention: whether the housekeeping of this scan has requests to apply.
+        blame: the cause of an error in each active phase.
+        attention: whether the housekeeping of this scan must apply requests.
         plain: whether only input latch, logic, output latch, record and housekeeping are active.
-        after_logic: the last three of these.
+        after_logic: the last three of these phases.
     """
 
     def __init__(
@@ -90,13 +90,13 @@ class ScanPhases:
         self.flags = self._prepared_flags = 0
         self.call_logic: Phase = self.logic
         self.attention = self.plain = False
-        self._planned_for: tuple[object, ...] = ()  # the state for which the phases were listed
+        self._planned_for: tuple[object, ...] = ()  # the state for which `order` was made
         self.after_logic: tuple[Phase, ...] = (self.output_latch, self.record, housekeeping)
         self._rack, self._exchange, self._forces = rack, exchange, forces
         self._pacer, self._watchdog = pacer, watchdog
         self._modules = tuple(slot.module for slot in rack.slots.values())
         self._modules_run = True
-        self._news: dict[str, Mapping[str, JsonValue]] = {}
+        self._changes: dict[str, Mapping[str, JsonValue]] = {}
         self._announced: list[Event] = []
 
     def input_latch(self) -> None:
@@ -132,7 +132,7 @@ class ScanPhases:
     # scans by rows
 
     def rows_at_once(self) -> int:
-        """Return how many scans the listeners take at once; 0 = each by itself, as where logic is timed."""
+        """Return how many scans can be passed on together; 0 = each one separately."""
         return 0 if self._watchdog.timed else self.listeners.begin_rows(self.view.number)
 
     # phases of special scans
@@ -153,9 +153,9 @@ class ScanPhases:
 
     def report_changes(self) -> None:
         """Report the changes that took effect with this scan."""
-        for topic, fields in self._news.items():
+        for topic, fields in self._changes.items():
             self.listeners.event(self.view.number, self.view.now_ns, topic, fields)
-        self._news.clear()
+        self._changes.clear()
         for event in self._announced:
             self.listeners.raised(self.view.number, event)
         self._announced.clear()
@@ -166,23 +166,23 @@ class ScanPhases:
         """Pass the modules' events to the listeners."""
         self.listeners.module_events(self.view.number, self._rack.slots.values())
 
-    def take_news(self, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Report a change of the CPU to the listeners with the next scan."""
-        self._news[topic] = fields
+    def report_change(self, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Report a change of the CPU to the listeners with the next scan; the latest one per topic counts."""
+        self._changes[topic] = fields
 
     def announce(self, event: Event) -> None:
         """Pass an event to the listeners with the next scan."""
         self._announced.append(event)
 
     def exchange_early(self) -> bool:
-        """Let the exchange before the next scan happen within this one; return whether there is one."""
+        """Carry out the exchange before the next scan within this scan; return whether one is due."""
         due = self._exchange.exchange_early(self.view.now_ns + self.view.period_ns)
         if due and self._forces.on_inputs:
             self._forces.apply_inputs()
         return due
 
     def stop_modules(self) -> None:
-        """Inform the modules that the PLC does not run, if it did."""
+        """Inform the modules that the PLC no longer runs; do nothing if it did not run."""
         if self._modules_run:
             self._modules_run = False
             self._exchange.stop()
@@ -198,41 +198,38 @@ class ScanPhases:
         """List the active phases of the next scan, and the cause of an error in each."""
         logic_runs = "logic" not in IDLE_PHASES[mode]
         is_first = logic_runs and self.view.first
-        news = bool(self._news or self._announced)
+        has_changes = bool(self._changes or self._announced)
         forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
         starting = mode is CpuMode.RUN and not self._modules_run
-        state = (mode, starting, news, forced_in, forced_out, self._watchdog.timed, self._pacer.free)
-        if state != self._planned_for:  # listing them costs more than a short scan
+        state = (mode, starting, has_changes, forced_in, forced_out, self._watchdog.timed, self._pacer.free)
+        if state != self._planned_for:  # a new list costs more than a short scan
             self._planned_for = state
             self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
-            plan = self._plan(mode, starting, news, forced_in, forced_out)
+            plan = self._plan(mode, starting, has_changes, forced_in, forced_out)
             self.blame = {phase: cause for is_active, phase, cause in plan if is_active}
             self.order = tuple(self.blame)
         self.flags = self._prepared_flags = _flags(
             mode, is_first, forced_in, forced_out, tags_set or tags_forced
         )
         self.attention = any(
-            (self.attention, is_first, starting, news, tags_set, mode is CpuMode.SINGLE_SCAN)
+            (self.attention, is_first, starting, has_changes, tags_set, mode is CpuMode.SINGLE_SCAN)
         )
         special = any((self.attention, forced_in, forced_out))
         self.plain = mode is CpuMode.RUN and self._pacer.free and not special
 
     def _plan(
-        self, mode: CpuMode, starting: bool, news: bool, forced_in: bool, forced_out: bool
+        self, mode: CpuMode, starting: bool, has_changes: bool, forced_in: bool, forced_out: bool
     ) -> Iterator[tuple[bool, Phase, Cause]]:
-        """Yield the phases in order: whether each is active, and the cause of an error in it."""
+        """Yield whether a phase is active, the phase, and the cause of an error in it, in order of phases."""
         idle = IDLE_PHASES[mode]
         yield not self._pacer.free, self._pace, Cause.MODULE
         yield True, self.input_latch, Cause.MODULE
         yield forced_in or forced_out, self.input_forces, Cause.MODULE
         yield "logic" not in idle, self.call_logic, Cause.PROGRAM
         yield forced_out, self.output_forces, Cause.MODULE
-        yield (
-            "output_latch" not in idle,
-            self._first_output_latch if starting else self.output_latch,
-            Cause.MODULE,
-        )
-        yield news, self.report_changes, Cause.LISTENER
+        output_latch = self._first_output_latch if starting else self.output_latch
+        yield "output_latch" not in idle, output_latch, Cause.MODULE
+        yield has_changes, self.report_changes, Cause.LISTENER
         yield True, self.record, Cause.LISTENER
         yield True, self.housekeeping, Cause.MODULE
 

@@ -1,10 +1,10 @@
-"""The rack: modules in numbered slots, their images in one block of memory.
+"""The rack: modules in numbered slots, with their images in one block of memory.
 
     memory   | slot 1 outputs | slot 1 inputs | slot 3 outputs | slot 3 inputs | ...
     bytes      0           16              32               48              64
 
-Each image has as many words as its module's `ModuleWords` name; see `io_images.memory_layout`. A recorder
-copies the block unchanged, scan by scan; the images of logic and modules are views of it.
+The `ModuleWords` of a module determine the length of its images, see `io_images.memory_layout`. A recorder
+copies the memory after every scan. The images of logic and modules are views of it.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from .module import Module
 class Card:
     """A module to be installed in a rack."""
 
-    slot: int  # number of its slot, from 1 (0 is the controller's own place)
+    slot: int  # number of its slot, 1 or more (slot 0 is the controller)
     module: Module
-    catalog: str = ""  # catalog name, such as "amci3601"; for the record only
-    firmware: str = ""  # such as "4.1"; for the record only
-    words: ModuleWords = PLAIN_WORDS  # names of its words and bits, from which addresses follow
-    round_trip_ms: int = 0  # longest time from a command to its answer, ms; 0 = only the scan loop's
+    catalog: str = ""  # catalog name, such as "amci3601"; only for the trace
+    firmware: str = ""  # such as "4.1"; only for the trace
+    words: ModuleWords = PLAIN_WORDS  # names of its words and bits, which addresses use
+    round_trip_ms: int = 0  # longest time from a command to its response, ms; 0 = set by the scan loop
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Slot:
 
     @property
     def fault(self) -> int:
-        """Fault of the connection, as on a CompactLogix: -1 while the module does not answer, else 0.
+        """Connection fault, as on a CompactLogix: -1 while the module does not answer, otherwise 0.
 
         A module without a link always answers (reading A-90).
         """
@@ -56,7 +56,7 @@ class Slot:
 
 
 Seat = TypeVar("Seat")
-"""The type of an item for each slot: the slot itself, or its bench."""
+"""Type of the items in `Slots`: a slot, or the bench of a slot."""
 
 
 class Slots(dict[int, Seat]):
@@ -72,7 +72,7 @@ class Rack:
 
     Attributes:
         memory: the images in order of the slot numbers: output image, then input image.
-        layout: their places in it.
+        layout: the places of the images in the memory.
         slots: the slots by number.
 
     Raises:
@@ -92,20 +92,20 @@ class Rack:
 
 
 def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
-    """Return the slots with the same images, the inputs read-only."""
+    """Return the slots with the same images, but read-only inputs."""
     return Slots((number, replace(slot, inputs=slot.inputs.read_only())) for number, slot in slots.items())
 
 
 def _slot(card: Card, memory: memoryview, places: ImagePlaces) -> Slot:
     outputs, inputs = Image(buffer=memory[places.outputs]), Image(buffer=memory[places.inputs])
-    facts = card.slot, card.module, card.catalog, card.firmware
-    return Slot(*facts, outputs, inputs, card.words, card.round_trip_ms)
+    description = card.slot, card.module, card.catalog, card.firmware
+    return Slot(*description, outputs, inputs, card.words, card.round_trip_ms)
 
 
 def check_slot_number(number: object) -> None:
     """Raise ValueError unless the value is a slot number."""
     if not isinstance(number, int) or isinstance(number, bool) or number < 1:
-        raise ValueError(f"slot number {number!r}: must be a whole number from 1")
+        raise ValueError(f"slot number {number!r}: must be a whole number, 1 or more")
 
 
 def _checked(cards: Iterable[Card]) -> list[Card]:
@@ -113,6 +113,6 @@ def _checked(cards: Iterable[Card]) -> list[Card]:
     for card in cards:
         check_slot_number(card.slot)
         if card.slot in cards_by_slot:
-            raise ValueError(f"slot {card.slot} is used twice: every module needs its own slot")
+            raise ValueError(f"slot {card.slot} is used twice: each module needs its own slot")
         cards_by_slot[card.slot] = card
     return list(cards_by_slot.values())

@@ -1,10 +1,10 @@
-"""Requests of a process to the system, so that its scans begin on time.
+"""Requests to the operating system, so that scans begin on time.
 
     scheduling   SCHED_FIFO    no ordinary process delays a scan
     memory       mlockall      no page is swapped out
-    collector    gc.freeze     objects that exist at the start are never searched for garbage again
+    collector    gc.freeze     garbage collection skips objects that exist at the start
 
-The system may refuse the first two. A refusal is reported with its remedy, and the run continues without.
+The system may refuse the first two. The run continues after a refusal, and reports it with its remedy.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ from pathlib import Path
 from typing import Any
 
 PRIORITY = 40
-"""Above all ordinary processes, below the interrupt threads of a real-time Linux, which have 50."""
+"""Priority above all ordinary processes, and below the interrupt threads of real-time Linux, which have 50.
+"""
 
 MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
-"""Flags of mlockall: present pages, later ones, and each only once it is in memory [mlock(2)]."""
+"""Flags of mlockall: present pages, later pages, and each one only when it is in memory [mlock(2)]."""
 
 
 LIMITS = Path("/proc/self/limits")
-"""Linux's table of this process's limits, the present one before the largest [proc_pid_limits(5)]."""
+"""Linux's table of the limits of this process: present limit, then maximum [proc_pid_limits(5)]."""
 
 CAP_IPC_LOCK = 14
 """Number of the capability to lock memory without a limit [capabilities(7)]."""
 
 
 ELSEWHERE = "other programs delay scans: close them, or run on Linux, which has it"
-"""The remedy on a system without such a request."""
+"""The remedy on a system without the requested function."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ class Outcome:
 
     name: str
     refusal: str = ""  # the reason of a refusal; empty = granted
-    advice: str = ""  # the remedy
+    advice: str = ""  # the remedy of the refusal
 
     def __str__(self) -> str:
         if not self.refusal:
@@ -60,19 +61,19 @@ class SystemRequest:
     """A request to the system.
 
     Attributes:
-        ask: makes the request and returns its undo function.
+        make: makes the request, and returns a function that undoes it.
             It raises OSError for a refusal, NotImplementedError on a system without the function.
         advice: the remedy of a refusal.
     """
 
     name: str
-    ask: Callable[[], Undo]
+    make: Callable[[], Undo]
     advice: str
 
-    def outcome(self, undo: ExitStack) -> Outcome:
-        """Make the request, and add its undo function to `undo`."""
+    def carry_out(self, undo: ExitStack) -> Outcome:
+        """Make the request, and add its undo function to `undo`; return the outcome."""
         try:
-            undo.callback(self.ask())
+            undo.callback(self.make())
         except NotImplementedError:
             return Outcome(self.name, "this system has none", ELSEWHERE)
         except OSError as error:
@@ -89,30 +90,30 @@ def ask_for_fifo() -> Undo:
     """
     system = _scheduling()
     policy, parameter = system.sched_getscheduler(0), system.sched_getparam(0)
-    if policy not in (system.SCHED_FIFO, system.SCHED_RR):  # these are the user's choice, by chrt
+    if policy not in (system.SCHED_FIFO, system.SCHED_RR):  # the user may have chosen these with chrt
         system.sched_setscheduler(0, system.SCHED_FIFO, system.sched_param(PRIORITY))
     return lambda: system.sched_setscheduler(0, policy, parameter)
 
 
 def give_up_priority() -> None:
-    """Run this process as an ordinary one, whose parent may have SCHED_FIFO."""
+    """Give this process ordinary scheduling, since it may have inherited SCHED_FIFO."""
     with suppress(NotImplementedError):
         system = _scheduling()
         system.sched_setscheduler(0, system.SCHED_OTHER, system.sched_param(0))
 
 
 def _scheduling() -> Any:
-    """Return `os`, whose functions for scheduling type checkers know on Linux only."""
+    """Return `os` as Any, since type checkers know its scheduling functions only on Linux."""
     if not hasattr(os, "sched_setscheduler"):
         raise NotImplementedError
     return os
 
 
 def ask_for_locked_memory() -> Undo:
-    """Lock every page of the process in memory as soon as it is loaded.
+    """Lock every page of the process in memory when it is loaded.
 
     Raises:
-        OSError: the system refuses, or limits how much may be locked.
+        OSError: the system refuses, or limits locked memory.
         NotImplementedError: the system has no mlockall with Linux's flags.
     """
     if not LIMITS.exists():
@@ -127,7 +128,7 @@ def ask_for_locked_memory() -> Undo:
 
 
 def _locks_without_limit() -> bool:
-    """Return whether locked memory is unlimited: at a limit later allocations fail [mlock(2)]."""
+    """Return whether locked memory has no limit. At a limit later allocations would fail [mlock(2)]."""
     if LIMITS.read_text("ascii").partition("Max locked memory")[2].split()[0] == "unlimited":
         return True
     status = Path("/proc/self/status").read_text("utf-8")
@@ -153,17 +154,17 @@ REQUESTS = (
 
 @contextmanager
 def real_time(requests: tuple[SystemRequest, ...] = REQUESTS) -> Iterator[list[Outcome]]:
-    """Make all requests for punctual scans; undo them at the end.
+    """Make all requests, yield their outcomes, and undo them at the end.
 
-    Threads that are started inside are included. Enter it before a port is opened.
+    They also apply to threads that start within the context, so enter it before a port is opened.
     """
     with ExitStack() as undo:
-        yield [request.outcome(undo) for request in requests]
+        yield [request.carry_out(undo) for request in requests]
 
 
 @contextmanager
 def frozen_collector() -> Iterator[None]:
-    """Collect garbage once, then exclude existing objects from every later collection."""
+    """Collect garbage once, then exclude existing objects from collections within the context."""
     gc.collect()
     gc.freeze()
     try:

@@ -1,4 +1,4 @@
-"""One scan as logic and listeners see it: its mode, its flags, and the argument of the logic."""
+"""A scan for logic and listeners: its mode, its flags, and the argument of the logic."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .rack import Slot, as_logic_sees
 
 
 class CpuMode(IntEnum):
-    """The CPU's use of its logic."""
+    """The mode of the CPU."""
 
     PROGRAM = 0
-    """Logic rests, outputs are not sent."""
+    """Logic does not run, outputs are not sent."""
 
     RUN = 1
     """Logic runs, outputs are sent."""
@@ -39,18 +39,18 @@ class ScanFlag(IntFlag):
     """Real time only: the scan began late, by 0.1 ms or more, see `pace.LATE_FROM_NS`."""
 
     FAULT = 1 << 6
-    """The CPU faulted in this scan; the outputs shown are the zeros that were sent."""
+    """The CPU faulted in this scan, and sent zeros as outputs."""
 
     TAGS_FROM_OUTSIDE = 1 << 7
-    """A tag of the program is forced, or was set from outside since the scan before."""
+    """A tag of the program is forced, or was set from outside since the previous scan."""
 
 
 MODE_MASK = 0b11
-"""Bits of the flags that hold the mode."""
+"""Bits of the mode in the flags."""
 
 
 def mode_name(mode: CpuMode) -> str:
-    """Return a mode in words.
+    """Return the name of a mode.
 
     >>> mode_name(CpuMode.SINGLE_SCAN)
     'single scan'
@@ -66,9 +66,9 @@ class LogicScan:
             read-only.
         number: number of the scan, from 0 at power-up.
         now_ns: virtual time of the scan, ns since power-up.
-        first: the logic is called for the first time: since power-up, or since the CPU left
+        first: whether this is the first call of the logic since power-up, or since the CPU left
             program mode for run or test mode.
-        updated: the modules have updated their inputs since the previous scan; on a CompactLogix only
+        updated: whether the modules have updated their inputs since the previous scan; on a CompactLogix only
             after an exchange.
     """
 
@@ -84,7 +84,7 @@ class LogicScan:
 
 
 ScanLogic = Callable[[LogicScan], None]
-"""A program: called once per scan, it reads input images and writes output images."""
+"""A program, which is called once per scan, reads input images and writes output images."""
 
 
 @runtime_checkable
@@ -102,13 +102,13 @@ class AttachedLogic(Protocol):
         """
 
     def __close_logic__(self) -> None:
-        """End unfinished work; no scan follows. May be called twice."""
+        """End unfinished work after the last scan; may be called twice."""
 
 
 def attached(logic: object) -> AttachedLogic | None:
-    """Return logic that is prepared with the rack, None for other logic.
+    """Return the logic if it is prepared with the rack, otherwise None.
 
-    `isinstance` gives the same result, but takes as long as ten scans.
+    `isinstance` returns the same, but takes as long as ten scans.
     """
     is_attached = hasattr(logic, "__attach_logic__") and hasattr(logic, "__close_logic__")
     return logic if is_attached else None  # type: ignore[return-value]

@@ -1,20 +1,20 @@
-"""Scans by rows: the phases' work, scan by scan, while the inputs are known ahead (`runtime.loop.ahead`).
+"""Scans by rows: the work of the phases while inputs are computed in advance (`runtime.loop.ahead`).
 
     scan n            phase           by rows
     at n * period     input_latch     copies the scan's row into the rack's memory
-                      logic           the same
-                      output_latch    compares: the memory still equals the row, nothing is to be sent
-                      record          passes on the scan; no events exist
-                      housekeeping    moves on
+                      logic           calls the program, as usual
+                      output_latch    checks that the memory still equals the row, so that there is nothing to
+                      send record          passes on the scan; there are no events housekeeping    advances
+                      number and time
 
-New outputs, a request, a stop, or any action on a module ends the block in the same scan, which
-continues with its phases.
+New outputs, a request, a stop, or an action on a module ends the block in the same scan, which then
+continues with the ordinary phases.
 
-Where all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Such scans
-only advance the time: neither logic nor listeners are called.
+If all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Repeated scans
+only advance the time, without calls of logic and listeners.
 
-If all listeners are `RowListener`s, they receive many scans at once, the rows as images. Otherwise, and while
-one of them needs every scan by itself, each scan is passed on as it ends: the same, slow and clear.
+If all listeners are `RowListener`s, they receive many scans together, with the rows as images. Otherwise, and
+while one of them needs every scan separately, each scan is passed on at its end, which is slower.
 """
 
 from __future__ import annotations
@@ -31,33 +31,33 @@ from .scan import LogicScan, ScanLogic
 
 _WHOLE = slice(None)
 _NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
-"""No scans that are still to be passed on: their numbers, times, images."""
+"""No pending scans: their numbers, times and images."""
 
 MOST_APART = 63
-"""Scans between two calls of a `RepeatFinder` while the program changes in each of them."""
+"""Maximum scans between two calls of a `RepeatFinder`, while it finds no repeats."""
 
 
 class RepeatFinder(Protocol):
-    """Finds scans that repeat the one before them: the same inputs, program state and listeners' answers."""
+    """A finder of scans that repeat the previous one: its inputs, program state and listeners' results."""
 
     def keep(self) -> None:
-        """Keep the program's state before the next scan."""
+        """Store the program's state before the next scan."""
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many of the coming scans repeat the latest one, and move the program's clocks on.
+        """Return how many coming scans repeat the latest one, and advance the program's clocks by them.
 
         Args:
             scan: number of the next scan.
-            now_ns: time of the latest scan, before which the state was kept.
+            now_ns: time of the latest scan, before which the state was stored.
             most: maximum number to return.
         """
 
 
 class ScansAhead:
-    """Runs scans, by their phases or by rows.
+    """The loop that runs scans, by their phases or by rows.
 
     Attributes:
-        enabled: whether scans may go by rows; False = every one by its phases, as in tests and for
+        enabled: whether scans may run by rows; False = every scan by its phases, in tests and for
             irregular scans.
         stop_requested: whether the present scan is the last one.
         present: the phase that ran last.
@@ -75,10 +75,10 @@ class ScansAhead:
         self._by_rows = False  # whether the modules may be behind
         self._ends = False  # whether the present scan ends its block
         self._pending = _NO_ROWS
-        exchange.tell_before_change(self.catch_up)
+        exchange.call_before_change(self.catch_up)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
-        """Pass over scans that repeat the one before them, and look ahead more often for that."""
+        """Only advance the time in repeated scans, and look ahead more often to find them."""
         self._finder = finder
         self.patience.longest_wait = self.patience.SHORTEST_WAIT
 
@@ -91,11 +91,11 @@ class ScansAhead:
                 break
 
     def stop(self) -> None:
-        """Make the present scan the last one; may be called from a signal handler."""
+        """Make the present scan the last one of the run; may be called from a signal handler."""
         self.stop_requested = self._ends = True
 
     def end_block(self) -> None:
-        """End a block of rows with the present scan: the next scan must process a change."""
+        """End a block of rows with the present scan, since the next scan must process a change."""
         self._ends = True
 
     def before_new_listeners(self) -> None:
@@ -122,7 +122,7 @@ class ScansAhead:
         return scans
 
     def _ahead(self, most: int) -> int:
-        """Run foreseen scans by rows; return their number."""
+        """Run up to `most` scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
         calm = self._calm_scans(most)
         if calm < LEAST_ROWS:
@@ -140,64 +140,66 @@ class ScansAhead:
         return scans_used
 
     def _calm_scans(self, most: int) -> int:
-        """Return how many scans can go by rows now; 0 if that is unknown, -1 if the next scan can't."""
+        """Return how many scans can run by rows now; 0 if it is unknown, -1 if the next scan can't."""
         phases = self._phases
-        worth = self._finder is not None or numpy_is_worth_it(phases.view.number)
-        if not (phases.plain and self.enabled and worth):
+        is_worth_it = self._finder is not None or numpy_is_worth_it(phases.view.number)
+        if not (phases.plain and self.enabled and is_worth_it):
             return 0
-        self._ends = False  # from now on, nothing that ends a block is missed
+        self._ends = False  # reset before the checks below, so that no end of a block is missed
         if self.stop_requested or phases.attention or most < LEAST_ROWS:
             return -1
         if any(module.events for module in self._modules):
-            return -1  # the next scan's phases handle events of a module that a listener has acted on
+            return -1  # a listener has acted on a module: the phases of the next scan pass on its events
         return self._exchange.calm_scans(phases.view.now_ns, self._period_ns)
 
     def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
         """Run the scans of a single row, except for repeated scans."""
         view, period_ns = self._phases.view, self._period_ns
-        end, apart = view.number + block.length, 0
+        end, scans_between = view.number + block.length, 0
         while view.number < end:
-            if apart and not self._scan_block(block._replace(length=min(apart, end - view.number - 1))):
-                return
+            if scans_between:
+                length = min(scans_between, end - view.number - 1)
+                if not self._scan_block(block._replace(length=length)):
+                    return
             finder.keep()
             if not self._scan_block(block._replace(length=1)):
                 return
             repeated = finder.repeats(view.number, view.now_ns - period_ns, end - view.number)
-            apart = 0 if repeated else min(2 * apart + 1, MOST_APART)
+            scans_between = 0 if repeated else min(2 * scans_between + 1, MOST_APART)
             if repeated:
                 view.number += repeated
                 view.now_ns += repeated * period_ns
                 self._exchange.catch_up(view.now_ns - period_ns)
 
     def _scan_block(self, block: Block) -> bool:
-        """Run scans by their rows; return whether the last one ended by its row."""
-        view, done = self._phases.view, 0
+        """Run scans by rows; return whether all of them could run by rows."""
+        view, start = self._phases.view, 0
         self._by_rows = True
         try:
-            while self._by_rows and done < block.length:
+            while self._by_rows and start < block.length:
                 rows_most = self._phases.rows_at_once()
                 if rows_most:
-                    count = min(rows_most, block.length - done)
-                    self._scan_at_once(block, done, count)
+                    count = min(rows_most, block.length - start)
+                    self._scan_at_once(block, start, count)
                 else:
-                    count = block.length - done
-                    self._scan_one_by_one(block.scans(done))
-                done += count
-            has_ended = self._by_rows
-            if has_ended:
+                    count = block.length - start
+                    self._scan_one_by_one(block.scans(start))
+                start += count
+            is_complete = self._by_rows
+            if is_complete:
                 self.present = self._phases.input_latch
                 self._by_rows = False
                 self._exchange.catch_up(view.now_ns - self._period_ns)
-            return has_ended
+            return is_complete
         except BaseException:
             self.catch_up()
             raise
 
-    # every scan is passed on as it ends
+    # each scan is passed on at its end
 
     def _scan_one_by_one(self, scans: Iterable[tuple[bytes, bool]]) -> None:
         phases, memory, latch, period_ns = self._phases, self._memory, self._latch, self._period_ns
-        view, logic, tell, flags = phases.view, phases.call_logic, phases.listeners.scan, phases.flags
+        view, logic, pass_on, flags = phases.view, phases.call_logic, phases.listeners.scan, phases.flags
         phase: Phase = phases.input_latch
         try:
             for row, view.updated in scans:
@@ -211,7 +213,7 @@ class ScansAhead:
                         phase()
                     return
                 phase = phases.record
-                tell(view.number, view.now_ns, flags)
+                pass_on(view.number, view.now_ns, flags)
                 if phases.attention or self.stop_requested or not self._by_rows:
                     phase = phases.housekeeping
                     self.catch_up()
@@ -222,57 +224,57 @@ class ScansAhead:
         finally:
             self.present = phase
 
-    # many scans are passed on at once
+    # many scans are passed on together
 
     def _scan_at_once(self, block: Block, start: int, count: int) -> None:
         phases, view, period_ns = self._phases, self._phases.view, self._period_ns
         numbers = list(range(view.number, view.number + count))
         times = list(range(view.now_ns, view.now_ns + count * period_ns, period_ns))
-        rows = block.part(start, count)
+        rows = block.rows_from(start, count)
         self._pending = numbers, times, rows
-        self.present, is_whole = phases.call_logic, False
+        self.present, is_complete = phases.call_logic, False
         try:
-            is_whole = self._play(numbers, times, rows, self._program_in_rows(block, start))
+            is_complete = self._run_logic(numbers, times, rows, self._program_in_rows(block, start))
             self.present = phases.record
         finally:
-            self._pass_on(view.number + is_whole)
+            self._pass_on(view.number + is_complete)
             self._pending = _NO_ROWS
-        if is_whole and not self._ends:
+        if is_complete and not self._ends:
             view.number += 1
             view.now_ns += period_ns
             return
         self.present = phases.input_latch
         self.catch_up()
-        for self.present in (phases.housekeeping,) if is_whole else phases.after_logic:
+        for self.present in (phases.housekeeping,) if is_complete else phases.after_logic:
             self.present()
 
     def _pass_on(self, end: int) -> None:
         """Pass the scans by rows before number `end` to the listeners."""
         numbers, times, rows = self._pending
-        done = end - numbers[0] if numbers else 0
-        if done:
-            self._pending = numbers[done:], times[done:], rows[done:]
-            self._phases.listeners.rows(numbers[:done], times[:done], self._phases.flags, rows[:done])
+        count = end - numbers[0] if numbers else 0
+        if count:
+            self._pending = numbers[count:], times[count:], rows[count:]
+            self._phases.listeners.rows(numbers[:count], times[:count], self._phases.flags, rows[:count])
 
     def _program_in_rows(self, block: Block, start: int) -> ScanLogic:
-        """Return the program, with the looks of listeners, and updates of the inputs in some scans only."""
+        """Return the program, if necessary with `updated` set before it and listeners called after it."""
         program, looks = self._phases.program, self._phases.listeners.looks
         self._phases.view.updated = True
         if not looks and block.updated is None:
             return program
         updates = block.updates(start)
 
-        def program_with_more(scan: LogicScan) -> None:
+        def program_with_looks(scan: LogicScan) -> None:
             scan.updated = next(updates)
             program(scan)
             for look in looks:
                 if look():
                     self._ends = True
 
-        return program_with_more
+        return program_with_looks
 
-    def _play(self, numbers: list[int], times: list[int], rows: list[bytes], program: ScanLogic) -> bool:
-        """Run the logic of scans; return False if one ends its block: the present scan, not passed on yet."""
+    def _run_logic(self, numbers: list[int], times: list[int], rows: list[bytes], program: ScanLogic) -> bool:
+        """Run the logic of scans; return False if the present scan ends the block, before it is passed on."""
         memory, latch, view = self._memory, self._latch, self._phases.view
         for view.number, view.now_ns, row in zip(numbers, times, rows, strict=True):
             latch[_WHOLE] = row
@@ -282,5 +284,5 @@ class ScansAhead:
         return True
 
 
-LOGIC_CALLERS = (ScanPhases.logic.__code__, ScansAhead._play.__code__)
+LOGIC_CALLERS = (ScanPhases.logic.__code__, ScansAhead._run_logic.__code__)
 """The functions that call the logic: while one of them is on the stack, the logic runs."""

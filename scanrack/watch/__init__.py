@@ -2,16 +2,16 @@
 
     scan process                                   monitor process
     play.py, monitor_supervisor.py -> runtime/live  ==ring==> session_monitor.py -> server.py -> pages
-                                 ^------- orders -----'
+                                 ^------ actions -----'
 
 | file or package | content |
 |---|---|
 | `command` | the command: options in, an exit status out |
-| `play`, `recorded_session` | a session from start to end, with its branches; a recording |
-| `editor`, `announcing` | a saved program; announcements of edits and branches |
+| `play`, `recorded_session` | a session with its branches; a recording |
+| `editor`, `announcing` | edits of the program; announcements of edits and branches |
 | `monitor_supervisor` | starts the monitor process, and restarts it when it dies |
-| `server`, `gate`, `text` | files and the socket; access rules, as tables; the view in a terminal |
-| `monitors/` | the subject of pages, and their questions; long questions in their own process |
-| `history/` | the reconstruction of any scan: images, tags, power, events, lanes, the strip |
-| `web/` | the page itself |
+| `server`, `gate`, `text` | files and the socket; access rules, in tables; the view in a terminal |
+| `monitors/` | the data of pages, and answers to their questions; long questions have their own process |
+| `history/` | reconstruction of any scan: images, tags, power, events, lanes, the strip |
+| `web/` | the page |
 """

@@ -1,4 +1,4 @@
-"""`scanrack watch RACK|TRACE`: a running rack, or a recording, in the browser."""
+"""`scanrack watch RACK|TRACE`: a running rack or a trace in the browser."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def speed_of(text: str) -> float | None:
     """Parse a speed; None = as fast as possible.
 
     Raises:
-        ValueError: the speed is illegal.
+        ValueError: the text is not an allowed speed.
     """
     if text == MAX:
         return None
@@ -32,14 +32,13 @@ def speed_of(text: str) -> float | None:
     return speed
 
 
-def _watch_command(
-    options: WatchArguments,
-) -> None:
+def _watch_command(options: WatchArguments) -> None:
     from scanrack.jobs.load.loading import runs
     from scanrack.jobs.load.program import lines_marked
 
+    is_rack = runs(options.rack.partition("#")[0])
     with lines_marked():  # pages can set breakpoints on lines of Python
-        raise typer.Exit((_watch_rack if runs(options.rack.partition("#")[0]) else _watch_recording)(options))
+        raise typer.Exit(_watch_rack(options) if is_rack else _watch_recording(options))
 
 
 def _watch_rack(options: WatchArguments) -> int:
@@ -54,11 +53,11 @@ def _watch_rack(options: WatchArguments) -> int:
 
 
 def _watch_recording(options: WatchArguments) -> int:
-    """Show a recording; return the exit status."""
+    """Show a trace; return the exit status."""
     from scanrack.jobs.load.loading import recording_of
     from scanrack.terminal.complaints import reported_mistakes
 
-    from .recorded_session import place_of, watch_trace
+    from .recorded_session import parse_trace_place, watch_trace
     from .share.page_file import is_page, recording_beside
 
     of_racks = {
@@ -79,26 +78,26 @@ def _watch_recording(options: WatchArguments) -> int:
         "--opc-ua-security": options.ua_security is not None,
         "--opc-ua-users": options.ua_users is not None,
     }
-    given_options = [option for option, is_given in of_racks.items() if is_given]
+    refused = [option for option, is_given in of_racks.items() if is_given]
     with reported_mistakes():
-        place = place_of(recording_of(options.rack))
-        if given_options and place.path.exists():  # opening the trace reports what is missing
-            raise ValueError(f"{given_options[0]} needs a running rack; {options.rack} is a trace")
+        place = parse_trace_place(recording_of(options.rack))
+        if refused and place.path.exists():  # otherwise the missing file is reported
+            raise ValueError(f"{refused[0]} needs a running rack; {options.rack} is a trace")
         if is_page(place.path):
             place = place._replace(path=recording_beside(place.path))
         return watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
 
 
 def _check_live(options: WatchArguments, factor: float | None) -> None:
-    """Raise ValueError for options that a real controller does not allow, or that require one."""
+    """Raise ValueError for options that real ports do not allow, or that need real ports."""
     if options.live and (options.paused or factor != 1):
         raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
     if options.control and not options.live:
-        raise ValueError("--allow-writes goes with --live")
+        raise ValueError("--allow-writes needs --live")
 
 
 def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
-    """Return the rack and the options of its session; raise ValueError if an option can't be used."""
+    """Return the rack and the settings of its session; raise ValueError if an option can't be used."""
     from scanrack.jobs.load.exports import begun
     from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run
     from scanrack.jobs.run.build import check_ports
@@ -128,15 +127,15 @@ _HELP = """Open a live rack or a trace in the browser: rungs with power flow, wo
 Prints the URL first. The page comes from this machine and works without a network. Scans run in real time,
 or at --time-scale. Actions on the page are recorded, so the session can run again: see scanrack replay.
 
-An .L5X or .SLC export opens unchanged: a rack for it is made in a temporary folder, with memory for what is
-not simulated.
+An .L5X or .SLC export opens unchanged. Its rack is made in a temporary folder, with memory for modules that
+are not simulated.
 
-A trace opens in the same page, at TRACE#scan=12345&rung=Main.6 if you like. Python that came with it is run
-only if it is the same as in the current folder, or you say --trust; without, its words are shown. So does a
-page of scanrack share --with-recording; its recording is written beside it.
+A trace opens in the same page. TRACE#scan=12345&rung=Main.6 opens it at a scan and a rung. Python that came
+with it runs only if it is the same as in the current folder, or with --trust. Otherwise the page shows only
+images and events. A page of scanrack share --with-recording opens as well; its trace is written beside it.
 
 Exit status: 0 done, 1 the controller faulted, 2 a file or option can't be used, 3 the trace can't be written
-or a helper process never began, 130 stopped by Ctrl-C, which ends a session without --for."""
+or a helper process never started, 130 stopped by Ctrl-C, which ends a session without --for."""
 
 
 def register(app: typer.Typer) -> None:

@@ -1,4 +1,4 @@
-"""Loads programs beside the running one: from disk, or from its files with another text."""
+"""Programs that are loaded while another one runs: from disk, or with an edited file."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from .preview import Json, findings_of
 
 
 class EditedPrograms:
-    """The program file of a session, and its versions.
+    """The program file of a session, and the versions of the program.
 
     Args:
         job: the first program.
-        rack: address of the rack file on disk.
+        rack: path of the rack file.
 
     Attributes:
-        versions: see the argument.
-        seen: digest of the file as this session last loaded or wrote it.
+        versions: the versions that have run.
+        seen: digest of the file when this session last loaded or wrote it; "" if it was missing.
     """
 
     def __init__(self, job: LoadedRack, rack: str, run: JobRun, versions: ProgramVersions) -> None:
@@ -36,7 +36,7 @@ class EditedPrograms:
         self._rack, self._run, self.versions = rack, run, versions
         self._has_recorded_tags = bool(job.spec.tags)
         self._folders: set[Path] = set()  # folders of loaded copies
-        self._known: tuple[int, LoadedRack, list[Json]] | None = None
+        self._reloaded: tuple[int, LoadedRack, list[Json]] | None = None  # number of edits, program, findings
         self._note(self.on_disk)
 
     @property
@@ -54,7 +54,7 @@ class EditedPrograms:
 
     @property
     def on_disk(self) -> bytes | None:
-        """The contents of the file; None while it can't be read."""
+        """The contents of the file; None if it can't be read."""
         try:
             return self.file.read_bytes()
         except OSError:
@@ -71,16 +71,16 @@ class EditedPrograms:
         return self.running.files[self.name].decode(errors="replace")
 
     def _note(self, data: bytes | None) -> None:
-        """Record the contents of the file as loaded or written by this session."""
+        """Note that this session has loaded or written the file."""
         self.look()
         self.seen = "" if data is None else digest(data)
 
     def look(self) -> None:
-        """Record the state of the file: `is_rewritten` is false until it is written again."""
+        """Note the state of the file, so that `is_rewritten` is false until it is written again."""
         self._stamp = stamp_of(self.file)
 
     def is_rewritten(self) -> bool:
-        """Return whether the file was written since the last `look`; false while it is missing or empty."""
+        """Return whether the file was written since the last `look`; False if it is missing or empty."""
         stamp = stamp_of(self.file)
         return stamp is not None and stamp[1] > 0 and stamp != self._stamp
 
@@ -90,20 +90,20 @@ class EditedPrograms:
         self._note(data)
 
     def save_running(self) -> str:
-        """Save the running program to the file; return a sentence about the old file.
+        """Save the running program to the file; return a message about the old file.
 
         Raises:
             ValueError: another program has written the file.
-            OSError: the file can't be written, and is unchanged.
+            OSError: the file can't be written and is unchanged.
         """
         data, old_data = self.running.files[self.name], self.on_disk
         if old_data is None:
             self.write(data)
             return f"Saved in {self.file.name}, which was missing."
         if digest(old_data) != self.seen:
-            raise ValueError(f"{self.file.name} was changed by another program: reload it first")
+            raise ValueError(f"{self.file.name} was changed by another program; reload it first")
         if data == old_data:
-            return f"{self.file.name} has these rungs already."
+            return f"{self.file.name} already has these rungs."
         backup = save(self.file, data)
         self._note(data)
         return f"Saved in {self.file.name}; the old file is {backup.name}."
@@ -115,17 +115,17 @@ class EditedPrograms:
         self._forget()
         job = load_job(self._rack)
         if realpath(job.program) != realpath(self.file):
-            raise ValueError(f"{job.program}: another program needs a new session")
+            raise ValueError(f"{job.program}: a different program file needs a new session")
         return job
 
     def with_file(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
-        """Load the running version with other contents of the program's file; return version and job."""
+        """Load the running version with new contents of the program's file; return version and program."""
         files = {**self.running.files, self.name: data}
         copy = self.versions.with_copy(replace(self.running, files=files, retained=None))
         return copy, self.load(copy)
 
     def load(self, copy: ProgramVersion) -> LoadedRack:
-        """Load a version from its copy; raise ValueError if it can't be used."""
+        """Load a version from its copy on disk; raise ValueError if it can't be used."""
         assert copy.place is not None
         self._forget()
         job = load_files(copy.place, copy.rack, copy.program)
@@ -136,22 +136,20 @@ class EditedPrograms:
         forget([self.file.parent.resolve(), *self._folders])
 
     def usable(self, job: LoadedRack, restart: str = "") -> LoadedRack:
-        """Compile a program beside the scans; raise ValueError if it can't continue the running one."""
+        """Compile and return a program; raise ValueError if it can't replace the running one."""
         if isinstance(job.logic, LadderLogic) is (self.rungs is None):
-            raise ValueError(f"{job.program}: a program of another kind needs a new session")
+            raise ValueError(f"{job.program}: a different kind of program needs a new session")
         if isinstance(job.logic, LadderLogic):
             job.logic.build()
-            _ = job.logic.scanner  # compiled here, not between two scans
+            _ = job.logic.scanner  # compile it now, not between two scans
         elif self._has_recorded_tags and (ALL in names_in(restart) or not isinstance(job.logic, Logic)):
-            raise ValueError(
-                f"{job.program}: its values are recorded (tags) and would restart: start a new session"
-            )
+            raise ValueError(f"{job.program}: recorded values (tags) would restart; start a new session")
         return job
 
-    def known(self) -> tuple[LoadedRack, list[Json]]:
-        """Return the running program, loaded again, and its findings."""
+    def reloaded(self) -> tuple[LoadedRack, list[Json]]:
+        """Return another copy of the running program, and its findings."""
         number = self._run.program.edits
-        if self._known is None or self._known[0] != number:
+        if self._reloaded is None or self._reloaded[0] != number:
             job = self.with_file(self.running.files[self.name])[1]
-            self._known = number, job, findings_of(job)
-        return self._known[1:]
+            self._reloaded = number, job, findings_of(job)
+        return self._reloaded[1:]

@@ -1,14 +1,14 @@
-"""Edits a running rack's program: checks a saved file beside the scans, and replaces the program between two.
+"""Edits of a running rack's program. A thread checks a saved file; the session replaces the program.
 
     file      saved
     thread          loaded, built, compiled
-    scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
+    scans     n     n+1   n+2 | n+3            scan n+3 is the first of the edited program
 
 A ladder program keeps the values of its tags, as in an online edit. A `Logic` program keeps its fields, and
-its sequences continue, see `ladder.python.online`. A Python function is loaded again. For a mistake, the page
-shows the file and line, and the running program continues. A text that was edited in a page is previewed, and
-saved only when the page takes it over. If the session has previews, a saved file is also previewed first.
-`online` handles edits of drawn rungs, `typed_text` edits of the text. An edit is an order that is recorded
+its sequences continue, see `ladder.python.online`. A Python function restarts. After a mistake the page
+shows the file and line, and the running program continues. A text edited in a page is previewed, and
+saved only when the page accepts it. With --preview a saved file is also previewed first.
+`online` handles edits of drawn rungs, `typed_text` edits of the text. An edit is an action that is recorded
 with the program's files, see `jobs.record.program_versions`.
 """
 
@@ -29,38 +29,39 @@ from scanrack.runtime.live.actions import Edit, Online, Source, ToEditor, names_
 from scanrack.runtime.live.session import Reply
 
 from .edited_programs import EditedPrograms
-from .history.program_file import digest, why_not
+from .history.program_file import digest, why_not_editable
 from .online import OnlineEdit
 from .preview import Json, mistake_of
 from .typed_text import Answer, TypedText
 
-ASKED_MOST = 8
-"""Largest number of waiting requests."""
+WAITING_MOST = 8
+"""Maximum number of waiting requests."""
 
-LOOK_S = 0.3
-"""Time between two checks of the file, s."""
+CHECK_S = 0.3
+"""Interval between two checks of the file, s."""
 
 Takeover = Callable[[], Edit | None]
-"""Returns the order of an edit, or reports a mistake or a preview; called between two scans."""
+"""Called between two scans; returns the action of an edit, or sends something to the page and returns None.
+"""
 
 
 class EditManner(NamedTuple):
-    """Settings for edits."""
+    """Settings of edits."""
 
-    preview: bool = False  # whether a saved file waits until a page takes it over
+    preview: bool = False  # whether a saved file waits until a page accepts it
     trust: bool = False  # whether Python that is typed in a page may run
     saved: Callable[[str], None] | None = None  # called between scans with a saved file's name
 
 
 class Exchange(NamedTuple):
-    """The replacement of the program before the next scan; it may be refused."""
+    """A replacement of the program before the next scan, which the session may refuse."""
 
     takeover: Takeover
-    follow: Callable[[], None] = lambda: None  # called beside the scans once it was carried out or refused
+    follow: Callable[[], None] = lambda: None  # called afterwards in the thread, also after a refusal
 
 
 class Editor:
-    """Watches the files of a program, and passes on edited programs.
+    """The thread that checks the program's file and edits of pages, and passes on edited programs.
 
     Args:
         hand_over: receives a `Takeover`, to be called between two scans.
@@ -73,26 +74,28 @@ class Editor:
         run: JobRun,
         editions: ProgramVersions,
         hand_over: Callable[[Takeover], None],
-        tell: Callable[[Mapping[str, object]], None],
+        send: Callable[[Mapping[str, object]], None],
         manner: EditManner,
     ) -> None:
-        self._run, self._editions, self._hand_over, self._tell = run, editions, hand_over, tell
+        self._run, self._editions, self._hand_over, self._send = run, editions, hand_over, send
         self._previews, self._saved_elsewhere = manner.preview, manner.saved
         self._programs = EditedPrograms(job, rack, run, editions)
         self._online = OnlineEdit(self._programs)
         self._typed = TypedText(self._programs, run, trust=manner.trust)
-        self._orders: deque[tuple[ToEditor, Reply]] = deque()
-        self._exchanging = 0  # exchanges whose outcome is not yet handled; used only by this thread
-        self._exchanged: deque[Exchange] = deque()
+        self._requests: deque[tuple[ToEditor, Reply]] = deque()
+        self._exchanging = 0  # exchanges whose outcome is not handled yet; used only by the thread
+        self._exchanged: deque[Exchange] = deque()  # exchanges that were carried out or refused
         self._ending, self._wake = threading.Event(), threading.Event()
-        self._requested = False
-        self._restart = ""
-        self._state: Json = {}  # state of edited rungs, as last sent to pages
+        self._reload_requested = False
+        self._restart = ""  # see `actions.Reload`
+        self._state: Json = {}  # state of edited rungs that pages have
         context = copy_context()  # the context in which programs are loaded
-        self._thread = threading.Thread(target=context.run, args=(self._watch,), name="edits", daemon=True)
+        self._thread = threading.Thread(
+            target=context.run, args=(self._run_thread,), name="edits", daemon=True
+        )
 
     def start(self) -> None:
-        """Start the thread that watches the files."""
+        """Start the thread."""
         self._thread.start()
 
     def end(self) -> None:
@@ -102,46 +105,46 @@ class Editor:
         self._thread.join()
 
     def load_soon(self, restart: str = "") -> None:
-        """Have the program's current version loaded beside the scans; `restart` is as in an order."""
-        self._restart, self._requested = restart, True
+        """Request that the thread loads the program's file; for `restart` see `actions.Reload`."""
+        self._restart, self._reload_requested = restart, True
         self._wake.set()
 
     def lasting(self) -> Iterable[Json]:
-        """Yield the messages that a new monitor needs: the state of edited rungs."""
+        """Yield the message that a new monitor needs: the state of edited rungs."""
         if self._state:
             yield {"online": self._state}
 
-    def ask(self, order: ToEditor, reply: Reply) -> None:
-        """Queue a request to answer beside the scans: the program's text, a preview of an edit, or a step.
+    def request(self, action: ToEditor, reply: Reply) -> None:
+        """Queue an action on the program's text, which the thread carries out.
 
         Raises:
             ValueError: too many requests are waiting.
         """
-        if len(self._orders) >= ASKED_MOST:
-            raise ValueError(f"{ASKED_MOST} previews are being made: ask again in a moment")
-        self._orders.append((order, reply))
+        if len(self._requests) >= WAITING_MOST:
+            raise ValueError(f"{WAITING_MOST} previews are being made; try again in a moment")
+        self._requests.append((action, reply))
         self._wake.set()
 
-    def _watch(self) -> None:
-        if self._programs.rungs is not None and not why_not(self._programs.file):
-            self._tell_state()
+    def _run_thread(self) -> None:
+        if self._programs.rungs is not None and not why_not_editable(self._programs.file):
+            self._send_state()
         while not self._ending.is_set():
-            self._wake.wait(LOOK_S)
+            self._wake.wait(CHECK_S)
             self._wake.clear()
             try:
                 self._attend()
-            except Exception as error:  # an error of our own must not end the session or this thread
+            except Exception as error:  # an error in our code must not end the session or this thread
                 traceback.print_exc()
-                mistake = mistake_of(_named(error), self._programs.file)
-                self._hand_over(partial(self._tell, {"mistake": mistake}))
+                mistake = mistake_of(_reportable(error), self._programs.file)
+                self._hand_over(partial(self._send, {"mistake": mistake}))
 
     def _attend(self) -> None:
-        """Answer pages, then load or preview the program if an order or a saved file requires it."""
-        while self._orders:
-            self._follow()  # handles outcomes that a page may know from an earlier answer
-            self._answer(*self._orders.popleft())
+        """Answer pages, then load or preview the program's file if it was saved or a reload is requested."""
+        while self._requests:
+            self._follow()  # the page may already know these outcomes from an earlier answer
+            self._answer(*self._requests.popleft())
         self._follow()
-        is_requested, self._requested = self._requested, False
+        is_requested, self._reload_requested = self._reload_requested, False
         if is_requested or self._programs.is_rewritten():
             self._programs.look()
             if self._saved_elsewhere is not None and not is_requested:
@@ -171,20 +174,20 @@ class Editor:
         while self._exchanged:
             self._exchanging -= 1
             self._exchanged.popleft().follow()
-        self._tell_state()
+        self._send_state()
 
-    def _tell_state(self) -> None:
+    def _send_state(self) -> None:
         self._online.settle()
         self._hand_over(partial(self._show, self._online.state(self._programs.running)))
 
     def _show(self, state: Json) -> None:
         self._state = state
-        self._tell({"online": state})
+        self._send({"online": state})
 
     def _load(self) -> None:
         restart, self._restart = self._restart, ""
         exchange = self._from_disk(restart)
-        if not self._programs.is_rewritten():  # else it is being saved: the next check loads it
+        if not self._programs.is_rewritten():  # otherwise it is just being saved: the next check loads it
             self._exchange(exchange)
 
     def _from_disk(self, restart: str) -> Exchange:
@@ -194,70 +197,70 @@ class Editor:
             edition = programs.versions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, programs.file)
-            return Exchange(lambda: self._tell({"mistake": mistake}))
+            return Exchange(lambda: self._send({"mistake": mistake}))
 
         def follow() -> None:
             if programs.running.files == edition.files:
                 programs.seen = digest(edition.files[programs.name])
 
-        return Exchange(partial(self._order, edition, job, restart), follow)
+        return Exchange(partial(self._edit, edition, job, restart), follow)
 
-    def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
-        """Return the order to continue with a program; None if it already runs."""
+    def _edit(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
+        """Return the action that continues with a program; None if it already runs or can't be used."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
-            self._tell({"mistake": None})
-            self._tell({"note": "The program has not changed: it goes on."})
+            self._send({"mistake": None})
+            self._send({"note": "The program has not changed."})
             return None
         try:
             self._run.program.planned(self._run.cpu, job, names_in(restart))
         except ValueError as error:
-            self._tell({"mistake": mistake_of(error, self._programs.file)})
+            self._send({"mistake": mistake_of(error, self._programs.file)})
             return None
         self._editions.keep(number, edition, job)
         return Edit(number, edition.program, restart)
 
     # --- answers
 
-    def _answer(self, order: ToEditor, reply: Reply) -> None:
-        """Do the work for an answer beside the scans; hand over the answer, to be sent between two scans."""
-        then: Exchange | None = None
+    def _answer(self, action: ToEditor, reply: Reply) -> None:
+        """Carry out an action in the thread; hand over its answer, which is sent between two scans."""
+        exchange: Exchange | None = None
         try:
-            if isinstance(order, Source):
+            if isinstance(action, Source):
                 source = self._typed.source()
-                answer: Answer = lambda: source  # noqa: E731
-            elif isinstance(order, Online):
-                answer = self._step(order)
+                make_answer: Answer = lambda: source  # noqa: E731
+            elif isinstance(action, Online):
+                make_answer = self._step(action)
             else:
-                self._typed.check(order)
-                if order.take:
-                    self._programs.write(order.text.encode())
-                    answer, then = lambda: {"saved": True}, self._from_disk(order.restart)
+                self._typed.check(action)
+                if action.take:
+                    self._programs.write(action.text.encode())
+                    make_answer, exchange = lambda: {"saved": True}, self._from_disk(action.restart)
                 else:
-                    answer = self._typed.preview(order)
+                    make_answer = self._typed.preview(action)
         except Exception as error:
             if not isinstance(error, ValueError | OSError):
                 traceback.print_exc()
-            reason = str(_named(error))
+            reason = str(_reportable(error))
             self._hand_over(lambda: reply({"refused": reason}))
             return
 
         def send() -> None:
             try:
-                result = {"ok": True, **answer()}
+                result = {"ok": True, **make_answer()}
             except Exception as error:
-                result = {"refused": str(_named(error))}
+                result = {"refused": str(_reportable(error))}
             reply(result)
 
         self._hand_over(send)
-        if then is not None:
-            self._exchange(then)
+        if exchange is not None:
+            self._exchange(exchange)
 
-    def _step(self, order: Online) -> Answer:
-        """Take a step with edited rungs; hand over the replacement of the program; return the answer."""
-        if self._exchanging:  # whether the step fits depends on the outcome
-            raise ValueError("the program is being exchanged: ask again in a moment")
-        step, programs = self._online.take(order), self._programs
+    def _step(self, action: Online) -> Answer:
+        """Take a step of an online edit, hand over the replacement of the program, and return the answer."""
+        if self._exchanging:  # the stage depends on its outcome
+            raise ValueError("the program is being replaced; try again in a moment")
+        step, programs = self._online.take(action), self._programs
         state = self._online.state(step.version)
 
         def undo_if_refused() -> None:
@@ -265,31 +268,31 @@ class Editor:
                 self._online.undo(step)
 
         if step.job is not None:
-            self._exchange(Exchange(partial(self._order, step.version, step.job, ""), undo_if_refused))
+            self._exchange(Exchange(partial(self._edit, step.version, step.job, ""), undo_if_refused))
 
-        def answer() -> Json:
+        def make_answer() -> Json:
             if programs.running.files != step.version.files:
-                raise ValueError(f"{order.step}: the program could not be exchanged: the one before runs")
+                raise ValueError(f"{action.step}: the program could not be replaced; the previous one runs")
             self._show(state)
             if step.note:
-                self._tell({"note": step.note})
+                self._send({"note": step.note})
             return state
 
-        return answer
+        return make_answer
 
     def _preview_saved(self) -> None:
-        """Send pages a preview, or None without changes; the file waits until a page takes it over."""
+        """Send pages a preview of the saved file, or None without changes; the program does not change."""
         make_preview = self._typed.preview_saved()
 
         def send() -> None:
             preview = make_preview()["preview"]
-            self._tell({"preview": preview if preview["rows"] else None})
+            self._send({"preview": preview if preview["rows"] else None})
 
         self._hand_over(send)
 
 
-def _named(error: Exception) -> Exception:
-    """Return an error to report; an unexpected one is wrapped with the name of its type."""
+def _reportable(error: Exception) -> Exception:
+    """Return an error for the page: an unexpected one is a ValueError with the name of its type."""
     if isinstance(error, ValueError | OSError):
         return error
     return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")

@@ -1,11 +1,11 @@
-"""Controls access by tables of hosts, origins and headers.
+"""Access rules for requests of browsers, as tables of hosts, origins and headers.
 
-    Host        one of ours              else 421: another name for this address (DNS rebinding)
-    Origin      one of ours, or none     else 403: another page
-    path        in the table of files    else 404
-    key         in the first message     else the socket is closed
+    Host        one of ours              otherwise 421: another name for this address (DNS rebinding)
+    Origin      one of ours, or none     otherwise 403: another site
+    path        in the table of files    otherwise 404
+    key         in the first message     otherwise the socket is closed
 
-There is no cookie, since cookies are not separated by port.
+It uses no cookies, since browsers share them between ports.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def listen(port: int) -> socket.socket:
         return socket.create_server((HOST, port))
     except OSError as error:
         text = os.strerror(error.errno) if error.errno else str(error)
-        raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
+        raise ValueError(f"--port {port}: {text}; choose another port, or omit it for a free one") from error
 
 
 class Answer(NamedTuple):
@@ -55,7 +55,7 @@ class Answer(NamedTuple):
 
 
 class Gate:
-    """Decides about requests, and serves the files."""
+    """The check of requests, and the answers with files."""
 
     def __init__(self, host: str, port: int, key: str) -> None:
         names = [host] if host not in _LOOPBACK else list(_LOOPBACK)
@@ -66,57 +66,55 @@ class Gate:
         self._key = key.encode()
         self._files = PageFiles()
 
-    def answer(
-        self, path: str, host: str | None, origin: str | None, *, accepts: str = "", known: str = ""
+    def respond(
+        self, path: str, host: str | None, origin: str | None, *, accepts: str = "", cached: str = ""
     ) -> Answer | None:
-        """Answer a request; None lets it become a socket.
+        """Answer a request; return None if it is allowed to open a socket.
 
         Args:
             accepts: the encodings that the browser accepts, from its header Accept-Encoding.
-            known: the entity tags of content that it has, from its header If-None-Match.
+            cached: the entity tags of files in the browser's cache, from its header If-None-Match.
         """
         if host is None or host.lower() not in self._hosts:
-            return _refusal(421, "this server has another name")
+            return _refusal(421, "unknown host name")
         if origin is not None and origin.lower() not in self._origins:
-            return _refusal(403, "another page asks")
+            return _refusal(403, "requests from other sites are not allowed")
         path = path.partition("?")[0]
         if path == SOCKET:
             return None
-        return self._file("/index.html" if path == "/" else path, accepts, known)
+        return self._file("/index.html" if path == "/" else path, accepts, cached)
 
-    def _file(self, path: str, accepts: str, known: str) -> Answer:
+    def _file(self, path: str, accepts: str, cached: str) -> Answer:
         file = self._files.get(path)
         if file is None:
             return _refusal(404, "no such file")
-        packed = _takes_gzip(accepts)
-        coding = "gzip" if packed else "identity"
-        tag = f'"{file.digest}-{coding}"'
+        is_packed = _accepts_gzip(accepts)
+        tag = f'"{file.digest}-{"gzip" if is_packed else "identity"}"'
         headers = {"ETag": tag, "Vary": "Accept-Encoding", **HEADERS}
         if file.style:
             headers["Content-Security-Policy"] = POLICY.format(style=f" 'sha256-{file.style}'")
-        if tag in known:
+        if tag in cached:
             return Answer(304, headers, b"")
-        body = file.packed if packed else file.body
-        encoding = {"Content-Encoding": "gzip"} if packed else {}
-        return Answer(
-            200, {"Content-Type": file.kind, "Content-Length": str(len(body)), **encoding, **headers}, body
-        )
+        body = file.packed if is_packed else file.body
+        headers |= {"Content-Type": file.kind, "Content-Length": str(len(body))}
+        if is_packed:
+            headers["Content-Encoding"] = "gzip"
+        return Answer(200, headers, body)
 
-    def fits(self, key: object) -> bool:
-        """Compare a key with the session's in constant time."""
-        return isinstance(key, str) and hmac.compare_digest(key.encode("utf-8", "replace"), self._key)
+    def is_key(self, text: object) -> bool:
+        """Return whether a text is the session's key, in constant time."""
+        return isinstance(text, str) and hmac.compare_digest(text.encode("utf-8", "replace"), self._key)
 
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
-def _takes_gzip(accepts: str) -> bool:
+def _accepts_gzip(accepts: str) -> bool:
     """Return whether a header Accept-Encoding allows gzip [RFC 9110, section 12.5.3]."""
-    offers = {
-        name.strip().lower(): parameters
-        for name, _, parameters in (coding.partition(";") for coding in accepts.split(","))
-    }
-    weight = offers.get("gzip", offers.get("*", "q=0")).replace(" ", "").lower()
+    parameters = {}
+    for coding in accepts.split(","):
+        name, _, parameters[name.strip().lower()] = coding.partition(";")
+    weight = parameters.get("gzip", parameters.get("*", "q=0")).replace(" ", "").lower()
     return not weight.startswith("q=0") or weight.strip("q=.0") != ""
 
 
@@ -124,7 +122,7 @@ def _in_url(host: str) -> str:
     return f"[{host}]" if ":" in host else host
 
 
-def _refusal(status: int, says: str) -> Answer:
-    body = f"{says}\n".encode()
+def _refusal(status: int, text: str) -> Answer:
+    body = f"{text}\n".encode()
     headers = {"Content-Type": "text/plain; charset=utf-8", "Content-Length": str(len(body))}
     return Answer(status, headers | HEADERS, body)

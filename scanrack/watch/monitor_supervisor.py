@@ -1,4 +1,4 @@
-"""Starts the monitor process, and restarts it when it dies; the scan loop is not affected."""
+"""The supervisor of the monitor process, which restarts it when it dies while scans continue."""
 
 from __future__ import annotations
 
@@ -18,46 +18,49 @@ from .monitors.session_monitor import Setup
 from .monitors.stretched import SessionProgram
 
 MAIN = f"{__package__}.session_process:main"
-"""Main function of a monitor process. The program's own main module is not used: it could do anything."""
+"""Main function of a monitor process. The user's main module is not imported, since it may have side effects.
+"""
 
 PATIENCE_S = 2
-"""Longest time that a monitor may take to end, s."""
+"""Time limit for a monitor to end, s."""
 
 GRACE_S = 0.05
-"""A monitor that ends within this time of the session's end is not restarted, s."""
+"""Wait for the end of the session before a monitor is restarted, s."""
 
 STARTS_MOST = 10
-"""Largest number of restarts in a row."""
+"""Maximum restarts in a row."""
 
 SOON_NS = 30_000_000_000
-"""A monitor that dies after a longer life begins a new row of restarts, ns."""
+"""A monitor that lived longer than this begins a new row of restarts, ns."""
 
 PAUSES_S = (0, 0.2, 1, 3)
-"""Delays before a restart, by number of deaths in a row; the last one is repeated, s."""
+"""Delays before a restart, by number of deaths in a row, s. The last one applies to all later deaths."""
 
 
 class MonitorSupervisor:
-    """Keeps a monitor alive.
+    """The supervisor of a monitor.
 
     Args:
-        listening: the server's socket, which outlives each monitor.
+        listening: the server's socket, which all monitors use in turn.
     """
 
     def __init__(
-        self, setup: Setup, ring: Ring, listening: socket.socket, say: Callable[[str], object]
+        self, setup: Setup, ring: Ring, listening: socket.socket, report: Callable[[str], object]
     ) -> None:
-        self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
+        self._setup, self._ring, self._listening, self._report = setup, ring, listening, report
         self._ending = threading.Event()
         self._died = False
         self._changing = threading.Lock()
         self._inbox: PipeInbox | None = None
         self.pipe = self._start()
-        self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
+        self._thread = threading.Thread(
+            target=self._restart_when_dead, name="monitor's supervisor", daemon=True
+        )
 
-    def keep(self, inbox: PipeInbox) -> None:
-        """Begin to restart the monitor when it dies, and connect the orders."""
+    def watch(self, inbox: PipeInbox) -> None:
+        """Begin to restart the monitor when it dies, and connect each monitor to the queue of actions."""
         self._inbox = inbox
-        self._watch.start()
+        self._thread.start()
 
     def replace_programs(
         self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
@@ -66,7 +69,7 @@ class MonitorSupervisor:
 
         Args:
             trace: path of a branch's recording; None = unchanged.
-            record: the same path, if the recording is kept.
+            record: the same path if the user keeps the recording, otherwise None.
         """
         with self._changing:
             self._setup = replace(self._setup, programs=programs)
@@ -81,7 +84,7 @@ class MonitorSupervisor:
 
     def _start(self) -> Connection:
         own_socket, child_socket = socket.socketpair()
-        # in its own session: Ctrl-C is for the scan process, which ends the monitor
+        # its own session: Ctrl-C must only reach the scan process, which ends the monitor
         self._process = launch(
             MAIN, handed=(child_socket, self._listening, self._ring.memory), own_session=True
         )
@@ -90,7 +93,7 @@ class MonitorSupervisor:
         pipe.send_bytes(pickle.dumps(self._setup))
         return pipe
 
-    def _keep(self) -> None:
+    def _restart_when_dead(self) -> None:
         deaths = 0
         while True:
             begun_ns = wall_ns()
@@ -100,9 +103,9 @@ class MonitorSupervisor:
             self._died = True
             deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
             if deaths > STARTS_MOST:
-                self._say("the monitor has died too often: the scans continue without a page, until Ctrl-C")
+                self._report("the monitor has died too often; the scans continue without a page until Ctrl-C")
                 return
-            self._say("the monitor has died and is started again; the scans continue")
+            self._report("the monitor has died and is started again; the scans continue")
             if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
                 return
             with self._changing:
@@ -113,7 +116,7 @@ class MonitorSupervisor:
             self._inbox.connect(self.pipe)
 
     def end(self) -> bool:
-        """End the monitor; return False if every monitor died before it received the first scan."""
+        """End the monitor; return False if every monitor died before its first scan."""
         self._ending.set()
         self.pipe.close()  # the monitor notices this
         try:
@@ -126,11 +129,11 @@ class MonitorSupervisor:
 
 
 class NoMonitor:
-    """Replaces the supervisor in a session without a page."""
+    """The supervisor of a session without a page."""
 
     def replace_programs(self, **_changed: object) -> None:
         """Do nothing."""
 
     def end(self) -> bool:
-        """Return True: there was nothing to start."""
+        """Return True, since no monitor has died."""
         return True

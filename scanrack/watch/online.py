@@ -1,22 +1,22 @@
-"""Online edits of rungs, as in Studio 5000: they are accepted, tested, assembled and saved.
+"""Online edits of rungs, as in Studio 5000: accept, test, assemble and save.
 
-    step       from                    to         program that runs afterwards
-    accept     -, accepted, assembled  accepted   unchanged; the edited one is checked and loaded beside it
+    step       from                    to         program that runs after the step
+    accept     -, accepted, assembled  accepted   unchanged; the edited one is checked and loaded
     test       accepted                testing    the edited one
     untest     testing                 accepted   the previous one
     assemble   accepted, testing       assembled  the edited one
-    reopen     assembled               testing    the edited one; assembling is undone
+    reopen     assembled               testing    the edited one; undoes assemble
     cancel     accepted, testing       -          the previous one
-    save       -, assembled            -          unchanged; its file is written, the old file is kept
+    save       -, assembled            -          unchanged; its file is written, with a backup
     try        any                     testing    the program's file, saved in an editor
     take       any                     assembled  the program's file, saved in an editor
 
-There is a single accepted edit, whoever accepted it; the state has its rungs and its page. A step states in
-`base` what its page has seen: for accept and save, the running program; for the others, the edit. The step is
-refused if these have changed since.
+All pages share one accepted edit; the state has its rungs and the page that accepted it. A step has in
+`base` the digest that its page knows: of the running program for accept and save, of the edit for other
+steps. The step is refused if the program or the edit has changed since.
 
-A step that replaces the program is recorded as an `Edit` with all its files, so that a recording is repeated
-with the same programs in the same scans.
+A step that replaces the program is recorded as an `Edit` with all files, so that a replay of the trace runs
+the same programs in the same scans.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ from scanrack.ladder.lowering.edited import FileChange, NewTag, normalized
 from scanrack.runtime.live.actions import Online
 
 from .edited_programs import EditedPrograms
-from .history.program_file import digest, read_edit, rewrite, why_not
+from .history.program_file import digest, read_edit, rewrite, why_not_editable
 
 Json = dict[str, Any]
 
 MOST_CHANGES = 20
-"""Largest number of changed elements that a note lists."""
+"""Maximum number of changed elements in a note."""
 
 NOTHING, ACCEPTED, TESTING, ASSEMBLED = "", "accepted", "testing", "assembled"
 
 
 class Move(NamedTuple):
-    """A step: the stages in which it is allowed, the next stage, and whether the edited program then runs."""
+    """A row of the table of steps."""
 
-    sources: tuple[str, ...]
-    stage: str
-    runs_edited: bool
+    sources: tuple[str, ...]  # the stages in which the step is allowed
+    stage: str  # the next stage
+    runs_edited: bool  # whether the edited program runs after the step
 
 
 MOVES: Mapping[str, Move] = {
@@ -60,146 +60,146 @@ MOVES: Mapping[str, Move] = {
     "try": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), TESTING, True),
     "take": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), ASSEMBLED, True),
 }
-"""The steps by name, see the module."""
+"""The steps by name, as in the table of the module."""
 
-OF_FILE = ("try", "take")
-"""Steps with the program's file as saved by an editor; pages do not take them."""
+FILE_STEPS = ("try", "take")
+"""Steps with the program's file as saved in an editor. Pages do not use them."""
 
 
 class AcceptedEdit(NamedTuple):
-    """The accepted draft of an edit, and its programs."""
+    """An accepted edit."""
 
     draft: Online
-    before: ProgramVersion
+    original: ProgramVersion
     edited: ProgramVersion
-    changes: str  # names of the elements that changed in the file, with reasons
+    changes: str  # the elements that changed in the file, with reasons; "" for a single one
 
 
 class Step(NamedTuple):
-    """The effects of a step: the version to run, and the previous state."""
+    """A step that was taken, with the previous state for `OnlineEdit.undo`."""
 
-    version: ProgramVersion
-    job: LoadedRack | None  # its program, not yet used by an engine; None if it already runs
+    version: ProgramVersion  # the version that runs after the step
+    job: LoadedRack | None  # its program, which no engine has used yet; None if it already runs
     note: str
-    stage: str
-    edit: AcceptedEdit | None
+    stage: str  # the stage before the step
+    edit: AcceptedEdit | None  # the edit before the step
 
 
 class OnlineEdit:
-    """The edited rungs of a session.
+    """The online edit of a session.
 
     Attributes:
         stage: stage of the edit; "" without an edit.
-        edit: the accepted edit; None if there is none.
+        edit: the accepted edit, or None.
     """
 
     def __init__(self, programs: EditedPrograms) -> None:
         self._programs = programs
         self.stage = NOTHING
         self.edit: AcceptedEdit | None = None
-        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not yet used
+        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # the accepted program until it is used
 
-    def take(self, order: Online) -> Step:
+    def take(self, action: Online) -> Step:
         """Take a step.
 
         Raises:
-            ValueError: the step does not fit the stage or the page's base, or the edited program can't be
+            ValueError: the stage or the page's base does not allow the step, or the edited program can't be
                 used; nothing has changed.
             OSError: a file can't be written; nothing has changed.
         """
         self.settle()
-        move, running, edit, note = MOVES[order.step], self._programs.running, self.edit, ""
-        self._check_allowed(order, running)
-        if order.step == "accept":
-            edit = self._accepted(order, running)
+        move, running, edit, note = MOVES[action.step], self._programs.running, self.edit, ""
+        self._check_allowed(action, running)
+        if action.step == "accept":
+            edit = self._accepted(action, running)
             note = edit.changes
-        elif order.step in OF_FILE:
-            edit = self._from_file(order, running)
+        elif action.step in FILE_STEPS:
+            edit = self._from_file(action, running)
         version = running
-        if order.step == "save":
+        if action.step == "save":
             note = self._programs.save_running()
         elif edit is not None:
-            version = edit.edited if move.runs_edited else edit.before
+            version = edit.edited if move.runs_edited else edit.original
         job = None if version.files == running.files else self._job_of(version)
         step = Step(replace(version, retained=None), job, note, self.stage, self.edit)
         self.stage, self.edit = move.stage, edit if move.stage else None
         return step
 
     def undo(self, step: Step) -> None:
-        """Return to the state before a step whose program could not be used."""
+        """Undo a step if its program could not replace the running one."""
         self.stage, self.edit = step.stage, step.edit
 
     def settle(self) -> None:
-        """Adapt to the running program after a refused step or another edit."""
+        """Adapt the stage to the running program, after a refused step or another edit."""
         if self.edit is None:
             return
         files, runs_edited = self._programs.running.files, self.stage in (TESTING, ASSEMBLED)
-        if files == self.edit.before.files:
+        if files == self.edit.original.files:
             self.stage = ACCEPTED
         elif files != self.edit.edited.files or not runs_edited:
             self.stage, self.edit = NOTHING, None
 
     def state(self, running: ProgramVersion) -> Json:
-        """Return the state for pages, given the version that now runs."""
+        """Return the state for pages while a version runs."""
         data, on_disk = running.files[self._programs.name], self._programs.on_disk
         state: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
         if self.edit is not None:
             draft = self.edit.draft
-            state |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
+            state |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.original)}
             state |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
         return state
 
     def _digest(self, version: ProgramVersion) -> str:
         return digest(version.files[self._programs.name])
 
-    def _check_allowed(self, order: Online, running: ProgramVersion) -> None:
-        """Raise ValueError if a step does not fit, or its page has seen another program or edit."""
-        lacks = "" if order.step in OF_FILE else why_not(self._programs.file)
-        if lacks or self._programs.rungs is None:
-            raise ValueError(lacks or "the program has no rungs: reload it")
-        if self.stage not in MOVES[order.step].sources:
-            raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
-        self._check_seen(order, running)
+    def _check_allowed(self, action: Online, running: ProgramVersion) -> None:
+        """Raise ValueError if a step is not allowed now."""
+        obstacle = "" if action.step in FILE_STEPS else why_not_editable(self._programs.file)
+        if obstacle or self._programs.rungs is None:
+            raise ValueError(obstacle or "the program has no rungs; reload the page")
+        if self.stage not in MOVES[action.step].sources:
+            raise ValueError(f"{action.step}: {_STAGE_TEXTS[self.stage]}")
+        self._check_seen(action, running)
 
-    def _check_seen(self, order: Online, running: ProgramVersion) -> None:
-        """Raise ValueError if the page of a step has seen another program or edit."""
-        if order.step in ("accept", "save"):
-            if (order.base or order.step == "accept") and order.base != self._digest(running):
-                raise ValueError("the program was edited meanwhile: edit the one that runs now")
-        elif self.edit is not None and order.base not in ("", self._digest(self.edit.edited)):
-            by = self.edit.draft.by or "another page"
-            raise ValueError(f"{order.step}: {by} has accepted another edit meanwhile: look at it first")
+    def _check_seen(self, action: Online, running: ProgramVersion) -> None:
+        """Raise ValueError if the page of a step knows another program or edit."""
+        if action.step in ("accept", "save"):
+            if (action.base or action.step == "accept") and action.base != self._digest(running):
+                raise ValueError("the program has changed meanwhile; edit the one that runs now")
+        elif self.edit is not None and action.base not in ("", self._digest(self.edit.edited)):
+            page = self.edit.draft.by or "another page"
+            raise ValueError(f"{action.step}: {page} has accepted another edit meanwhile; check it first")
 
-    def _accepted(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
-        """Load the running program with the edits of an order, beside the original."""
+    def _accepted(self, action: Online, running: ProgramVersion) -> AcceptedEdit:
+        """Load the running program with the rungs of an accept step."""
         program = self._programs.rungs
         assert program is not None
-        if not order.rungs:
+        if not action.rungs:
             raise ValueError("no rung is edited")
         name, specs = self._programs.name, program.specs
-        edits = [normalized(read_edit(name, rung, specs), program) for rung in order.rungs]
+        edits = [normalized(read_edit(name, rung, specs), program) for rung in action.rungs]
         data = running.files[name]
-        rewritten = rewrite(name, data, edits, [NewTag(*tag) for tag in order.tags], specs)
+        rewritten = rewrite(name, data, edits, [NewTag(*tag) for tag in action.tags], specs)
         if rewritten.data == data:
-            raise ValueError("the edited rungs are those that run")
+            raise ValueError("the edited rungs are the same as the running ones")
         version, job = self._programs.with_file(rewritten.data)
         self._ready = version, self._programs.usable(job)
-        return AcceptedEdit(order, running, version, _listed(rewritten.changes))
+        return AcceptedEdit(action, running, version, _listed(rewritten.changes))
 
-    def _from_file(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
-        """Load the saved file beside the running program."""
+    def _from_file(self, action: Online, running: ProgramVersion) -> AcceptedEdit:
+        """Load the program's file as saved in an editor."""
         programs = self._programs
         programs.look()
         job = programs.usable(programs.from_disk())
         version = programs.versions.with_copy(version_of(job))
-        before = running if self.edit is None or self.stage == ASSEMBLED else self.edit.before
-        if version.files == before.files:
-            raise ValueError(f"{programs.file.name} has the rungs that run: edit and save it first")
+        original = running if self.edit is None or self.stage == ASSEMBLED else self.edit.original
+        if version.files == original.files:
+            raise ValueError(f"{programs.file.name} has the rungs that run; edit and save it first")
         programs.seen, self._ready = digest(version.files[programs.name]), (version, job)
-        return AcceptedEdit(order, before, version, "")
+        return AcceptedEdit(action, original, version, "")
 
     def _job_of(self, version: ProgramVersion) -> LoadedRack:
-        """Return the program of a version, not yet used by an engine."""
+        """Return the program of a version for the engine; load it if it is not ready."""
         prepared, self._ready = self._ready, None
         if prepared is not None and prepared[0] is version:
             return prepared[1]
@@ -207,7 +207,7 @@ class OnlineEdit:
 
 
 def _listed(changes: Sequence[FileChange]) -> str:
-    """Return the changed elements of a file as text; "" for a single one."""
+    """Return the changed elements of a file, with reasons, as text; "" for a single one."""
     if len(changes) < 2:
         return ""
     shown_changes = [f"{change.element}: {change.why}" for change in changes[:MOST_CHANGES]]
@@ -215,9 +215,9 @@ def _listed(changes: Sequence[FileChange]) -> str:
     return "; ".join((*shown_changes, f"and {hidden} more") if hidden else shown_changes)
 
 
-_SAYS = {
+_STAGE_TEXTS = {
     NOTHING: "no edit has been accepted",
-    ACCEPTED: "the edit is accepted, and does not run: test, assemble or cancel it",
-    TESTING: "the edit is being tested: untest, assemble or cancel it",
-    ASSEMBLED: "the edit is assembled already",
+    ACCEPTED: "the edit is accepted and does not run; test, assemble or cancel it",
+    TESTING: "the edit is being tested; untest, assemble or cancel it",
+    ASSEMBLED: "the edit is already assembled",
 }

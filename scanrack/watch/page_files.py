@@ -1,8 +1,8 @@
-"""Prepares the files of the page for browsers: the modules as one script, the style within the page.
+"""The files of the page, prepared for browsers: all modules in one script, the style inside of the page.
 
-/              index.html with watch.css in it: 1 request
-/page.js       all modules, see `joining`: 1 request
-/dom.js        for scripts of a test: the names of a module, re-exported from /page.js
+/              index.html with watch.css in it
+/page.js       all modules, see `joining`
+/dom.js        for scripts of tests: the names of a module, re-exported from /page.js
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ SCRIPT = f'<script type="module" src="{MAIN}"></script>'
 
 
 class ServedFile:
-    """A file in the form in which it is sent.
+    """A file for browsers.
 
     Attributes:
-        kind: its media type.
-        style: SHA-256 of its inline style, in base64; "" without one.
+        kind: media type.
+        style: SHA-256 of its inline style in base64; "" without one.
     """
 
     def __init__(self, body: bytes, kind: str, style: str = "") -> None:
@@ -41,7 +41,7 @@ class ServedFile:
 
     @cached_property
     def packed(self) -> bytes:
-        """The body, compressed by gzip."""
+        """The body in gzip."""
         return gzip.compress(self.body, 9, mtime=0)
 
     @cached_property
@@ -56,15 +56,15 @@ class PageFiles:
     def __init__(self) -> None:
         self._folder = files(__package__).joinpath("web")
         self._names = {file.name for file in self._folder.iterdir()}
-        self._made: dict[str, ServedFile] = {}
+        self._cache: dict[str, ServedFile] = {}
 
     def get(self, path: str) -> ServedFile | None:
-        """Return the file at a path; None if there is none."""
+        """Return the file at a path, or None."""
         name, suffix = path.removeprefix("/"), path[path.rfind(".") :]
-        is_known = path.startswith("/") and (name in self._names or name == PAGE) and suffix in TYPES
-        if is_known and name not in self._made:
-            self._made[name] = self._make(name, TYPES[suffix])
-        return self._made[name] if is_known else None
+        exists = path.startswith("/") and (name in self._names or name == PAGE) and suffix in TYPES
+        if exists and name not in self._cache:
+            self._cache[name] = self._make(name, TYPES[suffix])
+        return self._cache[name] if exists else None
 
     def _make(self, name: str, kind: str) -> ServedFile:
         if name == "index.html":
@@ -72,9 +72,8 @@ class PageFiles:
         if name == PAGE:
             return ServedFile(self._joined.script.encode(), kind)
         facade = self._joined.facades.get(name) if name.endswith(".js") else None
-        return ServedFile(
-            self._folder.joinpath(name).read_bytes() if facade is None else facade.encode(), kind
-        )
+        body = self._folder.joinpath(name).read_bytes() if facade is None else facade.encode()
+        return ServedFile(body, kind)
 
     def _index(self, kind: str) -> ServedFile:
         style = self._text("watch.css")

@@ -1,10 +1,10 @@
-"""Runs a session and its branches: the scan process's side of `scanrack watch RACK`.
+"""A session and its branches: the scan process of `scanrack watch RACK`.
 
     session    0 ------------- 12,345 ------------- 20,000
-    branch                     `- 12,345 ----------------- ...     a new rack, with the same orders up to this
-    scan
+    branch                     `- 12,345 ----------------- ...     a new rack, with the same actions up to
+                                                                   this scan
 
-The ring, the link and the monitor are kept for a branch; rack, program and recording are new.
+A branch uses the same ring, link and monitor. Its rack, program and trace are new.
 """
 
 from __future__ import annotations
@@ -51,17 +51,17 @@ from .watch_options import WatchOptions
 
 @dataclass(frozen=True, slots=True)
 class Start:
-    """The starting point of a session."""
+    """The start of a session."""
 
-    scan: int = 0  # the first scan that is not repeated; 0 without a parent
-    orders: Sequence[RecordedOrder] | None = None  # orders of the parent and its ancestors before that scan
-    metadata: dict[str, str] = field(default_factory=dict)
+    scan: int = 0  # the first scan that is not a repetition; 0 for the first session
+    orders: Sequence[RecordedOrder] | None = None  # actions before that scan in the sessions it branches from
+    metadata: dict[str, str] = field(default_factory=dict)  # of the trace
     paused: bool = False  # whether it begins paused
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedRun:
-    """A run of a session that is ready to begin."""
+    """A session's run that is ready to begin."""
 
     start: Start
     run: JobRun
@@ -72,7 +72,7 @@ class PreparedRun:
 
 
 def watch_job(job: LoadedRack, options: WatchOptions) -> int:
-    """Run a job in a session with pages; return the exit status."""
+    """Run a rack in a session with pages; return the exit status."""
     with ExitStack() as stack:
         try:
             listening = stack.enter_context(listen(options.arguments.port))
@@ -86,8 +86,8 @@ class Play:
     """The sessions of one command.
 
     Args:
-        folder: folder for temporary recordings and copies of programs.
-        key: key of an existing link that pages must send; None = a new key.
+        folder: folder for temporary traces and copies of programs.
+        key: key of an existing link, which pages must send; None = create a key.
     """
 
     def __init__(
@@ -110,14 +110,14 @@ class Play:
         """Play the session and its branches; return the exit status."""
         try:
             self._open_services(job)
-            self._next = self._first(job)
+            self._next = self._prepared_first(job)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
         for warning in job.warnings:
             complain(warning)
-        return self.go_on(job)
+        return self.play_prepared(job)
 
     def _open_services(self, job: LoadedRack) -> None:
         """Open the ports for clients of tags; raise ValueError if one can't be used."""
@@ -125,23 +125,23 @@ class Play:
         self._services = TagServices(job, options.servers, complain, writes=not options.read_only)
         self._stack.callback(self._services.end)
 
-    def go_on(self, job: LoadedRack) -> int:
+    def play_prepared(self, job: LoadedRack) -> int:
         """Play the prepared run and its branches; return the exit status."""
         status = DONE
         while self._next is not None:
             prepared, self._next = self._next, None
             with prepared.ports:
                 status = self._run(prepared, self._session(prepared, job))
-        lived = [part.end() for part in (self._supervisor, self._services) if part is not None]
-        if not all(lived) and status == DONE:
+        started = [helper.end() for helper in (self._supervisor, self._services) if helper is not None]
+        if not all(started) and status == DONE:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
 
-    def _first(self, job: LoadedRack) -> PreparedRun:
-        """Prepare the session.
+    def _prepared_first(self, job: LoadedRack) -> PreparedRun:
+        """Prepare the first session.
 
         Raises:
-            ValueError: the job can't be run.
+            ValueError: the rack can't be run.
             OSError: the trace can't be written.
         """
         editions = ProgramVersions(self._folder / "programs", self._options.arguments.rack)
@@ -172,7 +172,7 @@ class Play:
                     remembered=self._options.remembered,
                 ),
             )
-            ports.callback(run.cpu.close)  # if it never begins: the recording's folder is removed
+            ports.callback(run.cpu.close)  # removes the folder of the trace if the run never begins
             prepared = PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
         self._stack.callback(prepared.ports.close)
         return prepared
@@ -186,7 +186,7 @@ class Play:
         *,
         paused: bool = False,
     ) -> None:
-        """Prepare a branch: a new rack in which the orders are repeated up to a scan.
+        """Prepare a branch: a new rack that repeats the actions up to a scan.
 
         Args:
             scan: the first scan that may differ.
@@ -201,18 +201,16 @@ class Play:
         try:
             self._next = self._prepared(start, editions.up_to(edits))
         except OSError as error:
-            raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
+            raise ValueError(f"the trace of a branch can't be written: {reason(error)}") from error
 
     def _trace(self, start: Start) -> Path:
-        """Return the path of the recording: the requested path, one derived from it, or a temporary file."""
+        """Return the path of the trace: a temporary file without `--record`."""
         record_path = self._options.arguments.record
         if record_path is None:
-            return _free(self._folder / "session.mcap")
-        return (
-            record_path
-            if start.orders is None
-            else _free(record_path.with_name(f"{record_path.stem}-{start.scan}.mcap"))
-        )
+            return _unused(self._folder / "session.mcap")
+        if start.orders is None:
+            return record_path
+        return _unused(record_path.with_name(f"{record_path.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
         run, start, pacer, options = prepared.run, prepared.start, prepared.pacer, self._options
@@ -225,39 +223,39 @@ class Play:
         tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
         tap.notes = _notes(run, job, self._ring, tap)
         hands = run.hands
-        hands.given.extend(start.orders or ())
+        hands.applied.extend(start.orders or ())
         session: Session
         assert self._supervisor is not None
-        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._supervisor)
-        run.program.on_edit = programs.tell_edit
+        announcer = Announcer(run, prepared.editions, start.orders or (), tap.send, self._supervisor)
+        run.program.on_edit = announcer.announce_edit
 
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
         manner = EditManner(options.arguments.preview, options.arguments.trust, options.saved)
-        editor = Editor(job, options.arguments.rack, run, prepared.editions, hand_over, tap.tell, manner)
+        editor = Editor(job, options.arguments.rack, run, prepared.editions, hand_over, tap.send, manner)
         session = Session(
             run.cpu,
             hands,
             pacer,
             self._inbox,
-            tap.tell,
+            tap.send,
             stops=run.program.debugger or PythonStops(lambda: run.program.logic, job.program),
             live=options.arguments.live,
             reload=editor.load_soon if options.editable else None,
             prepare=lambda scan, paused: self.prepare_branch(
-                scan, hands.given, prepared.editions, prepared.trace, paused=paused or session.state.paused
+                scan, hands.applied, prepared.editions, prepared.trace, paused=paused or session.state.paused
             ),
         )
         if options.editable and not options.read_only:
-            session.edit = editor.ask
+            session.edit = editor.request
             editor.start()
             prepared.ports.callback(editor.end)
             tap.lasting = editor.lasting
-        tap.session, session.attend, session.give = session, tap.attend, tap.give
+        tap.session, session.attend, session.send_values = session, tap.attend, tap.send_values
         if start.orders is not None:
             record = None if options.arguments.record is None else str(prepared.trace)
-            programs.tell_branch(self._ring, prepared.trace, record)
+            announcer.announce_branch(self._ring, prepared.trace, record)
         if options.arguments.text:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
@@ -305,7 +303,7 @@ class Play:
         self._supervisor = supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
         self._stack.callback(supervisor.end)
         self._inbox = PipeInbox(ring, supervisor.pipe)
-        supervisor.keep(self._inbox)
+        supervisor.watch(self._inbox)
         if self._key is not None:
             return
         link = f"http://{HOST}:{port}/#key={key}"
@@ -313,26 +311,26 @@ class Play:
         if options.arguments.opened:
             webbrowser.open(link)
 
-    def _rest_desk(self, rests: bool) -> None:
-        """Make clients of tags wait while orders are repeated."""
+    def _hold_clients(self, on_hold: bool) -> None:
+        """Make clients of tags wait while actions are repeated."""
         if self._services is not None:
-            self._services.rest(rests)
+            self._services.rest(on_hold)
 
     def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""
         options, run, start = self._options, prepared.run, prepared.start
-        faulted: list[int] = []
+        faulted: list[int] = []  # exit statuses of faults that the page shows
 
-        def tell(fault: CpuFault) -> None:
+        def report(fault: CpuFault) -> None:
             faulted.append(complain_of_fault(fault))
-            complain("the page shows it: branch there from an earlier scan, or end the session with Ctrl-C")
+            complain("the page shows the fault; branch there from an earlier scan, or end with Ctrl-C")
 
         def play() -> None:
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
-                    self._rest_desk(True)
+                    self._hold_clients(True)
                     session.repeat_to(start.scan)
-                    self._rest_desk(False)
+                    self._hold_clients(False)
                     session.set_speed(options.speed)
                 try:
                     session.run(options.scans, paused=start.paused)
@@ -340,13 +338,13 @@ class Play:
                     if not faulted:
                         raise
 
-        session.on_fault = tell
-        by_signal = options.door is None  # otherwise the editor has ended it
+        session.on_fault = report
+        by_signal = options.door is None  # otherwise a debug adapter ends the session
         status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
-        return faulted[-1] if faulted else status  # of the last session, ignoring those before a branch
+        return faulted[-1] if faulted else status
 
 
-def _free(path: Path) -> Path:
+def _unused(path: Path) -> Path:
     """Return a path that does not exist yet, with a number if necessary."""
     number, tried = 2, path
     while tried.exists():
@@ -359,4 +357,4 @@ def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
     """Return the object that sends the program's values to the monitor."""
     if run.program.debugger is not None:
         return LadderNotes(run.program.debugger, written_to(ring.snapshots))
-    return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)
+    return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.send)

@@ -1,10 +1,10 @@
-"""Makes the preview of an edit: its difference, its mistakes by line, and what it would do.
+"""The preview of an edit: changed lines, mistakes by line, and effects.
 
-    diff       +  12  XIC(Go)OTX(Lamp);
+    rows       +  12  XIC(Go)OTX(Lamp);
     mistake       12  no instruction OTX
     groups     restart: Size; new: Count
 
-Pages show the preview; nothing changes until a page takes the edit over.
+Pages show the preview. The program changes only when a page accepts the edit.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ NEAR = 3
 """Number of unchanged lines shown before and after a change."""
 
 MOST_ROWS = 600
-"""Largest number of lines of a difference that a page receives."""
+"""Maximum number of lines of a difference that a page gets."""
 
 MOST_COMPARED = 4_000_000
-"""Changed parts are compared line by line up to this product of their numbers of lines."""
+"""Maximum product of the line counts of two changed parts that are compared line by line."""
 
 MOST_NAMES = 200
-"""Largest number of names in a group that a page receives."""
+"""Maximum number of names in a group that a page gets."""
 
 
 def mistake_of(error: Exception, program: Path) -> Json:
-    """Return a mistake for a page: its text, the program's file, and its line if known.
+    """Return a mistake for a page: text, the program's file, and the line or None.
 
     >>> from scanrack.io_images.site import Site, SiteError
     >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
@@ -51,8 +51,8 @@ def mistake_of(error: Exception, program: Path) -> Json:
 
 
 def mistakes_of(error: Exception, program: Path) -> list[Json]:
-    """Return each mistake of an edit as `mistake_of` does, but without its place in the text."""
-    for cause in reversed(list(_causes(error))):  # the rack file's error only names the unusable program
+    """Return all mistakes of an edit for a page, with texts that do not begin with the line."""
+    for cause in reversed(list(_causes(error))):  # the outermost error only names the program
         if isinstance(cause, EditRefusal):
             return _refusals(cause, program)
         if isinstance(cause, BuildError):
@@ -72,7 +72,7 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _refusals(error: EditRefusal, program: Path) -> list[Json]:
-    """Return why each sequence can't continue; `old` is the line of the running program where it waits."""
+    """Return why each sequence can't continue; `old` is the line of the running program at which it waits."""
     restart = list(error.sequences)
     if not error.refusals:
         return [{**_mistake(error.reason, error.site, program), "restart": restart}]
@@ -94,7 +94,7 @@ def _mistake(text: str, site: Site, program: Path) -> Json:
 
 
 def findings_of(job: LoadedRack) -> list[Json]:
-    """Return the findings of `scanrack check` in a program's own file: line, rule and sentence."""
+    """Return the findings of `scanrack check` in the program's file: line, rule and text."""
     return [
         {"line": finding.place.line, "rule": finding.rule, "text": f"{finding.text}; {finding.row.remedy}"}
         for finding in check_rack(job).findings
@@ -102,11 +102,11 @@ def findings_of(job: LoadedRack) -> list[Json]:
     ]
 
 
-def new_findings(found: Iterable[Json], known: Iterable[Json]) -> list[Json]:
+def new_findings(findings: Iterable[Json], earlier: Iterable[Json]) -> list[Json]:
     """Return the findings that an earlier version did not have, ignoring line numbers."""
-    remaining = [(finding["rule"], finding["text"]) for finding in known]
+    remaining = [(finding["rule"], finding["text"]) for finding in earlier]
     fresh = []
-    for finding in found:
+    for finding in findings:
         if (finding["rule"], finding["text"]) in remaining:
             remaining.remove((finding["rule"], finding["text"]))
         else:
@@ -126,17 +126,16 @@ def preview_of(
     """Return a preview for a page.
 
     Args:
-        program: file of the program.
+        program: the program's file.
         texts: the running text and the edited text.
-        edit: effects of the edit; None if it can't be taken over.
-        mistakes: the reasons for that, as from `mistakes_of`.
-        findings: findings of `check` that the running program does not have.
-        effects: what the edit can change in any run, by kind.
+        edit: effects of the edit; None if it can't be used.
+        mistakes: why the edit can't be used, from `mistakes_of`.
+        findings: findings of `scanrack check` that the running program does not have.
+        effects: possible effects of the edit in any run, by kind.
     """
     refusals, noted = list(mistakes), list(findings)
-    marked = {("new", finding["line"]) for finding in (*refusals, *noted)} | {
-        ("old", refusal.get("old")) for refusal in refusals
-    }
+    marked = {("new", finding["line"]) for finding in (*refusals, *noted)}
+    marked |= {("old", refusal.get("old")) for refusal in refusals}
     rows = rows_of(*texts, marked)
     sections = () if edit is None else (*edit.groups, *effects)
     groups = [(title, list(names)) for title, names in sections if names]
@@ -152,59 +151,62 @@ def preview_of(
     }
 
 
-def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = ()) -> list[Json]:
-    r"""Return the lines of a difference, and those near marked lines.
+def rows_of(old_text: str, new_text: str, marked: Iterable[tuple[str, int | None]] = ()) -> list[Json]:
+    r"""Return the changed and the marked lines of two texts, with the lines around them.
 
-    A row has `sign` (" ", "+", "-"), `old` and `new` line numbers, from 1, or None, and its `text`. A row
-    without a text stands for omitted lines. A marked line is `("new", 12)`, or `("old", 12)` for a line of
-    the first text.
+    A row has `sign` (" ", "+", "-"), line numbers `old` and `new`, from 1, or None, and `text`. A row without
+    a text replaces omitted lines. A marked line is `("old", 12)` for the old text, or `("new", 12)`.
 
     >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
     """
-    rows, lines = list(_rows(before.splitlines(), after.splitlines())), set(marked)
-    shown_places: set[int] = set()
-    for place, row in enumerate(rows):
+    rows, marked_lines = list(_rows(old_text.splitlines(), new_text.splitlines())), set(marked)
+    shown: set[int] = set()
+    for index, row in enumerate(rows):
         if row["sign"] != " ":
-            shown_places.update(range(place - NEAR, place + NEAR + 1))
-        if lines & {("old", row["old"]), ("new", row["new"])}:
-            shown_places.update(range(place - 1, place + 2))
+            shown.update(range(index - NEAR, index + NEAR + 1))
+        if marked_lines & {("old", row["old"]), ("new", row["new"])}:
+            shown.update(range(index - 1, index + 2))
     listed: list[Json] = []
-    for place, row in enumerate(rows):
-        if place in shown_places:
+    for index, row in enumerate(rows):
+        if index in shown:
             listed.append(row)
         elif listed and listed[-1]["text"] is not None:
             listed.append({"sign": " ", "old": None, "new": None, "text": None})
     return listed[:-1] if listed and listed[-1]["text"] is None else listed
 
 
-def _rows(before: list[str], after: list[str]) -> Iterator[Json]:
+def _rows(old: list[str], new: list[str]) -> Iterator[Json]:
     """Yield all lines of both texts in the order of a diff."""
-    for tag, first, last, start, end in _changes(before, after):
+    for tag, old_start, old_end, new_start, new_end in _changes(old, new):
         if tag == "equal":
-            for number in range(last - first):
-                yield _row(" ", first + number + 1, start + number + 1, before[first + number])
+            for offset in range(old_end - old_start):
+                yield _row(" ", old_start + offset + 1, new_start + offset + 1, old[old_start + offset])
             continue
-        for number in range(first, last):
-            yield _row("-", number + 1, None, before[number])
-        for number in range(start, end):
-            yield _row("+", None, number + 1, after[number])
+        for index in range(old_start, old_end):
+            yield _row("-", index + 1, None, old[index])
+        for index in range(new_start, new_end):
+            yield _row("+", None, index + 1, new[index])
 
 
 def _row(sign: str, old: int | None, new: int | None, text: str) -> Json:
     return {"sign": sign, "old": old, "new": new, "text": text}
 
 
-def _changes(before: list[str], after: list[str]) -> Iterator[tuple[str, int, int, int, int]]:
-    """Yield equal and changed parts; find the equal ends first, so that a small edit is cheap."""
-    most = min(len(before), len(after))
-    head = next((n for n in range(most) if before[n] != after[n]), most)
-    tail = next((n for n in range(most - head) if before[-1 - n] != after[-1 - n]), most - head)
-    old_middle, new_middle = before[head : len(before) - tail], after[head : len(after) - tail]
+def _changes(old: list[str], new: list[str]) -> Iterator[tuple[str, int, int, int, int]]:
+    """Yield equal and changed parts, as `SequenceMatcher.get_opcodes` does.
+
+    Equal lines at both ends are found first, so that a small edit takes little time.
+    """
+    most = min(len(old), len(new))
+    head = next((n for n in range(most) if old[n] != new[n]), most)
+    tail = next((n for n in range(most - head) if old[-1 - n] != new[-1 - n]), most - head)
+    old_middle, new_middle = old[head : len(old) - tail], new[head : len(new) - tail]
     yield "equal", 0, head, 0, head
     if len(old_middle) * len(new_middle) > MOST_COMPARED:
         yield "replace", head, head + len(old_middle), head, head + len(new_middle)
     else:
-        for tag, first, last, start, end in SequenceMatcher(None, old_middle, new_middle).get_opcodes():
-            yield tag, head + first, head + last, head + start, head + end
-    yield "equal", len(before) - tail, len(before), len(after) - tail, len(after)
+        for tag, *bounds in SequenceMatcher(None, old_middle, new_middle).get_opcodes():
+            old_start, old_end, new_start, new_end = (head + bound for bound in bounds)
+            yield tag, old_start, old_end, new_start, new_end
+    yield "equal", len(old) - tail, len(old), len(new) - tail, len(new)

@@ -1,4 +1,4 @@
-"""Breakpoints of a Python program or a list of steps: on a line that runs, or a value that changes.
+"""Breakpoints of a Python program or a list of steps: on a line that runs, or on a value that changes.
 
 The session pauses after the scan.
 """
@@ -18,35 +18,35 @@ from scanrack.runtime.loop.scan import ScanLogic
 from typing_extensions import override
 
 EXECUTES = ("true", "executes")
-"""Conditions of a breakpoint on a line; both mean that the line runs."""
+"""Conditions of a breakpoint on a line. Both are true when the line runs."""
 
 
 class PythonStops(Observer):
-    """The breakpoints of a program; satisfies `runtime.live.session.Stops`.
+    """The breakpoints of a program, as `runtime.live.session.Stops`.
 
     Args:
-        logic: returns the program, which an edit may replace.
-        file: file of the program; a copy with the same name may run.
+        logic: returns the running program, which an edit may replace.
+        file: the program's file. A copy with the same name may run.
 
     Attributes:
-        ran: the lines that ran in the latest scan, while any line has a breakpoint.
+        ran: the lines that ran in the latest scan; empty without a breakpoint on a line.
     """
 
     def __init__(self, logic: Callable[[], ScanLogic], file: Path) -> None:
         self._logic, self._file = logic, file
-        self._breaks: set[int] = set()
-        self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, previous value
+        self._line_breakpoints: set[int] = set()
+        self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: code that reads it, latest value
         self._running: set[int] = set()
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
-        self._watch.only()  # a branch begins without its session's observers
+        self._watch.only()  # remove the observers of the session from which this one branches
 
     @property
     def stops(self) -> tuple[str, ...]:
-        """Sentences about the breakpoints that were hit since this was last read."""
+        """Sentences about the breakpoints that the program has reached since the last call."""
         self.ran, self._running = tuple(sorted(self._running)), set()
-        lines = [f"{self._file.name} line {line} has run" for line in self.ran if line in self._breaks]
-        return (*lines, *self._changes())
+        reached = [line for line in self.ran if line in self._line_breakpoints]
+        return (*(f"{self._file.name} line {line} has run" for line in reached), *self._changes())
 
     def break_at(self, routine: str, rung: int, when: str = "executes") -> None:
         """Set a breakpoint at a line.
@@ -56,22 +56,22 @@ class PythonStops(Observer):
             rung: line number, from 1.
 
         Raises:
-            ValueError: it is another file, or the line has no statement in a function.
+            ValueError: it is another file, or no statement of a scan is on the line.
         """
         if routine.casefold() != self._file.name.casefold():
             raise ValueError(f"no file {routine}; the program is {self._file.name}")
         if when not in EXECUTES:
-            raise ValueError(f"a line of Python has no {when!r}; it executes")
+            raise ValueError(f"a breakpoint on a line can't have the condition {when!r}; must be 'executes'")
         program: object = unwrapped(self._logic())
         steps = program.steps if isinstance(program, Steps) else ()
         known_lines = [step.line for step in steps] or marked_lines(self._file.read_bytes())
         if rung not in known_lines:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
-        self._breaks.add(rung)
+        self._line_breakpoints.add(rung)
         self._watch.add(self)
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a value of the program; raise ValueError if it can't be read."""
+        """Set a breakpoint on a change of an expression; raise ValueError if it can't be read."""
         try:
             code = compile(tag, "<breakpoint>", "eval")
             self._values[tag] = code, self._read(code)
@@ -83,14 +83,14 @@ class PythonStops(Observer):
         if rung is None:
             self._values.pop(at, None)
             return
-        self._breaks.discard(rung)
-        if not self._breaks:
+        self._line_breakpoints.discard(rung)
+        if not self._line_breakpoints:
             self._watch.remove(self)
 
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
         self._values.clear()
-        self._breaks.clear()
+        self._line_breakpoints.clear()
         self._watch.remove(self)
 
     @override
@@ -99,14 +99,14 @@ class PythonStops(Observer):
             self._running.add(line)
 
     def _changes(self) -> Iterator[str]:
-        for name, (code, before) in self._values.items():
+        for name, (code, old_value) in self._values.items():
             try:
-                now = self._read(code)
-            except Exception as error:  # there is no value now: a user's property raises
-                now = f"not known: {error}"
-            if now != before:
-                self._values[name] = code, now
-                yield f"{name} was {before!r} and is {now!r}"
+                value = self._read(code)
+            except Exception as error:  # a user's property may raise anything
+                value = f"not known: {error}"
+            if value != old_value:
+                self._values[name] = code, value
+                yield f"{name} was {old_value!r} and is {value!r}"
 
     def _read(self, code: CodeType) -> Any:
         return eval(code, namespace_of(self._logic()))

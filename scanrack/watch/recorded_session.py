@@ -1,4 +1,4 @@
-"""`scanrack watch TRACE`: shows a recording in the same page as a running rack."""
+"""`scanrack watch TRACE`: a trace in the page of a running rack."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ Prepare = Callable[..., None]
 """Prepares branches: `Play.prepare_branch`."""
 
 UNTRUSTED = (
-    "The program is not shown: it is Python that came with the trace, and to show its values it has to run. "
-    "Read it with: scanrack show {0} --extract FOLDER. Then: scanrack watch {0} --trust"
+    "The program is not shown, since Python that came with a trace must run to show its values. "
+    "Read the program first: scanrack show {0} --extract FOLDER. Then use: scanrack watch {0} --trust"
 )
 
 
 class TracePlace(NamedTuple):
-    """The place `TRACE#scan=12345&rung=Main.6`."""
+    """A place in a trace, as in `TRACE#scan=12345&rung=Main.6`."""
 
     path: Path
     scan: int | None  # None = the last scan
-    rung: str  # "" = none
+    rung: str  # routine and number; "" = none
 
 
-def place_of(text: str) -> TracePlace:
+def parse_trace_place(text: str) -> TracePlace:
     """Parse a place in a trace; raise ValueError if the scan is not a number.
 
-    >>> place_of("run.mcap#scan=12&rung=Main.6")
+    >>> parse_trace_place("run.mcap#scan=12&rung=Main.6")
     TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
     """
     path, _, fragment = text.partition("#")
@@ -72,12 +72,12 @@ def place_of(text: str) -> TracePlace:
 
 
 def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> int:
-    """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
+    """Show a trace until Ctrl-C, or run a branch of it; return the exit status.
 
     Raises:
-        ValueError: the recording or the port can't be used.
+        ValueError: the trace or the port can't be used.
     """
-    from .server import Server  # imported late, since no other command needs websockets in its own process
+    from .server import Server  # imported late, since only this command needs websockets in its own process
 
     with ExitStack() as stack:
         trace = stack.enter_context(open_trace(place.path))
@@ -86,12 +86,14 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
         branches: list[Play] = []
 
-        def prepare(*words: Any, **more: Any) -> None:
-            from .play import Play  # imported late, since its imports take longer than the first page
+        def prepare(*arguments: Any, **options: Any) -> None:
+            from .play import Play  # imported late, since its imports would delay the first page
 
-            arguments = WatchArguments(rack=str(place.path), port=port, record=place.path)
-            branches[:] = [Play(WatchOptions(arguments, editable=False), listening, folder, stack, key)]
-            branches[0].prepare_branch(*words, **more)
+            watch_options = WatchOptions(
+                WatchArguments(rack=str(place.path), port=port, record=place.path), editable=False
+            )
+            branches[:] = [Play(watch_options, listening, folder, stack, key)]
+            branches[0].prepare_branch(*arguments, **options)
 
         recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(prepare)
@@ -107,7 +109,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         except KeyboardInterrupt:
             return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
         assert recording.job is not None
-        return branches[0].go_on(recording.job)
+        return branches[0].play_prepared(recording.job)
 
 
 def _fragment(place: TracePlace) -> str:
@@ -116,7 +118,7 @@ def _fragment(place: TracePlace) -> str:
 
 
 def open_beside(path: Path) -> OpenedBeside:
-    """Open a recording for comparison; Python that came with it does not run.
+    """Open a trace for comparison, without running Python that came with it.
 
     Raises:
         ValueError: the recording can't be used.
@@ -136,11 +138,11 @@ def open_to_read(
     report_notes: Callable[[Trace], None] | None = None,
     prepare: Prepare | None = None,
 ) -> TraceMonitor:
-    """Return the monitor of a recording, which stays open until the stack is closed.
+    """Return the monitor of a trace, which stays open until the stack is closed.
 
     Args:
         prepare: prepares branches; None = no branches.
-        report_notes: called with the recording when it is closed, even if it is refused.
+        report_notes: called with the trace when the stack is closed, even if the trace can't be used.
     """
     trace = stack.enter_context(open_trace(path))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -150,10 +152,10 @@ def open_to_read(
 
 
 class OpenedRecording:
-    """A recording, with the usable parts of its rack and programs.
+    """A trace, with its rack and its programs if they can be used.
 
     Args:
-        place: path of the recording, and the scan that pages show first.
+        place: path of the trace, and the scan that pages show first.
 
     Raises:
         ValueError: the trace does not name its rack, or its files can't be used.
@@ -171,19 +173,17 @@ class OpenedRecording:
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
+        self._load: Load | None = None
         job, editions = self.job, self._editions
-        self._again = (
-            None
-            if job is None or editions is None
-            else Load(
+        if job is not None and editions is not None:
+            self._load = Load(
                 job.program,
                 lambda: job_of(trace, folder / "files", trust=trust).logic,
                 lambda number: editions.again(number).logic,
             )
-        )
 
     def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
-        """Return the monitor of the recording; without `prepare`, it has no branches."""
+        """Return the monitor of the trace; without `prepare` it has no branches."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         facts = SessionFacts(
@@ -205,11 +205,11 @@ class OpenedRecording:
             self._place.scan,
             lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
-        monitor.job, monitor.again = self.job, self._again
+        monitor.job, monitor.again = self.job, self._load
         return monitor
 
     def _sources(self) -> list[Source]:
-        """Return its programs in scan order; unknown programs have no logic."""
+        """Return the programs in the order of their scans; without logic if they can't be used."""
         if self.job is None or self._editions is None:
             return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
         sources = [Source(0, self.job.logic, self.job.program)]
@@ -217,20 +217,20 @@ class OpenedRecording:
             if isinstance(edit.order, Edit):
                 job = self._editions.job(edit.order.number)
                 sources.append(Source(edit.scan, job.logic, job.program))
-        return sorted(sources, key=lambda each: each.first)
+        return sorted(sources, key=lambda source: source.first)
 
     def _branch(self, prepare: Prepare | None, scan: int, *, paused: bool) -> None:
-        """Prepare a session that repeats the recording up to a scan; raise ValueError if impossible."""
+        """Prepare a session that repeats the trace up to a scan; raise ValueError if that is impossible."""
         if prepare is None:
-            raise ValueError("branches begin in the page of the recording itself")
+            raise ValueError("a branch can begin only in the page of the trace itself")
         if self.job is None or self._editions is None:
             raise ValueError("the program may not run here: see --trust")
-        ends = extent(self._trace).scan.tolist()
-        if ends[0]:
-            raise ValueError(f"the recording begins with scan {ends[0]}: a branch repeats it from scan 0 on")
+        first_scan = extent(self._trace).scan.tolist()[0]
+        if first_scan:
+            raise ValueError(f"the trace begins with scan {first_scan}; a branch needs it from scan 0 on")
         lost = lost_edits(self._trace.events())
         if lost and lost[0] <= scan:
-            raise ValueError(f"the recording lacks the program that ran from scan {lost[0]} on")
+            raise ValueError(f"the trace lacks the program that ran from scan {lost[0]} on")
         if not is_session(self._trace):
             self._check_untouched(scan)
         try:
@@ -241,7 +241,7 @@ class OpenedRecording:
         prepare(scan, orders, editions, self._place.path, paused=paused)
 
     def _check_untouched(self, scan: int) -> None:
-        """Check that a recording is not from a bench that was operated, since it would lack the orders.
+        """Refuse a trace in which a script operated the rack, since such actions are not recorded.
 
         Raises:
             ValueError: a script set tags or pressed inputs.
@@ -253,5 +253,5 @@ class OpenedRecording:
         if touched.any() and not self._spec.force:
             first = int(touched.argmax())
             raise ValueError(
-                f"tags or images were set in scan {first} by a script, which the recording does not bring"
+                f"a script set tags or images in scan {first}, and the trace does not contain the script"
             )

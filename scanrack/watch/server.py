@@ -1,4 +1,4 @@
-"""The server of a monitor: it serves files and one socket per page. No other file imports `websockets`."""
+"""The server of a monitor: files, and a socket per page. No other module imports `websockets`."""
 
 from __future__ import annotations
 
@@ -21,40 +21,40 @@ from websockets.http11 import Request, Response
 from .gate import Gate
 from .monitors.monitor import Monitor
 from .monitors.page import Page
-from .monitors.questions import ask
+from .monitors.questions import handle_message
 
 HZ, IDLE_HZ = 30, 10
-"""Frames per second with and without pages."""
+"""Frames per second with pages, and without."""
 
 BUSY_S = 0.025
-"""Longest time that a monitor works between two frames, s."""
+"""Maximum time that a monitor works between two frames, s."""
 
 MESSAGE_MOST = 1 << 16
 OUTBOX_MOST = 200
-"""Largest number of waiting messages for a page; a page that does not read them gets no more answers."""
+"""Maximum number of waiting messages for a page. Requests of a page that does not read them are dropped."""
 
 PAGES_MOST = 8
 STRANGERS_MOST = 16
-"""Largest number of sockets that have not sent the key yet."""
+"""Maximum number of sockets that have not sent the key yet."""
 
 KEY_S = 5
-"""Time within which a socket must send the key, s."""
+"""Time limit of a socket to send the key, s."""
 
 WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
 """Status codes for closing a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
 
 
 class Server:
-    """Serves a monitor."""
+    """The server of a monitor."""
 
     def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection | None = None) -> None:
         self._monitor, self._gate, self._pipe = monitor, gate, pipe
         self._strangers = 0
 
     def run(self, listening: socket.socket) -> None:
-        """Serve until the scan process has ended, or a recording continues as a session."""
+        """Serve until the scan process ends, or a trace continues as a session."""
         quiet(*CLIENT_LOGS)
-        # Windows' default loop takes exclusive hold of a listening socket: the next monitor could not use it
+        # Windows' default loop keeps a listening socket to itself, so that the next monitor could not use it
         with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
             runner.run(self._run(listening))
 
@@ -100,16 +100,16 @@ class Server:
             return True
 
     def _request(self, _connection: ServerConnection, request: Request) -> Response | None:
-        """Answer a request for a file; let a request for the socket pass."""
+        """Answer a request for a file; return None for an allowed request to open a socket."""
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         host = hosts[0] if len(hosts) == 1 else None
-        answer = self._gate.answer(
+        answer = self._gate.respond(
             request.path,
             host,
             ",".join(origins) if origins else None,
             accepts=",".join(headers.get_all("Accept-Encoding")),
-            known=",".join(headers.get_all("If-None-Match")),
+            cached=",".join(headers.get_all("If-None-Match")),
         )
         if answer is None:
             return None
@@ -122,22 +122,22 @@ class Server:
             return
         self._strangers += 1
         try:
-            has_key = await self._gives_key(connection)
+            has_key = await self._sends_key(connection)
         finally:
             self._strangers -= 1
         if not has_key:
-            await connection.close(WRONG_KEY, "the link has no key, or another one: open the one printed")
+            await connection.close(WRONG_KEY, "the link has no key or a wrong one; open the printed link")
         elif len(self._monitor.pages) >= PAGES_MOST:
-            await connection.close(TOO_MANY, f"{PAGES_MOST} pages are open: close one")
+            await connection.close(TOO_MANY, f"{PAGES_MOST} pages are open; close one")
         else:
             await self._serve(connection)
 
-    async def _gives_key(self, connection: ServerConnection) -> bool:
+    async def _sends_key(self, connection: ServerConnection) -> bool:
         try:
             message = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
         except (ValueError, TimeoutError, ConnectionClosed):
             return False
-        return isinstance(message, dict) and self._gate.fits(message.get("key"))
+        return isinstance(message, dict) and self._gate.is_key(message.get("key"))
 
     async def _serve(self, connection: ServerConnection) -> None:
         page = Page()
@@ -157,7 +157,7 @@ class Server:
     def _take(self, page: Page, text: str | bytes) -> None:
         if len(page.outbox) >= OUTBOX_MOST:
             return
-        if not page.may_ask():
+        if not page.may_send():
             page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
             return
         try:
@@ -165,10 +165,10 @@ class Server:
         except ValueError as error:
             page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
             return
-        ask(self._monitor, page, message)
+        handle_message(self._monitor, page, message)
 
     async def _send(self, connection: ServerConnection, page: Page) -> None:
-        """Send messages that are due. A slow page delays only itself, and gets fewer frames."""
+        """Send messages and frames to a page. A slow page gets fewer frames, and does not delay others."""
         while True:
             await page.due.wait()
             page.due.clear()
@@ -176,16 +176,16 @@ class Server:
                 await connection.send(_json(page.outbox.popleft()))
             frame = self._frame(page)
             if frame is None:
-                await connection.close(FAILED, "this picture can't be made; the terminal says why")
+                await connection.close(FAILED, "this picture can't be made; see the error in the terminal")
                 return
             if frame:
                 await connection.send(_json({"frame": frame}))
 
     def _frame(self, page: Page) -> dict[str, Any] | None:
-        """Return the changes for a page; None after an internal error, which ends only this page."""
+        """Return the changes for a page; None after an internal error, which closes only this page."""
         try:
             return self._monitor.frame(page)
-        except Exception:  # an internal error: printed where the session was started
+        except Exception:  # printed in the terminal in which the command runs
             traceback.print_exc()
             return None
 

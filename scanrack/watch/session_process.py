@@ -1,4 +1,4 @@
-"""The process of a monitor beside a running rack."""
+"""The monitor process of a running rack."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .recorded_session import open_beside
 from .server import Server
 
 
-def main(orders: socket.socket, listening: socket.socket, memory: SharedMemory) -> None:
-    """Run a monitor until the scan process ends: the main function of its process.
+def main(actions: socket.socket, listening: socket.socket, memory: SharedMemory) -> None:
+    """Run a monitor until the scan process ends.
 
     Args:
-        orders: the connection to the scan process.
+        actions: connection to the scan process, over which actions are sent.
         memory: shared memory of the ring.
     """
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), signal.SIG_IGN)  # for the scan process, which ends this one
+            signal.signal(getattr(signal, name), signal.SIG_IGN)  # the scan process ends this one
     give_up_priority()
-    pipe = Connection(orders.detach())
+    pipe = Connection(actions.detach())
     setup: Setup = pickle.loads(pipe.recv_bytes())
     monitor = SessionMonitor(setup, Ring.opened(setup.shape, memory), pipe)
     monitor.opener = open_beside

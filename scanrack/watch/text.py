@@ -1,4 +1,4 @@
-"""`scanrack watch --text`: shows mode, words and events in the terminal, for machines without a browser."""
+"""`scanrack watch --text`: mode, words and events in the terminal, for machines without a browser."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from scanrack.traces.read.number_formats import NumberFormats
 
 HZ = 4
 EVENTS = 8
-"""Number of events that are shown, the latest last."""
+"""Number of events on the screen, the latest last."""
 
 
 class TextView:
-    """Shows a session in the terminal, as a listener that does not delay the scan loop."""
+    """A listener that shows a session in the terminal, without a delay of the scan loop."""
 
     def __init__(self, name: str, rack: Rack, session: Session, pacer: AdjustablePace) -> None:
         self._name, self._rack, self._session, self._pacer = name, rack, session, pacer
@@ -33,13 +33,13 @@ class TextView:
         self._live = Live(console=Console(stderr=True), get_renderable=self.shown, refresh_per_second=HZ)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Record an event."""
+        """Keep an event for the picture."""
         self._formats.note(scan, fields)
         text = str(fields.get("text") or f"{topic} {dict(fields)}")
         self._events.append(on_a_line(f"{scan:>9,}  {now_ns / 1e9:>9.3f} s  {text}"))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Record a scan."""
+        """Keep a scan for the picture."""
         self._scan, self._now_ns, self._flags = scan, now_ns, flags
 
     def close(self) -> None:
@@ -53,7 +53,7 @@ class TextView:
     def shown(self) -> RenderableType:
         """Return the current picture."""
         slots = [self._slot(slot) for slot in self._rack.slots.values()]
-        events = Text("\n".join(self._events) or "nothing has happened yet")
+        events = Text("\n".join(self._events) or "no events yet")
         return Group(self._head(), *slots, events)
 
     def _head(self) -> Text:

@@ -1,4 +1,4 @@
-"""Previews edits of a program's text in a page: what may be edited, and what an edit would do."""
+"""Edits of a program's text in a page: what a page may edit, and the preview of an edit."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ TYPED_SUFFIXES = (".rung", ".st", ".py")
 """Suffixes of programs that a page can edit."""
 
 Answer = Callable[[], Json]
-"""Makes an answer between two scans; raises ValueError if it is refused."""
+"""Called between two scans; returns the answer for a page, or raises ValueError to refuse."""
 
 
 class TypedText:
-    """Previews edits of the text of a program.
+    """Edits of the text of a program.
 
     Args:
         trust: whether Python that is typed in a page may run.
@@ -35,26 +35,26 @@ class TypedText:
 
     def source(self) -> Json:
         """Return the text of the file, and why a page may not edit it; raise OSError if it can't be read."""
-        text, program, why = self._programs.saved_text(), self._programs.file, ""
+        text, program, obstacle = self._programs.saved_text(), self._programs.file, ""
         if len(json.dumps(text, ensure_ascii=False).encode()) > DRAFT_MOST:
-            why = f"{program.name} is too long: a page edits up to {DRAFT_MOST:,} bytes"
+            obstacle = f"{program.name} is too long: a page can edit up to {DRAFT_MOST:,} bytes"
         elif self._programs.rungs is None and not self._trust:
-            why = "a page edits Python only with --trust, since it runs here"
+            obstacle = "a page can edit Python only with --trust, since it runs on this machine"
         elif program.suffix not in TYPED_SUFFIXES:
-            why = f"a page does not edit {program.suffix} files"
+            obstacle = f"a page can't edit {program.suffix} files"
         base = digest(text.encode())
-        return {"file": program.name, "text": "" if why else text, "base": base, "lacks": why}
+        return {"file": program.name, "text": "" if obstacle else text, "base": base, "lacks": obstacle}
 
     def check(self, draft: Draft) -> None:
-        """Raise ValueError if a page may not edit the program, or has not seen the text on disk."""
+        """Raise ValueError if a page may not edit the program, or its draft has another base."""
         source = self.source()
         if source["lacks"]:
             raise ValueError(source["lacks"])
         if source["base"] != draft.base:
-            raise ValueError(f"{source['file']} was changed by another program: reload it, then edit")
+            raise ValueError(f"{source['file']} was changed by another program; reload it, then edit")
 
     def preview(self, draft: Draft) -> Answer:
-        """Load an edited text from a copy of the running files; return a function that makes its preview."""
+        """Load an edited text with a copy of the running files; return a function that makes its preview."""
         data = draft.text.encode()
         load = lambda: self._programs.with_file(data)[1]  # noqa: E731
         return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
@@ -68,8 +68,8 @@ class TypedText:
         show_preview = partial(preview_of, program, (self._programs.running_text, text))
         try:
             job = self._programs.usable(load(), restart)
-            running, known_findings = self._programs.known()
-            findings = new_findings(findings_of(job), known_findings)
+            running, running_findings = self._programs.reloaded()
+            findings = new_findings(findings_of(job), running_findings)
             changes = effects_between(running, job) if effects else ()
         except (ValueError, OSError) as error:
             refusals = mistakes_of(error, program)
@@ -86,7 +86,7 @@ class TypedText:
 
 
 def effects_between(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
-    """Return what an edit of rungs can change; empty for other programs."""
+    """Return the possible effects of an edit of rungs; empty for other programs."""
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()
     return effects_of(running.logic, edited.logic)

@@ -36,7 +36,7 @@ class WatchArguments:
         str,
         typer.Argument(
             metavar="RACK|EXPORT|TRACE",
-            help="Rack file: TOML, or Python with rack(). Or an export, or a trace.",
+            help="Rack file (TOML, or Python with rack()), export, or trace.",
             show_default=False,
         ),
     ]
@@ -56,7 +56,7 @@ class WatchArguments:
         bool,
         typer.Option(
             "--spin",
-            help="Wait the last tenth of a period, 0.2 ms at most, without sleeping: fewer late scans.",
+            help="Wait up to 0.2 ms before each scan without sleep, for fewer late scans.",
         ),
     ] = False
     paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False
@@ -67,7 +67,7 @@ class WatchArguments:
     replace: ReplaceOption = False
     duration: Annotated[
         str | None,
-        typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
+        typer.Option("--for", metavar="TIME", help="Machine time to run. [default: until Ctrl-C]"),
     ] = None
     scans: ScansOption = None
     live: Annotated[
@@ -77,12 +77,12 @@ class WatchArguments:
     control: Annotated[
         bool,
         typer.Option(
-            "--allow-writes", help="With --live: let the page change the rack; read-only without it."
+            "--allow-writes", help="With --live: let the page change the rack. [default: read-only]"
         ),
     ] = False
     opened: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
     text: Annotated[
-        bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
+        bool, typer.Option("--text", help="Also show bits, values and events in the terminal.")
     ] = False
     forces: ForcesOption = False
     keep_values: KeepValuesOption = False
@@ -90,11 +90,11 @@ class WatchArguments:
     server: ServerOption = None
     ua_security: UaSecurityOption = None
     ua_users: UaUsersOption = None
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
-    ] = False
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python from a trace or typed in the page.")] = (
+        False
+    )
     preview: Annotated[
-        bool, typer.Option("--preview", help="Show a saved program in the page before it is accepted.")
+        bool, typer.Option("--preview", help="Preview a saved program in the page before it runs.")
     ] = False
 
 
@@ -104,13 +104,13 @@ class WatchOptions:
 
     arguments: WatchArguments
     speed: float | None = 1.0  # multiple of real time; None = as fast as possible
-    read_only: bool = False  # whether to refuse orders and edits of the program
+    read_only: bool = False  # whether to refuse actions and edits of the program
     scans: int | None = None  # number of scans; None = until Ctrl-C
-    editable: bool = True  # whether the program's files are on disk and saved changes are used
-    keep: int | None = None  # number of earlier recordings to keep; None = as in the rack file
+    editable: bool = True  # whether the program's files are on disk, and saved changes run
+    keep: int | None = None  # number of earlier traces to keep; None = as in the rack file
     forces: tuple[Force, ...] = ()  # forces of tags and images from the first scan
     servers: tuple[ServerAddress, ...] = ()  # servers through which clients read and write tags
-    door: Callable[[Session, JobRun], object] | None = None  # called with each session, by a debug adapter
-    saved: Callable[[str], None] | None = None  # called with a saved program file's name, which then waits
-    remembered: int = 0  # number of snapshots from which a debug adapter reruns scans, see `Debugger`
+    door: Callable[[Session, JobRun], object] | None = None  # called with each session, for a debug adapter
+    saved: Callable[[str], None] | None = None  # called with the name of a saved program, which does not run
+    remembered: int = 0  # number of snapshots for a debug adapter to rerun scans, see `Debugger`
     page: bool = True  # whether there is a page

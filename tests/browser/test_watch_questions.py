@@ -33,7 +33,7 @@ def test_find_opens_the_rung(page, paused):
 def test_an_incident_is_raised_and_told(page, feeder):
     page.open(feeder.link)
     page.press("Incidents")
-    page.press("Raise Link to the module lost")
+    page.press("Raise Module link lost")
     until(lambda: not page.run("return document.querySelector('dialog[open]')"))
     until(lambda: "link" in text(page, ".events").lower())
 

@@ -54,7 +54,7 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     **{
         f"export {each.option}": (
             f"export good.mcap {each.option} {{}}",
-            (".html",) if each.chooses else TRACE,
+            (".html",) if each.selects_signals else TRACE,
         )
         for each in FORMATS
     },

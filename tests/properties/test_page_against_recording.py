@@ -28,7 +28,7 @@ from scanrack.jobs.record.order_repeater import orders_of
 from scanrack.traces import open_trace
 from scanrack.watch.monitors.monitor import Monitor, SessionFacts
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, Setup
 from scanrack.watch.monitors.stretched import SessionProgram
 from scanrack.watch.recorded_session import OpenedRecording, TracePlace
@@ -205,7 +205,7 @@ class Watching:
         told = {"trace": str(trace), "record": None, "programs": self.programs()}
         ring = self.session.ring
         self.session = LiveSession(orders(self.dice, SCANS), trace, self.rack, ring=ring)
-        self.session.tap.tell({"branch": {**told, "rows": ring.written, "snapshots": ring.snapshots.end}})
+        self.session.tap.send({"branch": {**told, "rows": ring.written, "snapshots": ring.snapshots.end}})
         self.tick()
         assert self.ask(self.page, "lanes", tags=list(TAGS))["unknown"] == []
         self.answers, self.pieces = [], []

@@ -139,7 +139,7 @@ class TwoPages(RuleBasedStateMachine):
     def ask(self, page: Page, order: Online, *, refuses: bool = False) -> Mapping[str, Any]:
         answers: list[Mapping[str, Any]] = []
         self.refuses = refuses
-        self.editor.ask(order, answers.append)
+        self.editor.request(order, answers.append)
         self.editor._attend()
         self.scans()
         self.refuses = False
@@ -244,7 +244,7 @@ class TwoPages(RuleBasedStateMachine):
             assert online.stage == ""
             return
         edited, before = (
-            rungs_of(each.files["line.rung"]) for each in (online.edit.edited, online.edit.before)
+            rungs_of(each.files["line.rung"]) for each in (online.edit.edited, online.edit.original)
         )
         assert self.runs == (before if online.stage == "accepted" else edited)
         assert edited != before

@@ -12,7 +12,7 @@ from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.traces import Trace, open_trace
 from scanrack.traces.read import reader
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
 from scanrack.watch.recorded_session import OpenedRecording, TracePlace
 

@@ -18,7 +18,7 @@ def run_while(run: JobRun, desk: TagDesk, client: threading.Thread) -> None:
     client.start()
     with run.cpu:
         while client.is_alive():
-            if desk.waits:
+            if desk.has_request:
                 run.cpu.run(1)
             else:
                 client.join(0.0005)

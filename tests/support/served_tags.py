@@ -18,7 +18,7 @@ from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.mailbox import Mailbox
 from scanrack.runtime.live.tag_desk import NoTags, TagDesk
-from scanrack.runtime.live.tag_server import Answers, TagServer
+from scanrack.runtime.live.tag_server import ExchangeResults, TagServer
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.exchange import ANSWER, Packet, request_of, results_in
 from scanrack.runtime.tag_servers.router import Router
@@ -152,14 +152,14 @@ class ServedRack:
             self.desk.listing, 1, job.spec.server.writable, "bench", product, b"\x7f\0\0\1", 44818
         )
 
-    def exchange(self, packets: list[Packet]) -> Answers:
+    def exchange(self, packets: list[Packet]) -> ExchangeResults:
         """Run a scan, behind which the packets are answered."""
-        self._mailbox.ask(request_of(self.desk.version, packets))
+        self._mailbox.post_request(request_of(self.desk.version, packets))
         self.run.cpu.run(1)
         self._waker.recv(16)
         data = self._mailbox.reply()
         version, now_ns = ANSWER.unpack_from(data)
-        return now_ns, version, results_in(data, packets)
+        return ExchangeResults(now_ns, version, results_in(data, packets))
 
 
 class Client:

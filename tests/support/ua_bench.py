@@ -82,7 +82,7 @@ def served(
 
         def scan() -> None:
             while not ending.wait(0.0005):
-                if desk.waits:
+                if desk.has_request:
                     run.cpu.run(1)
 
         with run.cpu:

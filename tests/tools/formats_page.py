@@ -16,7 +16,7 @@ def written(page: str) -> str:
     page, commands = re.subn(
         r"(^    scanrack export TRACE )(\[--\w+ OUT\] )+", rf"\1{options} ", page, flags=re.MULTILINE
     )
-    rows = "".join(f"| `{each.option}` | {each.holds} | {each.reader} |\n" for each in formats.FORMATS)
+    rows = "".join(f"| `{each.option}` | {each.contents} | {each.reader} |\n" for each in formats.FORMATS)
     head = r"(^\| \| holds \| for \|\n\|[-|]+\n)(?:\|.*\n)*"
     page, tables = re.subn(head, lambda found: found[1] + rows, page, flags=re.MULTILINE)
     assert (commands, tables) == (1, 1), "docs/query.md has no line or no table of formats"

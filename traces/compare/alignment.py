@@ -28,53 +28,54 @@ class TimeMap:
     [100, 150, 200, 210]
     """
 
-    first: tuple[int, ...] = (0,)  # times in the first trace, ns, ascending
-    second: tuple[int, ...] = (0,)  # the same instants in the second trace; the same number of them
+    first: tuple[int, ...] = (0,)  # times of events in the first trace, ns, ascending
+    second: tuple[int, ...] = (0,)  # times of the same events in the second trace, ns
 
     def __call__(self, times: Times) -> Times:
         """Return times of the second trace as times of the first, ns."""
         first_times, second_times = np.array(self.first), np.array(self.second)
-        # the shift is constant beyond the ends
+        # `interp` keeps the shift constant before the first event and after the last event
         shift_ns = np.interp(times, second_times, first_times - second_times)
-        mapped: Times = times + np.rint(shift_ns).astype(np.int64)
-        return mapped
+        converted: Times = times + np.rint(shift_ns).astype(np.int64)
+        return converted
 
 
 SAME_CLOCK = TimeMap()
 """Both traces have the same clock."""
 
 
-def align(one: Trace, other: Trace, at: str) -> TimeMap:
+def align(a: Trace, b: Trace, event: str) -> TimeMap:
     """Return the clock that makes an event simultaneous in both traces.
 
     Args:
-        at: "start" for their first scans, or the name of a bit for the first scan in which it rises.
+        event: "start" for the first scan, or the name of a bit for the first scan in which the bit rises.
 
     Raises:
-        ValueError: no such bit, or it never rises in one of them.
+        ValueError: a trace has no such bit, or the bit never rises in it.
     """
-    return TimeMap(_times_of(one, at)[:1], _times_of(other, at)[:1])
+    return TimeMap(_times_of(a, event)[:1], _times_of(b, event)[:1])
 
 
-def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
-    """Return the clock that makes a bit rise at the same times in both traces, as often as it does in both.
+def realign(a: Trace, b: Trace, bit: str) -> TimeMap:
+    """Return the clock that makes each rise of a bit simultaneous in both traces.
 
-    Small delays, as on a real machine, do not add up.
+    Small delays, as on a real machine, therefore do not accumulate. If one trace has more rises, its last
+    ones are ignored.
 
     Raises:
-        ValueError: no such bit, or it never rises in one of them.
+        ValueError: a trace has no such bit, or the bit never rises in it.
     """
-    first_times, second_times = _times_of(one, signal), _times_of(other, signal)
-    return TimeMap(first_times[: len(second_times)], second_times[: len(first_times)])
+    times_a, times_b = _times_of(a, bit), _times_of(b, bit)
+    return TimeMap(times_a[: len(times_b)], times_b[: len(times_a)])
 
 
-def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
-    """Return the times of an event, at least one."""
-    if at == START:
+def _times_of(trace: Trace, event: str) -> tuple[int, ...]:
+    """Return the times of an event, ns; at least one."""
+    if event == START:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
-    signal = Catalog.of(trace)[at]
+    signal = Catalog.of(trace)[event]
     if signal.kind is not SignalKind.BIT:
-        raise ValueError(f"{at} is not a bit: traces are aligned at 'start' or where a bit rises")
+        raise ValueError(f"{event} is not a bit: align traces at 'start' or at a bit that rises")
     was_on, times = True, list[int]()
     for block in blocks(trace):
         levels = signal.read(block)
@@ -82,5 +83,5 @@ def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
         times += block.time_ns[risen_rows].tolist()
         was_on = bool(levels[-1])
     if not times:
-        raise ValueError(f"{at} never rises in one of the traces, so they can't be aligned there")
+        raise ValueError(f"{event} never rises in one of the traces: align them at another bit or at 'start'")
     return tuple(times)

@@ -1,10 +1,10 @@
 """Finds the fields that differ in a block of two traces.
 
-Each trace must show the other's values within the tolerance: a word, or the level of a bit, at some time
-within it; a count may be between counts that are shown. An edge may therefore be early or late by the
-tolerance, and a moving position may be off by its motion in that time plus the tolerance in counts.
+Each trace must have the other's values in a window, the scans within the tolerance in time. A word, or the
+level of a bit, must occur in the window. A count must be between the least and the greatest count in the
+window, plus or minus the tolerance in counts. An edge may therefore be early or late by that time.
 
-Paired by number, a window is one scan and every bit of it counts: the tolerance is zero.
+If scans are paired by number, the window is a single scan and every bit counts.
 """
 
 from __future__ import annotations
@@ -27,70 +27,64 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     Args:
         counts: allowed difference between a count and its window; None = every bit counts.
     """
-    own_side, other_side = block.one, block.other
     differences = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
         image_fields = list(group)  # all fields of one image
-        images = own_side.images(image_fields[0]), other_side.images(image_fields[0])
-        ahead = _otherwise(images[0], images[1], block.there)
-        behind = _otherwise(images[1], images[0], block.back)
-        for field in image_fields if len(ahead.own) or len(behind.own) else ():
-            there_difference, back_difference = (
-                _missing(field, ahead, counts),
-                _missing(field, behind, counts),
-            )
-            if len(there_difference.a) or len(back_difference.a):
-                differences.append(_merged(there_difference, back_difference))
+        images_a, images_b = block.side_a.images(image_fields[0]), block.side_b.images(image_fields[0])
+        unequal_a = _unequal_images(images_a, images_b, block.windows_a)
+        unequal_b = _unequal_images(images_b, images_a, block.windows_b)
+        if not (len(unequal_a.own) or len(unequal_b.own)):
+            continue
+        for field in image_fields:
+            missing_in_b = _missing(field, unequal_a, counts)
+            missing_in_a = _missing(field, unequal_b, counts)
+            if len(missing_in_b.rows_a) or len(missing_in_a.rows_a):
+                differences.append(_merged(missing_in_b, missing_in_a))
     return differences
 
 
-class _Question(NamedTuple):
+class _UnequalImages(NamedTuple):
     """Scans of one trace whose image differs from the image in force in the other trace."""
 
     windows: Windows  # the scans, and their windows
     own: Array  # the images of the scans
-    held: Array  # the images in force in the other trace
-    others: Array  # all images of the other trace that the windows reach
+    in_force: Array  # the images in force in the other trace
+    others: Array  # all images of the other trace in memory, to which the windows' rows refer
 
 
-def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
-    """Return the scans whose images differ, so that the other trace may lack their values."""
-    values, held_values = own[windows.rows], other[windows.held]
-    is_unequal = values != held_values
-    unequal_places = np.flatnonzero(is_unequal if is_unequal.ndim == 1 else is_unequal.any(axis=1))
-    return _Question(windows.at(unequal_places), values[unequal_places], held_values[unequal_places], other)
+def _unequal_images(own: Array, other: Array, windows: Windows) -> _UnequalImages:
+    """Return the scans whose image differs from the image in force in the other trace."""
+    own_images, images_in_force = own[windows.rows], other[windows.in_force]
+    is_unequal = own_images != images_in_force
+    unequal = np.flatnonzero(is_unequal if is_unequal.ndim == 1 else is_unequal.any(axis=1))
+    return _UnequalImages(windows.at(unequal), own_images[unequal], images_in_force[unequal], other)
 
 
-def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
-    """Return the scans whose value the other trace lacks within the tolerance."""
-    searched_keys, held_keys = field.key(question.own), field.key(question.held)
-    rows = np.flatnonzero(searched_keys != held_keys)
-    searched_keys, windows = searched_keys[rows], question.windows.at(rows)
-    span = windows.first, windows.end
-    # only the scan in force is within the tolerance
+def _missing(field: Field, images: _UnequalImages, counts: int | None) -> FieldDifference:
+    """Return the scans whose value the other trace lacks within the tolerance; `rows_a` has their rows."""
+    keys, keys_in_force = field.key(images.own), field.key(images.in_force)
+    unequal = np.flatnonzero(keys != keys_in_force)
+    keys, keys_in_force, windows = keys[unequal], keys_in_force[unequal], images.windows.at(unequal)
+    window = windows.first, windows.end
+    # each window is the scan in force, whose value is unequal
     is_single = bool((windows.end - windows.first == 1).all())
     bits = None
     if field.kind is FieldKind.BITS:
-        bits = (
-            searched_keys ^ held_keys[rows]
-            if is_single
-            else _missing_bits(searched_keys, field.key(question.others), *span)
-        )
+        differing_bits = keys ^ keys_in_force
+        bits = differing_bits if is_single else _missing_bits(keys, field.key(images.others), *window)
         is_missing = bits != 0
         bits = bits[is_missing]
-    elif field.kind is FieldKind.COUNT and counts is not None and len(rows):
-        is_missing = _beyond(field.values(question.own[rows]), field.values(question.others), *span, counts)
+    elif field.kind is FieldKind.COUNT and counts is not None and len(unequal):
+        is_missing = _beyond(field.values(images.own[unequal]), field.values(images.others), *window, counts)
+    elif is_single:
+        is_missing = np.ones(len(unequal), bool)
     else:
-        is_missing = (
-            np.ones(len(rows), bool)
-            if is_single
-            else ~occurs(searched_keys, field.key(question.others), *span)
-        )
-    return FieldDifference(field, windows.rows[is_missing], windows.held[is_missing], bits)
+        is_missing = ~occurs(keys, field.key(images.others), *window)
+    return FieldDifference(field, windows.rows[is_missing], windows.in_force[is_missing], bits)
 
 
 def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return the bits that differ throughout the window."""
+    """Return the bits whose level does not occur in the window."""
     never_set = ~over_windows(values, first, end, np.bitwise_or)
     always_set = over_windows(values, first, end, np.bitwise_and)
     missing_bits: Array = (searched & never_set) | (~searched & always_set)
@@ -98,24 +92,30 @@ def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Arr
 
 
 def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
-    """Return a mask of the counts outside the range of their window; missing counts are inside."""
+    """Return whether each count is outside the range of its window; False for a missing count."""
     lowest = over_windows(values, first, end, np.fmin)
     highest = over_windows(values, first, end, np.fmax)
     is_beyond: Array = (searched < lowest - counts) | (searched > highest + counts)
     return is_beyond
 
 
-def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
-    """Merge the findings of both directions, by rows of the first trace; each row occurs once."""
-    if not len(back.a):
-        return there
-    rows_a, rows_b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
-    rows, first_places = np.unique(rows_a, return_index=True)
-    if there.bits is None or back.bits is None:
-        return FieldDifference(there.field, rows, rows_b[first_places])
-    bits = np.zeros(len(rows), np.uint16)
-    np.bitwise_or.at(bits, np.searchsorted(rows, rows_a), np.concatenate((there.bits, back.bits)))
-    return FieldDifference(there.field, rows, rows_b[first_places], bits)
+def _merged(missing_in_b: FieldDifference, missing_in_a: FieldDifference) -> FieldDifference:
+    """Merge the differences of both directions; each row of the first trace occurs once.
+
+    Args:
+        missing_in_a: its `rows_a` are rows of the second trace, because the traces change places.
+    """
+    if not len(missing_in_a.rows_a):
+        return missing_in_b
+    rows_a = np.concatenate((missing_in_b.rows_a, missing_in_a.rows_b))
+    rows_b = np.concatenate((missing_in_b.rows_b, missing_in_a.rows_a))
+    unique_rows_a, first_indexes = np.unique(rows_a, return_index=True)
+    bits = None
+    if missing_in_b.bits is not None and missing_in_a.bits is not None:
+        bits = np.zeros(len(unique_rows_a), np.uint16)
+        all_bits = np.concatenate((missing_in_b.bits, missing_in_a.bits))
+        np.bitwise_or.at(bits, np.searchsorted(unique_rows_a, rows_a), all_bits)
+    return FieldDifference(missing_in_b.field, unique_rows_a, rows_b[first_indexes], bits)
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
@@ -130,8 +130,8 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
 
     Args:
         first: first row of each window.
-        end: the row after its last; more than `first`.
-        join: combines two values; two equal values must give the same value.
+        end: end row of each window, greater than `first`.
+        join: combines two values; for two equal values it must return this value, because windows overlap.
     """
     result = values[first]
     width = end - first
@@ -145,18 +145,20 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
 
 
 def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return for each window of some values whether it contains the searched value.
+    """Return for each window of rows whether it contains the searched value.
+
+    Every row gets a key that orders the rows by value and then by row. The rows of one value in a window are
+    then a range of keys.
 
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]
     """
-    sorted_order = np.argsort(values, kind="stable")  # by value, then by row
-    ranked = values[sorted_order]
-    start, stop = (np.searchsorted(ranked, searched, side) for side in ("left", "right"))
-    rows = len(values) + 1
-    group = np.searchsorted(np.unique(values), values[sorted_order])
-    keys = group * rows + sorted_order  # ascending, as both summands are
-    is_known = stop > start
-    question = group[np.minimum(start, len(values) - 1)] * rows
-    is_found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)
-    return is_known & is_found
+    sorted_rows = np.argsort(values, kind="stable")  # by value, then by row
+    distinct_values = np.unique(values)
+    keys_per_value = len(values) + 1
+    keys = np.searchsorted(distinct_values, values[sorted_rows]) * keys_per_value + sorted_rows
+    ranks = np.minimum(np.searchsorted(distinct_values, searched), len(distinct_values) - 1)
+    first_keys = ranks * keys_per_value
+    is_in_window = np.searchsorted(keys, first_keys + end) > np.searchsorted(keys, first_keys + first)
+    is_found: Array = (distinct_values[ranks] == searched) & is_in_window
+    return is_found

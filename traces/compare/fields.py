@@ -1,8 +1,8 @@
 """The compared fields of a scan: bits, decoded values and words, and their tolerances.
 
-An image of a stepper has another meaning in configuration mode, where its words mirror the
-configuration. A bit or value of command mode is therefore 0 or missing there, and a
-configuration's word is 0 in command mode: every word counts once in either mode.
+In configuration mode, the words of a stepper's image mirror the configuration. A bit or value
+of command mode is therefore 0 or missing in configuration mode. A word of the configuration is
+0 in command mode. Every word is therefore compared once in either mode.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How much two traces that count as the same may differ.
+    """The allowed differences between two traces.
 
     Raises:
-        ValueError: one of them is negative.
+        ValueError: a tolerance is negative.
     """
 
-    time_ns: int = 0  # time by which an edge, a word or a position may be early or late, ns
+    time_ns: int = 0  # time by which an edge, word or position may be early or late, ns
     counts: int = 0  # allowed difference of position, encoder count and captured value of a 3601
 
     def __post_init__(self) -> None:
         for name, value in (("time_ns", self.time_ns), ("counts", self.counts)):
             if value < 0:
-                raise ValueError(f"a tolerance of {name} = {value} is not allowed: 0 or more")
+                raise ValueError(f"tolerance {name}: {value} is negative; a tolerance is 0 or more")
 
     @property
     def exact(self) -> bool:
-        """Whether no difference is allowed."""
+        """Whether both tolerances are 0."""
         return not (self.time_ns or self.counts)
 
 
@@ -59,7 +59,7 @@ class FieldKind(Enum):
     """A word of sixteen bits, each compared separately."""
 
     COUNT = "count"
-    """A number that the module counts: it has intermediate values, and a tolerance in counts applies."""
+    """A number that the module counts, such as a position; a tolerance in counts applies to it."""
 
     VALUE = "value"
     """A number made of two words."""
@@ -76,10 +76,10 @@ class Field:
     slot: int | None  # number of the slot; None for the CPU's flags and for tags
     direction: str  # "in", "out", "cpu" or "tags"
     name: str  # its name in the image
-    kind: FieldKind  # its kind
+    kind: FieldKind
     word: int  # index of its first word in the image
-    words: int  # how many words it has
-    key: Callable[[Array], Array]  # returns from images the number in each scan that must be equal
+    words: int  # number of its words
+    key: Callable[[Array], Array]  # returns a number for each image; equal numbers = equal fields
     value: Callable[[Array], Array] | None = None  # of kinds COUNT and VALUE: decodes images; NaN = no value
     bits: tuple[str, ...] = ()  # names of the sixteen bits, lowest first; of kind BITS only
     text: Callable[[Array], str] = str  # of kind TAG: returns the value in a row of tags as text
@@ -95,13 +95,13 @@ class Field:
         return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
-        """Return its values in some scans as float64, NaN where it has none; a word is its own value."""
+        """Return its value in each image: decoded as float64, NaN = no value; else its key as int64."""
         if self.value is not None:
             return self.value(images)
         return self.key(images).astype(np.int64)
 
     def words_in(self, image: Array) -> tuple[int, ...]:
-        """Return its words in the first of some scans."""
+        """Return its words in the first of some images."""
         if self.slot is None:
             return (int(image[0]),)
         return tuple(int(word) for word in image[0, self.word : self.word + self.words])
@@ -122,24 +122,25 @@ FLAGS = Field(
     lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
     bits=FLAG_BITS,
 )
-"""The CPU's flags, without late scans, which depend on the computer."""
+"""The CPU's flags without the flag of a late scan, which depends on the computer."""
 
 TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
 """The time of a scan; compared where scans are paired by number."""
 
 
 LAST = 1 << 63
-"""A scan number after all others."""
+"""A number greater than every scan number."""
 
 
 def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) -> list[Field]:
     """Return the fields of a trace in the order of a report: inputs before outputs, as the logic uses them.
 
     Args:
-        formats: number formats of modules whose configuration selects them; the last format decodes.
+        formats: number formats of modules whose configuration selects them; the last format of the trace
+            decodes all scans.
     """
-    known_formats = NumberFormats() if formats is None else formats
-    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, known_formats))]
+    slot_formats = NumberFormats() if formats is None else formats
+    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, slot_formats))]
 
 
 def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
@@ -147,46 +148,42 @@ def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
         for direction in ("in", "out"):
             yield from _moded_fields(slot, direction, formats)
         return
-    for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
-        for word, name in enumerate(words):
-            if any(slot.words.bits(image, word)):
-                bits = _bit_names(slot, direction, word, name)
-                yield Field(
-                    slot.number, direction, name, FieldKind.BITS, word, 1, partial(_bits, word), bits=bits
-                )
-            else:
-                yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, partial(_word, word))
+    for direction in ("in", "out"):
+        for word, name in enumerate(slot.words.named(direction)):
+            bits = _bit_names(slot, direction, word, name)
+            kind, key = (FieldKind.BITS, _bits) if bits else (FieldKind.WORD, _word)
+            yield Field(slot.number, direction, name, kind, word, 1, partial(key, word), bits=bits)
 
 
 def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
     """Yield the fields of an image of a module with two modes; fields of configuration mode come last."""
     number, words, names = slot.number, slot.words, slot.words.named(direction)
     pairs = {quantity.word: quantity for quantity in words.quantities_in(direction) if quantity.words > 1}
-    seconds = {word + 1 for word in pairs}
-    mode = words.modes.word(direction) if words.modes else 0
+    second_words = {word + 1 for word in pairs}
+    mode_word = words.modes.word(direction) if words.modes else 0
     for word, name in enumerate(names):
+        bits = _bit_names(slot, direction, word, name)
         if word in pairs:
             kind = FieldKind.COUNT if direction == "in" else FieldKind.VALUE
-            value = partial(_value, mode, word, formats.at(number, pairs[word], LAST))
-            yield Field(number, direction, pairs[word].name, kind, word, 2, partial(_pair, mode, word), value)
-        elif any(words.bits("I" if direction == "in" else "O", word)):
-            bits, live_bits = _bit_names(slot, direction, word, name), words.live(direction, word)
-            key = partial(_masked, mode, word, live_bits)
+            value = partial(_value, mode_word, word, formats.at(number, pairs[word], LAST))
+            key = partial(_pair, mode_word, word)
+            yield Field(number, direction, pairs[word].name, kind, word, 2, key, value)
+        elif bits:
+            key = partial(_live_bits, mode_word, word, words.live(direction, word))
             yield Field(number, direction, name, FieldKind.BITS, word, 1, key, bits=bits)
-        elif word not in seconds:
-            yield Field(
-                number, direction, name, FieldKind.WORD, word, 1, partial(_where_commanded, mode, word)
-            )
+        elif word not in second_words:
+            key = partial(_command_word, mode_word, word)
+            yield Field(number, direction, name, FieldKind.WORD, word, 1, key)
     for word in range(len(names)):
-        key = partial(_where_configured, mode, word)
+        key = partial(_configuration_word, mode_word, word)
         yield Field(number, direction, f"configuration.word{word}", FieldKind.WORD, word, 1, key)
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
-    names_by_bit = {
-        bit: bit_name for bit_name, bit in slot.words.bits("I" if direction == "in" else "O", word)
-    }
-    return tuple(names_by_bit.get(bit, f"{name}.{bit}") for bit in range(16))
+    """Return the names of a word's sixteen bits; empty if no bit has its own name."""
+    image = "I" if direction == "in" else "O"
+    names_by_bit = {bit: bit_name for bit_name, bit in slot.words.bits(image, word)}
+    return tuple(names_by_bit.get(bit, f"{name}.{bit}") for bit in range(16)) if names_by_bit else ()
 
 
 def _word(word: int, images: Array) -> Array:
@@ -197,27 +194,28 @@ def _bits(word: int, images: Array) -> Array:
     return np.ascontiguousarray(images[:, word]).view(np.uint16)
 
 
-def _masked(mode: int, word: int, live: int, images: Array) -> Array:
+def _live_bits(mode_word: int, word: int, live_mask: int, images: Array) -> Array:
+    """Return a word; in configuration mode only the bits that mean the same in either mode."""
     bits = _bits(word, images)
-    return np.where(decode.in_command_mode(images, mode), bits, bits & np.uint16(live))
+    return np.where(decode.in_command_mode(images, mode_word), bits, bits & np.uint16(live_mask))
 
 
-def _pair(mode: int, word: int, images: Array) -> Array:
+def _pair(mode_word: int, word: int, images: Array) -> Array:
     """Return two words as one undecoded number, because two pairs may decode to the same value."""
     undecoded = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
-    return np.where(decode.in_command_mode(images, mode), undecoded, 0)
+    return np.where(decode.in_command_mode(images, mode_word), undecoded, 0)
 
 
-def _value(mode: int, word: int, format: NumberFormat, images: Array) -> Array:
-    """Return two words decoded; NaN in configuration mode."""
-    values = format.reported_all(images[:, word], images[:, word + 1])
-    values[~decode.in_command_mode(images, mode)] = np.nan
+def _value(mode_word: int, word: int, number_format: NumberFormat, images: Array) -> Array:
+    """Return the decoded value of two words; NaN in configuration mode."""
+    values = number_format.reported_all(images[:, word], images[:, word + 1])
+    values[~decode.in_command_mode(images, mode_word)] = np.nan
     return values
 
 
-def _where_commanded(mode: int, word: int, images: Array) -> Array:
-    return np.where(decode.in_command_mode(images, mode), images[:, word], 0)
+def _command_word(mode_word: int, word: int, images: Array) -> Array:
+    return np.where(decode.in_command_mode(images, mode_word), images[:, word], 0)
 
 
-def _where_configured(mode: int, word: int, images: Array) -> Array:
-    return np.where(decode.in_command_mode(images, mode), 0, images[:, word])
+def _configuration_word(mode_word: int, word: int, images: Array) -> Array:
+    return np.where(decode.in_command_mode(images, mode_word), 0, images[:, word])

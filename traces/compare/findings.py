@@ -1,4 +1,4 @@
-"""Collects findings of all blocks: the first scan that differs, the changes before it, and all extents."""
+"""Collects the differences of all blocks: the first scan that differs, and the extent of each difference."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ LOOKED_AT = 4096
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How much of two traces differs in one bit, value or word."""
+    """The scans of the first trace in which one bit, value or word differs from the second trace."""
 
-    name: str  # its name, such as "slot1.in.COMMAND_ERROR"
+    name: str  # name of the bit, value or word, such as "slot1.in.COMMAND_ERROR"
     scans: int  # number of scans in which it differs
-    first: int  # scan number of the first of them, in the first trace
-    last: int  # scan number of the last
+    first: int  # number of the first scan in which it differs
+    last: int  # number of the last scan in which it differs
     most: int | None = None  # greatest difference of a number; None for a bit
 
 
@@ -45,12 +45,12 @@ class Detail:
         name: name of the word or value in its image.
         word: index of the (first) word in the image.
         words_a: the word or words in the first trace.
-        words_b: the same in the second.
-        a: value of the words in the first trace; None for bits, and where the words have no value.
-        b: the same in the second trace.
+        words_b: the word or words in the second trace.
+        a: value of the words in the first trace; None for bits, and for words without a value.
+        b: value of the words in the second trace.
         bits: differing bits: name, level in the first trace, level in the second.
         text_a: value of a tag in the first trace, as text.
-        text_b: the same in the second.
+        text_b: value of a tag in the second trace, as text.
     """
 
     slot: int | None
@@ -70,72 +70,66 @@ class Detail:
 class First:
     """The first scan that differs."""
 
-    scan: int  # its number in the first trace
-    time_ns: int  # its virtual time there
-    scan_b: int  # number of the scan in the second trace with which it is compared
-    time_b_ns: int  # its virtual time
-    details: tuple[Detail, ...]  # its differences, inputs before outputs
+    scan: int  # number of the scan in the first trace
+    time_ns: int  # virtual time of the scan in the first trace
+    scan_b: int  # number of the scan in the second trace that it is compared with
+    time_b_ns: int  # virtual time of the scan in the second trace
+    details: tuple[Detail, ...]  # the fields that differ, inputs before outputs
     before_a: tuple[Row, ...] = ()  # changes in the first trace in this and earlier scans
-    before_b: tuple[Row, ...] = ()  # the same in the second trace
+    before_b: tuple[Row, ...] = ()  # changes in the second trace in this and earlier scans
     rules_a: tuple[str, ...] = ()  # rules that fired in this scan of the first trace, as text
-    rules_b: tuple[str, ...] = ()  # rules that fired in the second trace
+    rules_b: tuple[str, ...] = ()  # rules that fired in this scan of the second trace, as text
 
 
 class FieldDifference(NamedTuple):
-    """The pairs of rows in which a field differs; for a word of bits, `bits` has the differing ones."""
+    """The pairs of rows in which a field differs."""
 
     field: Field
-    a: Rows
-    b: Rows
-    bits: Array | None = None
+    rows_a: Rows
+    rows_b: Rows
+    bits: Array | None = None  # of kind BITS: the differing bits of each pair, as a mask
 
-    def extents(self, one: Side, other: Side) -> Iterator[Extent]:
+    def extents(self, side_a: Side, side_b: Side) -> Iterator[Extent]:
         """Yield the extent of each bit that differs, or of the field."""
-        scan_numbers = one.columns.scan
+        scan_numbers = side_a.columns.scan
         if self.bits is None:
-            yield _extent(self.field.path, scan_numbers[self.a], self._most(one, other))
+            yield _extent(self.field.path, scan_numbers[self.rows_a], self._most(side_a, side_b))
             return
         for number, name in enumerate(self.field.bits):
-            rows = self.a[(self.bits >> number & 1).astype(bool)]
+            rows = self.rows_a[(self.bits >> number & 1).astype(bool)]
             if len(rows):
                 yield _extent(f"{self.field.stem}.{name}", scan_numbers[rows], None)
 
-    def _most(self, one: Side, other: Side) -> int | None:
-        if self.field.kind is FieldKind.TAG:
+    def _most(self, side_a: Side, side_b: Side) -> int | None:
+        field = self.field
+        if field.kind is FieldKind.TAG:
             return None
-        values = (self.field.values(side.images(self.field, rows)) for side, rows in self._rows(one, other))
-        differences = np.abs(np.subtract(*values))
+        values_a = field.values(side_a.images(field, self.rows_a))
+        values_b = field.values(side_b.images(field, self.rows_b))
+        differences = np.abs(values_a - values_b)
         return None if np.isnan(differences).all() else int(np.nanmax(differences))
 
-    def _rows(self, one: Side, other: Side) -> tuple[tuple[Side, Rows], tuple[Side, Rows]]:
-        return (one, self.a), (other, self.b)
-
-    def detail(self, one: Side, other: Side, row_a: int) -> Detail | None:
-        """Return the difference in one row of the first trace; None if there is none."""
-        places = np.flatnonzero(self.a == row_a)[:1]
-        if not len(places):
+    def detail(self, side_a: Side, side_b: Side, row_a: int) -> Detail | None:
+        """Return the difference in one row of the first trace; None if the field does not differ in it."""
+        first_pair = np.flatnonzero(self.rows_a == row_a)[:1]
+        if not len(first_pair):
             return None
         field = self.field
-        images_a, images_b = (side.images(field, rows[places]) for side, rows in self._rows(one, other))
-        place_in_image = field.slot, field.direction, field.name, field.word
+        images_a = side_a.images(field, self.rows_a[first_pair])
+        images_b = side_b.images(field, self.rows_b[first_pair])
+        names = field.slot, field.direction, field.name, field.word
         if field.kind is FieldKind.TAG:
-            return Detail(
-                *place_in_image, (), (), text_a=field.text(images_a[0]), text_b=field.text(images_b[0])
-            )
+            return Detail(*names, (), (), text_a=field.text(images_a[0]), text_b=field.text(images_b[0]))
         words = field.words_in(images_a), field.words_in(images_b)
-        if self.bits is not None:
-            levels = zip(
-                field.bits,
-                *(_levels(int(field.key(image)[0])) for image in (images_a, images_b)),
-                strict=True,
-            )
-            return Detail(*place_in_image, *words, bits=tuple(bit for bit in levels if bit[1] != bit[2]))
-        return Detail(
-            *place_in_image, *words, _whole(field.values(images_a)[0]), _whole(field.values(images_b)[0])
-        )
+        if self.bits is None:
+            values_a, values_b = field.values(images_a), field.values(images_b)
+            return Detail(*names, *words, _whole_number(values_a[0]), _whole_number(values_b[0]))
+        levels_a, levels_b = (_levels(int(field.key(images)[0])) for images in (images_a, images_b))
+        levels = zip(field.bits, levels_a, levels_b, strict=True)
+        return Detail(*names, *words, bits=tuple(bit for bit in levels if bit[1] != bit[2]))
 
 
-def _whole(value: float) -> int | None:
+def _whole_number(value: float) -> int | None:
     return None if np.isnan(value) else int(value)
 
 
@@ -143,12 +137,12 @@ def _levels(word: int) -> list[bool]:
     return [bool(word >> number & 1) for number in range(16)]
 
 
-def _extent(name: str, numbers: Array, most: int | None) -> Extent:
-    return Extent(name, len(numbers), int(numbers[0]), int(numbers[-1]), most)
+def _extent(name: str, scans: Array, most: int | None) -> Extent:
+    return Extent(name, len(scans), int(scans[0]), int(scans[-1]), most)
 
 
 class Findings:
-    """The differences in the blocks of two traces."""
+    """The differences in all blocks of two traces."""
 
     def __init__(self, slots: Sequence[SlotInfo]) -> None:
         self._slots = slots
@@ -156,55 +150,57 @@ class Findings:
         self.first: First | None = None  # the first scan that differs, or None
         self.differing = 0  # number of scans with a difference
 
-    def add(self, one: Side, other: Side, differences: Sequence[FieldDifference]) -> None:
+    def add(self, side_a: Side, side_b: Side, differences: Sequence[FieldDifference]) -> None:
         """Add the fields that differ in the next block, with rows in ascending order."""
         if not differences:
             return
         if self.first is None:
-            self.first = _first(differences, one, other, self._slots)
-        for extent in (extent for difference in differences for extent in difference.extents(one, other)):
-            previous = self._extents.get(extent.name)
-            self._extents[extent.name] = extent if previous is None else _joined(previous, extent)
-        self.differing += len(np.unique(np.concatenate([difference.a for difference in differences])))
+            self.first = _first(differences, side_a, side_b, self._slots)
+        for difference in differences:
+            for extent in difference.extents(side_a, side_b):
+                previous = self._extents.get(extent.name)
+                self._extents[extent.name] = extent if previous is None else _joined(previous, extent)
+        self.differing += len(np.unique(np.concatenate([difference.rows_a for difference in differences])))
 
     @property
     def extents(self) -> tuple[Extent, ...]:
-        """The extents of each bit, value and word, in the order of the first scan in which it differs."""
+        """The extent of each bit, value and word, in the order of the first scan in which it differs."""
         return tuple(sorted(self._extents.values(), key=lambda extent: extent.first))
 
 
-def _first(differences: Sequence[FieldDifference], a: Side, b: Side, slots: Sequence[SlotInfo]) -> First:
-    row, row_b = min((int(difference.a[0]), int(difference.b[0])) for difference in differences)
-    details = [difference.detail(a, b, row) for difference in differences]
+def _first(
+    differences: Sequence[FieldDifference], side_a: Side, side_b: Side, slots: Sequence[SlotInfo]
+) -> First:
+    row_a, row_b = min((int(difference.rows_a[0]), int(difference.rows_b[0])) for difference in differences)
+    details = [difference.detail(side_a, side_b, row_a) for difference in differences]
     return First(
-        int(a.columns.scan[row]),
-        int(a.columns.time_ns[row]),
-        int(b.columns.scan[row_b]),
-        int(b.columns.time_ns[row_b]),
+        int(side_a.columns.scan[row_a]),
+        int(side_a.columns.time_ns[row_a]),
+        int(side_b.columns.scan[row_b]),
+        int(side_b.columns.time_ns[row_b]),
         tuple(detail for detail in details if detail is not None),
-        changes_before(a, slots, row),
-        changes_before(b, slots, row_b),
+        changes_before(side_a, slots, row_a),
+        changes_before(side_b, slots, row_b),
     )
 
 
-def _joined(before: Extent, after: Extent) -> Extent:
-    most_counts = max(
-        (difference.most for difference in (before, after) if difference.most is not None), default=None
-    )
-    return replace(before, scans=before.scans + after.scans, last=after.last, most=most_counts)
+def _joined(earlier: Extent, later: Extent) -> Extent:
+    most = max((extent.most for extent in (earlier, later) if extent.most is not None), default=None)
+    return replace(earlier, scans=earlier.scans + later.scans, last=later.last, most=most)
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
-    """Return the changes in a row, and in the last scans before it that have any."""
+    """Return the changes in a row, and in the last `SCANS_BEFORE` scans with changes before it."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     is_changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
     rows = begin + 1 + np.flatnonzero(is_changed)
-    listed_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
-    return tuple(line for shown_row in [*listed_rows, row] for line in _rows(side, slots, shown_row))
+    earlier_rows = [changed_row for changed_row in rows.tolist() if changed_row < row][-SCANS_BEFORE:]
+    return tuple(change for changed_row in [*earlier_rows, row] for change in _rows(side, slots, changed_row))
 
 
 def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:
+    """Return the changes from the previous row to a row."""
     changes = ChangeRows(slots, flag_names, every=True)
     if row:
         changes.skip(_scan(side, row - 1))

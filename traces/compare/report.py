@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import takewhile
 
 from scanrack.io_images.times import time_text
 
@@ -22,9 +23,9 @@ def report(comparison: Comparison, names: Names) -> Iterator[str]:
         yield from _aligned(
             [("", "scans", "first", "last", "by up to"), *map(_extent, comparison.extents)], "lrrrr"
         )
-    lines = list(_beside(comparison, names))
-    if lines:
-        yield from ("", *lines)
+    other_lines = list(_other_differences(comparison, names))
+    if other_lines:
+        yield from ("", *other_lines)
 
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
@@ -33,27 +34,27 @@ def first_lines(first: First, names: Names) -> Iterator[str]:
     table_rows += [row for detail in first.details for row in _detail(detail)]
     yield from ("", *_aligned(table_rows, "lllrrl"))
     yield from _rules(first, names)
-    alike = _alike(first.before_a, first.before_b)
-    if alike:
+    equal_count = _equal_count(first.before_a, first.before_b)
+    if equal_count:
         yield from ("", "Before it, in both")
-        yield from _changes(first.before_a[:alike])
+        yield from _changes(first.before_a[:equal_count])
     for name, rows in zip(names, (first.before_a, first.before_b), strict=True):
         yield from ("", f"{name}, up to it")
-        yield from _changes(rows[alike:])
+        yield from _changes(rows[equal_count:])
 
 
-def _alike(a: Sequence[Row], b: Sequence[Row]) -> int:
+def _equal_count(a: Sequence[Row], b: Sequence[Row]) -> int:
     """Return the number of equal rows at the beginning."""
-    are_equal = (word_a == word_b for word_a, word_b in zip(a, b, strict=False))
-    return next((index for index, equal in enumerate(are_equal) if not equal), min(len(a), len(b)))
+    equal_pairs = takewhile(lambda pair: pair[0] == pair[1], zip(a, b, strict=False))
+    return sum(1 for _ in equal_pairs)
 
 
 def _verdict(comparison: Comparison, names: Names) -> str:
     if comparison.first is None:
-        is_whole = not (
+        has_more = (
             comparison.only_a or comparison.only_b or comparison.slots_only_a or comparison.slots_only_b
         )
-        verdict = "show the same" if is_whole else "show the same as far as both go"
+        verdict = "show the same as far as both go" if has_more else "show the same"
         return f"{names[0]} and {names[1]} {verdict}{_within(comparison, 'within')}: {_scans(comparison)}"
     first = comparison.first
     location = f"scan {first.scan} at {time_text(first.time_ns)}"
@@ -71,11 +72,9 @@ def _within(comparison: Comparison, word: str) -> str:
 
 
 def _scans(comparison: Comparison) -> str:
-    scans = (
-        f"{comparison.scans_a:,}"
-        if comparison.scans_a == comparison.scans_b
-        else f"{comparison.scans_a:,} and {comparison.scans_b:,}"
-    )
+    scans = f"{comparison.scans_a:,}"
+    if comparison.scans_a != comparison.scans_b:
+        scans += f" and {comparison.scans_b:,}"
     return f"{comparison.differing:,} of {scans} scans differ" if comparison.differing else f"{scans} scans"
 
 
@@ -84,8 +83,8 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
     location = "cpu" if detail.slot is None else f"slot {detail.slot} {detail.direction}"
     words = _words_text(detail)
     if detail.bits:
-        hexes = (f"{value[0] & 0xFFFF:04X}h" for value in (detail.words_a, detail.words_b))
-        yield (location, detail.name, "", *hexes, words)
+        hex_words = (f"{word & 0xFFFF:04X}h" for word in (detail.words_a[0], detail.words_b[0]))
+        yield (location, detail.name, "", *hex_words, words)
         for name, bit_a, bit_b in detail.bits:
             yield ("", "", name, str(int(bit_a)), str(int(bit_b)), "")
     elif detail.direction == "tags":
@@ -126,17 +125,14 @@ def _changes(rows: Sequence[Row]) -> list[str]:
 
 
 def _extent(extent: Extent) -> tuple[str, ...]:
-    most_text = (
-        ""
-        if extent.most is None
-        else time_text(extent.most)
-        if extent.name == "cpu.time_ns"
-        else f"{extent.most:,}"
-    )
-    return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most_text)
+    most = ""
+    if extent.most is not None:
+        most = time_text(extent.most) if extent.name == "cpu.time_ns" else f"{extent.most:,}"
+    return (extent.name, f"{extent.scans:,}", str(extent.first), str(extent.last), most)
 
 
-def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
+def _other_differences(comparison: Comparison, names: Names) -> Iterator[str]:
+    """Yield a line for scans, slots, sequences and metadata that differ or that only one trace has."""
     for name, only, slots in (
         (names[0], comparison.only_a, comparison.slots_only_a),
         (names[1], comparison.only_b, comparison.slots_only_b),
@@ -145,14 +141,16 @@ def _beside(comparison: Comparison, names: Names) -> Iterator[str]:
             yield f"only in {name}: {only:,} scan{'s' * (only != 1)}"
         if slots:
             yield f"only in {name}: slot {', '.join(map(str, slots))}"
-    for name, state_a, state_b in comparison.sequences:
-        yield f"sequence {name}: {state_a} / {state_b}"
-    for name, state_a, state_b in comparison.heads:
-        yield f"{name}: {_short(state_a)} / {_short(state_b)}"
+    for name, step_a, step_b in comparison.sequences:
+        yield f"sequence {name}: {step_a} / {step_b}"
+    for name, value_a, value_b in comparison.heads:
+        yield f"{name}: {_shortened(value_a)} / {_shortened(value_b)}"
 
 
-def _short(text: str) -> str:
-    return "none" if not text else text if len(text) <= 24 else f"{text[:12]}..."
+def _shortened(text: str) -> str:
+    if len(text) > 24:
+        return f"{text[:12]}..."
+    return text or "none"
 
 
 def _value(value: int | None) -> str:
@@ -160,7 +158,7 @@ def _value(value: int | None) -> str:
 
 
 def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
-    """Return rows as lines with aligned columns; `sides` has l or r for each column."""
+    """Return rows as lines with aligned columns; `sides` has l (left) or r (right) for each column."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(sides))]
     lines = []
     for row in rows:

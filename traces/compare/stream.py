@@ -2,11 +2,11 @@
 
     dropped          in memory                         not read yet
     . . . . . . | o o o o o o o o o o o o o o o o o | . . . . . .
-                  before  ^ `row`, the begin
+                          ^ `row`: the first row
                             of the next block
 
-Scans are ordered by a key: their time, or their number. Rows count from the
-first scan in memory, so they change when scans are dropped.
+Scans are ordered by a key: their time, or their number. Row 0 is the first scan
+in memory, so row numbers change when scans are dropped.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
         backward = np.flatnonzero(np.diff(np.concatenate((last_time, columns.time_ns))) < 0)
         if len(backward):
             scan = columns.scan[backward[0] + 1 - len(last_time)]
-            raise ValueError(f"time goes back in scan {scan}: such a trace can't be compared by time")
+            raise ValueError(f"time goes back in scan {scan}: this trace can only be compared by scan number")
         last_time = columns.time_ns[-1:] if len(columns.scan) else last_time
         yield columns, clock(columns.time_ns)
 
@@ -51,7 +51,7 @@ _RUN = 1 << 32  # a scan number has 32 bits
 def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
     """Yield the parts of a trace with the numbers of their scans.
 
-    Where the numbers go back, a new run begins; its keys are greater than all earlier ones.
+    If a number is less than the number before it, a new run begins, with keys greater than all earlier keys.
 
     >>> numbers = np.array([7, 8, 0, 1])
     >>> part = Columns(numbers, numbers, numbers.astype(np.uint32), np.zeros((4, 0), np.int16))
@@ -61,8 +61,8 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
     last_scan, run_before = np.zeros(0, np.int64), 0
     for columns in parts:
         steps = np.diff(np.concatenate((last_scan, columns.scan)))
-        is_begin = np.concatenate((np.zeros(1 - len(last_scan), bool), steps < 0))
-        runs = run_before + np.cumsum(is_begin)
+        is_run_begin = np.concatenate((np.zeros(1 - len(last_scan), bool), steps < 0))
+        runs = run_before + np.cumsum(is_run_begin)
         if len(columns.scan):
             last_scan, run_before = columns.scan[-1:], int(runs[-1])
             yield columns, columns.scan + _RUN * runs
@@ -75,7 +75,7 @@ class Side(NamedTuple):
     places: Mapping[int, ImagePlaces]
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
-        """Return the values of a field's image, in all rows or some."""
+        """Return a field's image in some rows; None = in all rows."""
         if field.kind is FieldKind.TAG:
             assert self.columns.tags is not None, "tags are compared"
             images: Array = self.columns.tags
@@ -90,32 +90,41 @@ class Stream:
     """Scans of one trace, in blocks: the scans of the current block, and some before and after it.
 
     Args:
-        chosen: numbers of the slots whose words are needed.
+        slots: the slots of the trace.
+        numbers: numbers of the slots whose words are needed.
         tags: type of a row of tags, or None.
+
+    Attributes:
+        row: the row at which the next block begins.
+        scans: number of scans read.
+        ended: whether all scans have been read.
+        first_scan: number of the trace's first scan.
+        first_key: key of the first scan; None before it is read.
+        last_key: key of the last scan read.
     """
 
     def __init__(
-        self, slots: Sequence[SlotInfo], chosen: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
+        self,
+        slots: Sequence[SlotInfo],
+        numbers: set[int],
+        parts: Keyed,
+        tags: np.dtype[np.void] | None = None,
     ) -> None:
-        full_layout, read_slots = block_layout(slots), [slot for slot in slots if slot.number in chosen]
+        full_layout, read_slots = block_layout(slots), [slot for slot in slots if slot.number in numbers]
         layout = block_layout(read_slots)
         self._places = layout.places
-        self._wanted = None
+        self._word_columns = None  # columns of the trace's words to keep; None = all
         if len(read_slots) < len(slots):
-            words = [
-                np.arange(full_layout.words)[full_layout.places[slot.number].words] for slot in read_slots
-            ]
-            self._wanted = np.concatenate([*words, np.zeros(layout.padding, int)])
+            columns = np.arange(full_layout.words)
+            kept_columns = [columns[full_layout.places[slot.number].words] for slot in read_slots]
+            self._word_columns = np.concatenate([*kept_columns, np.zeros(layout.padding, int)])
         self._parts = parts
         self._columns = [no_columns(layout.words, tags)]
         self._keys = [np.zeros(0, np.int64)]
         self._rows = 0
-        self.row = 0  # the row at which the next block begins
-        self.scans = 0  # number of scans read
-        self.ended = False  # whether all have been read
-        self.first_scan = 0  # number of the trace's first scan
-        self.first_key: int | None = None  # key of the first scan; None before it is read
-        self.last_key = 0  # the key of the last scan read
+        self.row = self.scans = self.first_scan = self.last_key = 0
+        self.first_key: int | None = None
+        self.ended = False
 
     def __len__(self) -> int:
         """Return the number of rows in memory."""
@@ -136,12 +145,12 @@ class Stream:
         return self._keys[0]
 
     def row_of(self, key: int) -> int:
-        """Return the first row with this key or a greater one."""
+        """Return the first row with this key or a greater key."""
         return int(np.searchsorted(self.keys, key, "left"))
 
-    def in_force(self, at: Keys | int) -> Rows:
-        """Return the row in force at each time, -1 before the first."""
-        return np.searchsorted(self.keys, at, "right") - 1
+    def in_force(self, times_ns: Keys | int) -> Rows:
+        """Return the row in force at each time; -1 before the first row."""
+        return np.searchsorted(self.keys, times_ns, "right") - 1
 
     def reach_ns(self, tolerance_ns: int) -> int:
         """Return the latest time that can be compared with the scans read so far."""
@@ -149,19 +158,19 @@ class Stream:
 
     @property
     def period_ns(self) -> int:
-        """The estimated duration of the last scan: the average of all."""
+        """The estimated duration of the last scan: the average duration of a scan, ns."""
         assert self.first_key is not None, "scans have been read"
         return (self.last_key - self.first_key) // (self.scans - 1) if self.scans > 1 else 0
 
     def read_rows(self, count: int) -> None:
         """Read until more than `count` rows of the next block are in memory, or the trace ends."""
         while len(self) - self.row <= count and not self.ended:
-            self._read_on()
+            self._read_part()
 
     def read_beyond(self, key: int) -> None:
-        """Read the scans with keys up to this one, and the next scan, if there is one."""
+        """Read all scans with keys up to this key, and the next scan unless the trace ends."""
         while (self.first_key is None or self.last_key <= key) and not self.ended:
-            self._read_on()
+            self._read_part()
 
     def go_to(self, row: int, keep: int) -> None:
         """Begin the next block at row `row`, and drop the rows before row `keep`."""
@@ -173,15 +182,15 @@ class Stream:
             self._rows -= keep
         self.row = row - keep
 
-    def _read_on(self) -> None:
+    def _read_part(self) -> None:
         columns, keys = next(self._parts, (None, np.zeros(0, np.int64)))
         self.ended = columns is None
         if columns is None or not len(keys):
             return
         if self.first_key is None:
             self.first_key, self.first_scan = int(keys[0]), int(columns.scan[0])
-        if self._wanted is not None:
-            columns = columns._replace(words=columns.words.take(self._wanted, axis=1))
+        if self._word_columns is not None:
+            columns = columns._replace(words=columns.words.take(self._word_columns, axis=1))
         self._columns.append(columns)
         self._keys.append(keys)
         self._rows += len(keys)

@@ -1,4 +1,4 @@
-"""Brings recorded tags of two traces into one row: tags match by full name, and codes by meaning.
+"""Converts the recorded tags of two traces to rows with the same layout, so that they can be compared.
 
 first trace     | Run | Step (0 = IDLE, 1 = FILL) | Level |
 second trace    | Step (0 = FILL, 1 = IDLE) | Run |
@@ -7,7 +7,7 @@ both            | Run | Step (one number per name) |
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any
 
@@ -31,29 +31,30 @@ class CommonTags:
     """The tags that two traces share.
 
     Attributes:
-        dtype: type of a row of them, with a field per value under its full name.
-        only: full names of the tags that only the first trace has, and those that only the second has.
+        dtype: type of a row of the tags, with a field per value under its full name.
+        only_a: full names of the tags that only the first trace has.
+        only_b: full names of the tags that only the second trace has.
     """
 
-    def __init__(self, one: Trace, other: Trace) -> None:
-        fields_by_name = [_by_name(trace) for trace in (one, other)]
-        self._texts = [trace.texts() for trace in (one, other)]
+    def __init__(self, a: Trace, b: Trace) -> None:
+        fields_a, fields_b = _by_name(a), _by_name(b)
+        self._texts = [trace.texts() for trace in (a, b)]
         self._pairs = {
-            name: (fields_by_name[0][name], fields_by_name[1][name])
-            for name in fields_by_name[0]
-            if _alike(name, *fields_by_name)
+            name: (field, fields_b[name])
+            for name, field in fields_a.items()
+            if name in fields_b and _are_comparable(field, fields_b[name])
         }
-        self._codes: dict[str, int] = {}
-        layout = dict(field_layout for pair in self._pairs.values() for field_layout in _values(*pair))
-        self.dtype: np.dtype[np.void] = np.dtype(list(layout.items()))
-        names_a, names_b = (sorted(names.keys() - self._pairs.keys()) for names in fields_by_name)
-        self.only = (tuple(names_a), tuple(names_b))
+        self._codes: dict[str, int] = {}  # code of each name or text, for both traces
+        types = {name: kind for pair in self._pairs.values() for name, kind in _value_types(*pair)}
+        self.dtype: np.dtype[np.void] = np.dtype(list(types.items()))
+        self.only_a = sorted(fields_a.keys() - self._pairs.keys())
+        self.only_b = sorted(fields_b.keys() - self._pairs.keys())
 
     def rows(self, parts: Iterable[Columns], side: int) -> Iterator[Columns]:
         """Yield the parts of a trace, with the shared tags in place of its own tags.
 
         Args:
-            parts: scans of the trace with its tags, if it has any.
+            parts: scans of the trace, with its recorded tags.
             side: 0 for the first trace, 1 for the second.
         """
         for columns in parts:
@@ -63,7 +64,7 @@ class CommonTags:
                 assert columns.tags is not None, "the trace has tags"
                 values = columns.tags[field.name]
                 if field.tag.type in CODES:
-                    values = self._shared(values, code_names(field, self._texts[side]))
+                    values = self._shared_codes(values, code_names(field, self._texts[side]))
                 values = wide(values) if _are_mixed(*field_pair) else values
                 if field.tag.length:
                     for index, address in enumerate(field_pair[0].tag.addresses):
@@ -75,59 +76,55 @@ class CommonTags:
     def fields(self) -> Iterator[Field]:
         """Yield a compared field for each tag value."""
         for field_pair in self._pairs.values():
-            codes = field_pair[0].tag.type in CODES
-            for value, _ in _values(*field_pair):
-                key, text = partial(_key, value), self._name if codes else _number
-                yield Field(None, "tags", value, FieldKind.TAG, 0, 0, key, text=partial(_text, value, text))
+            text_of = self._name_of if field_pair[0].tag.type in CODES else _number_text
+            for name, _ in _value_types(*field_pair):
+                key, text = partial(_key, name), partial(_text, name, text_of)
+                yield Field(None, "tags", name, FieldKind.TAG, 0, 0, key, text=text)
 
-    def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
+    def _shared_codes(self, codes: Array, names: Mapping[int, str]) -> Array:
         """Convert codes of one trace to codes that both traces share."""
-        distinct, places = np.unique(codes, return_inverse=True)
-        texts = [names.get(code, str(code)) for code in distinct.tolist()]
+        distinct_codes, indexes = np.unique(codes, return_inverse=True)
+        texts = [names.get(code, str(code)) for code in distinct_codes.tolist()]
         shared_codes = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
-        return shared_codes[places].reshape(codes.shape)
+        return shared_codes[indexes].reshape(codes.shape)
 
-    def _name(self, code: int) -> str:
-        return next(text for text, text_code in self._codes.items() if text_code == code)
+    def _name_of(self, code: int) -> str:
+        return list(self._codes)[code]  # codes are consecutive, in the order of the dictionary
 
 
 def _by_name(trace: Trace) -> dict[str, TagField]:
-    return (
-        {}
-        if trace.head.tags is None
-        else {without_ranges(field.tag.name): field for field in trace.head.tags.fields}
-    )
+    if trace.head.tags is None:
+        return {}
+    return {without_ranges(field.tag.name): field for field in trace.head.tags.fields}
 
 
-def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]) -> bool:
-    """Return whether both have a comparable tag with that name."""
-    if name not in other:
-        return False
-    tag_a, tag_b = one[name].tag, other[name].tag
-    return tag_a.length == tag_b.length and (tag_a.type in CODES) == (tag_b.type in CODES)
+def _are_comparable(a: TagField, b: TagField) -> bool:
+    """Return whether two tags have equal lengths, and both or neither have codes of names."""
+    return a.tag.length == b.tag.length and (a.tag.type in CODES) == (b.tag.type in CODES)
 
 
-def _values(one: TagField, other: TagField) -> Iterator[tuple[str, str]]:
-    kind = "<i8" if one.tag.type in CODES else np.result_type(*_dtypes(one, other)).str
-    kind = WIDE if _are_mixed(one, other) else kind
-    yield from ((address, kind) for address in one.tag.addresses)
+def _value_types(a: TagField, b: TagField) -> Iterator[tuple[str, str]]:
+    """Yield the full name and the shared numpy type of each value of two tags with the same name."""
+    kind = "<i8" if a.tag.type in CODES else np.result_type(*_dtypes(a, b)).str
+    kind = WIDE if _are_mixed(a, b) else kind
+    yield from ((address, kind) for address in a.tag.addresses)
 
 
 def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:
     return [np.dtype(f"<{field.letters[-1]}") for field in fields]
 
 
-def _are_mixed(one: TagField, other: TagField) -> bool:
+def _are_mixed(a: TagField, b: TagField) -> bool:
     """Return whether numpy has no exact common type: for LINT with ULINT, and either with a float."""
-    kinds = _dtypes(one, other)
-    widest = any(kind.kind in "iu" and kind.itemsize == 8 for kind in kinds)
-    return widest and np.result_type(*kinds).kind == "f"
+    types = _dtypes(a, b)
+    has_64_bit_integer = any(dtype.kind in "iu" and dtype.itemsize == 8 for dtype in types)
+    return has_64_bit_integer and np.result_type(*types).kind == "f"
 
 
 def wide(values: Array) -> Array:
-    """Return numbers of any type as pairs of floats that are equal exactly where the numbers are.
+    """Return numbers of any type as pairs of floats; two pairs are equal only if the numbers are equal.
 
-    The real part is a multiple of 2**32, the imaginary part the rest, with the same sign.
+    The number is the real part times 2**32 plus the imaginary part; both parts have its sign.
 
     >>> wide(np.array([2**64 - 1], np.uint64)), wide(np.array([-0.5]))
     (array([4.2949673e+09+4.2949673e+09j]), array([0.-0.5j]))
@@ -142,13 +139,14 @@ def wide(values: Array) -> Array:
     else:
         integers = values.astype(np.uint64 if values.dtype.kind == "u" else np.int64)
         high, low = integers >> integers.dtype.type(32), integers & integers.dtype.type(0xFFFF_FFFF)
-        negative = (values < 0) & (low != 0)
-        result.real = high.astype(np.float64) + negative
-        result.imag = low.astype(np.float64) - negative * 2.0**32
+        # `high` is rounded down; for a negative number, 1 moves from `low` to `high`, so that signs are equal
+        is_moved = (values < 0) & (low != 0)
+        result.real = high.astype(np.float64) + is_moved
+        result.imag = low.astype(np.float64) - is_moved * 2.0**32
     return result + 0.0  # -0.0 is 0.0
 
 
-def _number(value: Any) -> str:
+def _number_text(value: Any) -> str:
     """Return a number, or a pair of `wide`, as text."""
     if not isinstance(value, complex):
         return str(value)
@@ -160,7 +158,7 @@ def _number(value: Any) -> str:
 
 
 def _key(name: str, rows: Array) -> Array:
-    """Return values as integers that are equal where the values are; NaN equals NaN, and 0.0 equals -0.0."""
+    """Return values in a form to compare with ==: NaN equals NaN, and 0.0 equals -0.0."""
     values: Array = rows[name]
     if values.dtype.kind != "f":
         return values
@@ -170,5 +168,5 @@ def _key(name: str, rows: Array) -> Array:
     return keys
 
 
-def _text(name: str, text: Any, row: Array) -> str:
-    return str(text(row[name].item()))
+def _text(name: str, text_of: Callable[[Any], str], row: Array) -> str:
+    return text_of(row[name].item())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import chain, groupby
 
 import numpy as np
@@ -43,24 +43,18 @@ def write_csv(
 
 
 def _lines(columns: Sequence[Column]) -> str:
-    column_cells = [
-        cell
-        for is_bits, run_columns in groupby(columns, lambda column: column.values.dtype == bool)
-        for cell in _cells(is_bits, list(run_columns))
-    ]
-    return "\n".join(map(",".join, zip(*column_cells, strict=True))) + "\n"
-
-
-def _cells(is_bits: bool, columns: Sequence[Column]) -> Iterator[list[str]]:
-    if is_bits:
-        yield _bits(columns)
-    else:
-        for column in columns:
-            yield _numbers(column)
+    cells_by_column: list[list[str]] = []
+    for is_bits, run_columns in groupby(columns, lambda column: column.values.dtype == bool):
+        adjacent_columns = list(run_columns)
+        cells_by_column += [_bits(adjacent_columns)] if is_bits else map(_cells, adjacent_columns)
+    return "\n".join(map(",".join, zip(*cells_by_column, strict=True))) + "\n"
 
 
 def _bits(columns: Sequence[Column]) -> list[str]:
-    """Combine columns of bits into one column of text such as "0,1,1"; this is faster than a text per bit."""
+    """Return the adjacent cells of several columns of bits as one text per row, such as "0,1,1".
+
+    This is faster than a text per bit.
+    """
     rows, width = len(columns[0].values), 2 * len(columns) - 1
     text = np.full((rows, width), ord(","), np.uint8)
     for index, column in enumerate(columns):
@@ -69,7 +63,7 @@ def _bits(columns: Sequence[Column]) -> list[str]:
     return [digits[start : start + width] for start in range(0, len(digits), width)]
 
 
-def _numbers(column: Column) -> list[str]:
+def _cells(column: Column) -> list[str]:
     values = list(map(str, column.values.tolist()))
     if column.values.dtype == object:
         values = list(map(_quoted, values))
@@ -94,6 +88,6 @@ FORMAT = ExportFormat(
     kind=CSV,
     write=write_csv,
     help="Write a CSV file, a row per scan.",
-    holds="a row per scan; bits as 0 and 1, empty without a value",
+    contents="a row per scan; bits as 0 and 1, an empty cell for a missing value",
     reader="spreadsheets",
 )

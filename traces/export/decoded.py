@@ -1,7 +1,7 @@
 """Decoded values of steppers as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
-They are not recorded, since they follow from the words; a copy adds them, see `export.write_mcap`. Values
-are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in lower case:
+A recording does not have them, because they follow from the words. A copy adds them, see `export.write_mcap`.
+Values are float64, NaN in configuration mode; bits are bool. A field's name is its signal's in lower case:
 
     Decoded0123456789ab decoded
     ====...
@@ -18,7 +18,7 @@ are float64, NaN in configuration mode; bits are bool. The names are those of th
     ...
     bool module_ok
 
-Slots of the same module share a message: `Decoded3601` of 3601s, `DecodedSmd23e2` of such drives.
+Slots with the same module share a message, such as `Decoded3601` or `DecodedSmd23e2`.
 """
 
 from __future__ import annotations
@@ -42,30 +42,30 @@ FIELD = "decoded"
 
 _3601 = WORDS_3601.message
 _HASH_DIGITS = 12
-_IMAGES = dict(zip(("out", "in"), IMAGE_FIELDS, strict=True))
-_ROS = {SignalKind.BIT: "bool", SignalKind.VALUE: "float64", SignalKind.MEASURED: "float64"}
+_IMAGE_FIELD_OF = dict(zip(("out", "in"), IMAGE_FIELDS, strict=True))
+_ROS_TYPES = {SignalKind.BIT: "bool", SignalKind.VALUE: "float64", SignalKind.MEASURED: "float64"}
 
 Message = tuple[str, list[str]]
 """Name and lines of a message."""
 
 
 class DecodedColumn(NamedTuple):
-    """A decoded column."""
+    """A decoded signal, and its field in `DecodedValues.dtype`."""
 
     signal: Signal
-    name: str  # its field in `DecodedValues.dtype`
+    field: str
 
 
 class DecodedValues:
-    """The decoded values of a trace's steppers, and their layout, which follows a scan's other fields.
+    """The decoded values of a trace's steppers, and their layout.
 
     Args:
-        offset: bytes of the payload before them, without the CDR prefix.
+        offset: bytes of the payload between the CDR prefix and the decoded values.
         formats: number formats of modules whose configuration selects them.
 
     Attributes:
-        messages: the messages of the schema; the first one is the type of the field.
-        dtype: a row, including the alignment bytes before it.
+        messages: the messages of the schema; the first one is the type of the field `decoded`.
+        dtype: layout of a row, including the alignment bytes before the first value.
 
     Raises:
         ValueError: no slot has a stepper's words.
@@ -76,14 +76,14 @@ class DecodedValues:
         if not steppers:
             raise ValueError(f"no 3601 or drive in the trace to decode ({listed(slots)})")
         catalog = Catalog(steppers, formats=formats)
-        signals = [signal for signal in catalog.values() if signal.kind in _ROS]
+        signals = [signal for signal in catalog.values() if signal.kind in _ROS_TYPES]
         self.messages = _messages(steppers, signals)
         placed_leaves = list(leaves(self.messages[0][1], dict(self.messages), offset))
         by_path = {_path(signal): signal for signal in signals}
         self._columns = [DecodedColumn(by_path[leaf.path], ".".join(leaf.path)) for leaf in placed_leaves]
         self.dtype: np.dtype[np.void] = np.dtype(
             {
-                "names": [column.name for column in self._columns],
+                "names": [column.field for column in self._columns],
                 "formats": [f"<{leaf.letter}" for leaf in placed_leaves],
                 "offsets": [leaf.offset - offset for leaf in placed_leaves],
                 "itemsize": placed_leaves[-1].end - offset,
@@ -93,41 +93,42 @@ class DecodedValues:
     def rows(self, block: Block) -> NDArray[Any]:
         """Return the values in every scan of a block, a row each."""
         rows = np.zeros(len(block), self.dtype)
-        for signal, name in self._columns:
-            rows[name] = signal.read(block)
+        for column in self._columns:
+            rows[column.field] = column.signal.read(block)
         return rows
 
 
 def _path(signal: Signal) -> tuple[str, ...]:
-    return tuple(_IMAGES.get(step, step.lower()) for step in signal.path)
+    return tuple(_IMAGE_FIELD_OF.get(step, step.lower()) for step in signal.path)
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
     """Return the messages; slots with the same fields share a message."""
     messages_by_stem: dict[str, list[Message]] = {}
-    own_lines = []
+    slot_lines = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         slot_messages = _slot_messages(stem, slot.number, signals)
-        # the same module with different names of bits
+        # the same module, but its bits have other names
         if messages_by_stem.setdefault(stem, slot_messages) != slot_messages:
             stem = f"{stem}Slot{slot.number}"
             messages_by_stem[stem] = _slot_messages(stem, slot.number, signals)
-        own_lines.append(f"{stem} slot{slot.number}")
-    messages = [message for part in messages_by_stem.values() for message in part]
-    text = "\n".join([*own_lines, *(line for _, lines in messages for line in lines)])
+        slot_lines.append(f"{stem} slot{slot.number}")
+    messages = [message for messages_of_stem in messages_by_stem.values() for message in messages_of_stem]
+    text = "\n".join([*slot_lines, *(line for _, lines in messages for line in lines)])
     name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
-    return [(name, own_lines), *messages]
+    return [(name, slot_lines), *messages]
 
 
 def _slot_messages(stem: str, number: int, signals: Sequence[Signal]) -> list[Message]:
     """Return the messages of a slot, from its signals."""
     outputs, inputs = IMAGE_FIELDS
     fields: dict[str, list[str]] = {"": [], outputs: [], inputs: []}
-    for signal in sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT):  # the widest first
-        slot, *image, name = _path(signal)
+    # float64 before bool, so that no alignment bytes are between them
+    for signal in sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT):
+        slot, *images, name = _path(signal)
         if slot == f"slot{number}":
-            fields[image[0] if image else ""].append(f"{_ROS[signal.kind]} {name}")
+            fields[images[0] if images else ""].append(f"{_ROS_TYPES[signal.kind]} {name}")
     return [
         (stem, [*fields[""], f"{stem}In {inputs}", f"{stem}Out {outputs}"]),
         (f"{stem}In", fields[inputs]),

@@ -15,24 +15,24 @@ class ExportFormat:
     Attributes:
         name: of its option, letters: "csv" is `--csv OUT`.
         kind: the kind of its files; a file of another kind is not replaced.
-        write: writes a trace, see `write_csv`; takes no `signals` unless `chooses`.
+        write: writes a trace, see `write_csv`; has no parameter `signals` unless `selects_signals`.
         help: help text of the option.
-        holds: contents of the file, for docs/query.md.
+        contents: contents of the file, for docs/query.md.
         reader: programs that read it, for docs/query.md.
-        binary: whether it consists of bytes, on standard output, too.
-        chooses: whether signals can be chosen.
+        binary: whether the file and standard output need bytes instead of text.
+        selects_signals: whether the user can select signals.
     """
 
     name: str
     kind: FileKind
     write: Callable[..., int]
     help: str
-    holds: str
+    contents: str
     reader: str
     binary: bool = False
-    chooses: bool = True
+    selects_signals: bool = True
 
     @property
     def option(self) -> str:
-        """Its option."""
+        """The option of `scanrack export`, such as "--csv"."""
         return f"--{self.name}"

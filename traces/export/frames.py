@@ -3,8 +3,8 @@
     with open_trace(path) as trace:
         frame = to_pandas(trace, ["slot1.in.position", "slot1.in.*ERROR"])
 
-Bits are bool, words int16, decoded values int64 with "no value" in
-configuration mode, speeds float64.
+Bits are bool, words int16, and speeds float64. Decoded values are int64; they are
+missing in configuration mode.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> pandas.DataFrame:
-    """Return a trace as a pandas DataFrame; a value that may be missing has pandas' type Int64.
+    """Return a trace as a pandas DataFrame; a column that may have missing values has pandas' type Int64.
 
     Args:
         signals: names or patterns; empty = all bits and decoded values.
@@ -42,7 +42,7 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
             return column.values
         return pd.arrays.IntegerArray(column.values, column.missing)
 
-    frame: pandas.DataFrame = pd.DataFrame(_whole(trace, signals, selection, series))
+    frame: pandas.DataFrame = pd.DataFrame(_series_by_name(trace, signals, selection, series))
     return frame
 
 
@@ -58,21 +58,21 @@ def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
             return values
         return values.set(pl.Series(column.missing), None)
 
-    frame: polars.DataFrame = pl.DataFrame(_whole(trace, signals, selection, series))
+    frame: polars.DataFrame = pl.DataFrame(_series_by_name(trace, signals, selection, series))
     return frame
 
 
-def _whole(
+def _series_by_name(
     trace: Trace, signals: Sequence[str], selection: Selection, series: Callable[[Column], Any]
 ) -> dict[str, Any]:
     columns_by_name: dict[str, list[Column]] = {}
     for columns in table(trace, signals, selection):
         for column in columns:
             columns_by_name.setdefault(column.name, []).append(column)
-    return {name: series(_joined(columns)) for name, columns in columns_by_name.items()}
+    return {name: series(_joined_column(columns)) for name, columns in columns_by_name.items()}
 
 
-def _joined(columns: Sequence[Column]) -> Column:
+def _joined_column(columns: Sequence[Column]) -> Column:
     masks = [column.missing for column in columns if column.missing is not None]
     return Column(
         columns[0].name,

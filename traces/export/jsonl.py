@@ -36,12 +36,12 @@ def write_jsonl(
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
     first_block = next(blocks)
-    line = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+    encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
     with new_file(path, JSONL) as file:
         for columns in chain([first_block], blocks):
             names = [column.name for column in columns]
             for row in zip(*map(_values, columns), strict=True):
-                file.write(f"{line(dict(zip(names, row, strict=True)))}\n")
+                file.write(f"{encode(dict(zip(names, row, strict=True)))}\n")
             rows += len(columns[0].values)
     return rows
 
@@ -61,6 +61,6 @@ FORMAT = ExportFormat(
     kind=JSONL,
     write=write_jsonl,
     help="Write JSON lines, an object per scan.",
-    holds="an object per scan; bits as false and true, null without a value",
+    contents="an object per scan; bits as false and true, null for a missing value",
     reader="scripts, jq",
 )

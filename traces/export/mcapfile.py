@@ -1,15 +1,16 @@
 """Copies a trace and adds decoded values for any viewer: position, speed and status bits of each stepper.
 
     scan, flags, slots, tags      as recorded, byte for byte
-    decoded                       after them, see `traces.decoded`
+    decoded                       after them, see `export.decoded`
 
-Our own reader reads the copy like the recording, because it ignores fields after `tags`.
+`open_trace` reads the copy like the recording, because it ignores fields after `tags`.
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import IO, Any
 
 import numpy as np
@@ -32,7 +33,10 @@ from .decoded import FIELD, DecodedValues
 from .format import ExportFormat
 
 CHUNK_BYTES = 1 << 20
-_PREAMBLE_BYTES = 9
+CDR_PREFIX_BYTES = 4
+"""Bytes of `CDR_PREFIX`; CDR aligns fields relative to the byte after it."""
+
+_PREAMBLE_BYTES = 9  # opcode and length of a record, which its length does not include
 _NEEDED_LATER = (TEXTS.name, SEQUENCES.name)
 
 
@@ -47,7 +51,7 @@ def write_mcap(
 
     Args:
         path: the file, or an open binary stream.
-        selection: events of other scans are left out.
+        selection: scans to copy, with their events.
         progress: called at each block with the number of scans read so far.
 
     Raises:
@@ -57,24 +61,23 @@ def write_mcap(
     """
     head = trace.head
     tags = None if head.tags is None else head.tags.dtype
-    memory_bytes = head.layout.size
-    own_bytes = memory_bytes + (0 if tags is None else tags.itemsize)
-    decoded = DecodedValues(head.slots, SCAN_HEAD.size - 4 + own_bytes, NumberFormats.of(trace))
+    tag_bytes = 0 if tags is None else tags.itemsize
+    decoded_offset = SCAN_HEAD.size - CDR_PREFIX_BYTES + head.layout.size + tag_bytes
+    decoded = DecodedValues(head.slots, decoded_offset, NumberFormats.of(trace))
     schema = scan_schema(head.slots, head.tags, (FIELD, decoded.messages))
-    layout = message_layout(memory_bytes, tags, decoded.dtype)
-    rows = Rows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
-    rows.fill()  # an empty selection is refused before there is a file
+    layout = message_layout(head.layout.size, tags, decoded.dtype)
+    decoded_rows = DecodedRows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
+    decoded_rows.read_block()  # raises EmptySelectionError before the file is created
     with new_file(path, TRACE, "wb") as file:
-        copy = Copy(trace, CountingFile(file), schema, layout)
-        for section in trace.sections:
-            for entry in trace.entries(section):
-                if isinstance(entry, TraceEvent):
-                    copy.event(entry, selection)
-                else:
-                    is_inside = selection.has(entry["scan"], entry["log_time"])
-                    copy.scans(entry if is_inside.all() else entry[is_inside], rows)
+        copy = CopyWriter(trace, CountingFile(file), schema, layout)
+        for entry in chain.from_iterable(map(trace.entries, trace.sections)):
+            if isinstance(entry, TraceEvent):
+                copy.add_event(entry, selection)
+            else:
+                is_selected = selection.has(entry["scan"], entry["log_time"])
+                copy.add_scans(entry if is_selected.all() else entry[is_selected], decoded_rows)
         copy.finish()
-    return copy.count
+    return copy.scans
 
 
 class CountingFile:
@@ -98,7 +101,7 @@ class CountingFile:
         return self._size
 
 
-class Rows:
+class DecodedRows:
     """Decoded rows, regrouped in portions of any size.
 
     Args:
@@ -107,61 +110,69 @@ class Rows:
 
     def __init__(self, blocks: Iterator[NDArray[Any]]) -> None:
         self._blocks = blocks
-        self._held: NDArray[Any] | None = None
+        self._remaining: NDArray[Any] | None = None  # rows of the last block that `take` has not yielded
 
-    def fill(self) -> NDArray[Any]:
+    def read_block(self) -> NDArray[Any]:
         """Return the remaining rows of a block, or the rows of the next block."""
-        if self._held is None or not len(self._held):
-            self._held = next(self._blocks)
-        return self._held
+        if self._remaining is None or not len(self._remaining):
+            self._remaining = next(self._blocks)
+        return self._remaining
 
     def take(self, count: int) -> Iterator[NDArray[Any]]:
         """Yield the next `count` rows."""
         while count:
-            taken = self.fill()[:count]
-            self._held = self.fill()[len(taken) :]
-            count -= len(taken)
-            yield taken
+            available_rows = self.read_block()
+            rows, self._remaining = available_rows[:count], available_rows[count:]
+            count -= len(rows)
+            yield rows
 
 
-class Copy:
-    """Writes the copy of a trace."""
+class CopyWriter:
+    """Writes a trace's metadata and attachments, and then its scans and events in their order.
+
+    Args:
+        schema: schema of /scan with the decoded values.
+        layout: layout of a scan's message record, with the decoded values as its field `rest`.
+
+    Attributes:
+        scans: number of scans written.
+    """
 
     def __init__(
         self, trace: Trace, file: CountingFile, schema: ScanSchema, layout: np.dtype[np.void]
     ) -> None:
-        self.count = 0
+        self.scans = 0
         self._layout = layout
-        self._copied = [name for name in layout.names or () if name != "rest"]
+        self._recorded_fields = [name for name in layout.names or () if name != "rest"]
         library = trace.head.library
         self._writer = ChunkWriter(file, profile=PROFILE, library=library, chunk_bytes=CHUNK_BYTES)
         topics = [topic for topic in ALL_TOPICS if topic.name in trace.head.channels]
         self._channels = self._writer.register(schema, topics)
+        new_format = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
         for record in _metadata(trace):
-            tag_metadata = {"format": str(FORMAT_WITH_TAGS), "layout": schema.layout}
-            own_fields = tag_metadata if record.name == METADATA else {}
-            self._writer.add_metadata(record.name, {**record.metadata, **own_fields})
-        for file_with in trace.attachments():
-            self._writer.add_attachment(file_with.name, file_with.media_type, file_with.data)
+            replaced_fields = new_format if record.name == METADATA else {}
+            self._writer.add_metadata(record.name, {**record.metadata, **replaced_fields})
+        for attachment in trace.attachments():
+            self._writer.add_attachment(attachment.name, attachment.media_type, attachment.data)
 
-    def scans(self, recorded: ScanRows, decoded: Rows) -> None:
+    def add_scans(self, recorded: ScanRows, decoded: DecodedRows) -> None:
         """Write scans, each followed by the next decoded row."""
         start = 0
         for decoded_rows in decoded.take(len(recorded)):
             rows = np.zeros(len(decoded_rows), self._layout)
-            source = recorded[start : start + len(decoded_rows)]
-            for name in self._copied:
-                rows[name] = source[name]
+            recorded_rows = recorded[start : start + len(decoded_rows)]
+            for name in self._recorded_fields:
+                rows[name] = recorded_rows[name]
             rows["length"] = self._layout.itemsize - _PREAMBLE_BYTES
             rows["channel"] = self._channels[SCAN_TOPIC]
             rows["rest"] = decoded_rows
             times = array("Q", rows["log_time"].tobytes())
             self._writer.add_block(self._channels[SCAN_TOPIC], times, bytearray(rows.tobytes()))
             start += len(decoded_rows)
-        self.count += len(recorded)
+        self.scans += len(recorded)
 
-    def event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event of a selected scan; texts and steps are always written, as later scans need them."""
+    def add_event(self, event: TraceEvent, selection: Selection) -> None:
+        """Write an event if its scan is selected; later scans need all texts and steps of sequences."""
         if event.topic in _NEEDED_LATER or selection.has(event.scan, event.now_ns):
             self._writer.add_event(self._channels[event.topic], event.scan, event.now_ns, event.fields)
 
@@ -181,8 +192,8 @@ FORMAT = ExportFormat(
     kind=TRACE,
     write=write_mcap,
     help="Write a copy with decoded position, speed and bits of each stepper, for any viewer.",
-    holds="a copy of the trace with [decoded values](traces.md#decoded-values) in every scan",
+    contents="a copy of the trace with [decoded values](traces.md#decoded-values) in every scan",
     reader="Foxglove, Lichtblick, any MCAP reader",
     binary=True,
-    chooses=False,
+    selects_signals=False,
 )

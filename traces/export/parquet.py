@@ -46,7 +46,7 @@ def write_parquet(
             file,
             first_batch.schema,
             compression="zstd",
-            write_statistics=_summarized(pyarrow, first_batch.schema),
+            write_statistics=_columns_with_statistics(pyarrow, first_batch.schema),
         ) as writer,
     ):
         for batch in chain([first_batch], batches):
@@ -60,10 +60,11 @@ def write_parquet(
     return rows
 
 
-def _summarized(pyarrow: Any, schema: Any) -> list[str]:
-    """Return the columns with statistics: all but floats, because least and greatest values ignore NaN.
+def _columns_with_statistics(pyarrow: Any, schema: Any) -> list[str]:
+    """Return the names of all columns except floats.
 
-    With such statistics, DuckDB would skip row groups and miss a NaN in them; see docs/findings.md.
+    The minimum and maximum in a float's statistics ignore NaN. DuckDB would therefore skip row groups with a
+    NaN that a query selects; see docs/findings.md.
     """
     return [field.name for field in schema if not pyarrow.types.is_floating(field.type)]
 
@@ -78,7 +79,7 @@ FORMAT = ExportFormat(
     kind=PARQUET,
     write=write_parquet,
     help="Write a Parquet file, a row per scan.",
-    holds=f"as CSV, typed and compressed; needs `{install_line('parquet')}`",
+    contents=f"as CSV, typed and compressed; needs `{install_line('parquet')}`",
     reader="pandas, polars, DuckDB",
     binary=True,
 )

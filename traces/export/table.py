@@ -1,4 +1,4 @@
-"""The selected signals of a trace as columns, block by block, with a table's types."""
+"""The selected signals of a trace as columns of a table, block by block."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, Signal, SignalKind, blocks
-from ..signals.signal import named, whole_numbers
+from ..signals.signal import names_of, whole_numbers
 
 Array = NDArray[Any]
 
@@ -22,7 +22,7 @@ class Column:
 
     name: str  # the signal's name, or "scan" or "time_ns"
     values: Array  # bool, whole numbers, floats, or texts (of type object)
-    missing: NDArray[np.bool_] | None = None  # rows without a value; None if there are none
+    missing: NDArray[np.bool_] | None = None  # True in rows without a value; None if no row can lack one
 
 
 def table(
@@ -39,21 +39,21 @@ def table(
         progress: called at each block with the number of scans read so far.
 
     Raises:
-        UnknownSignalError: no such signal; raised at once.
+        UnknownSignalError: no such signal; raised by the call, before the first block.
         EmptySelectionError: no scan is in the selection.
     """
     chosen_signals = Catalog.of(trace).matching(signals)
     return (_columns(block, chosen_signals) for block in blocks(trace, selection, progress=progress))
 
 
-def _columns(block: Block, chosen: Sequence[Signal]) -> list[Column]:
+def _columns(block: Block, signals: Sequence[Signal]) -> list[Column]:
     time_columns = [Column("scan", block.scan), Column("time_ns", block.time_ns)]
-    return time_columns + [_column(signal, signal.read(block)) for signal in chosen]
+    return time_columns + [_column(signal, signal.read(block)) for signal in signals]
 
 
 def _column(signal: Signal, values: Array) -> Column:
     if signal.kind is SignalKind.VALUE:
         return Column(signal.name, *whole_numbers(values))
     if signal.kind is SignalKind.CODE:
-        return Column(signal.name, np.array(named(values, signal.names), dtype=object))
+        return Column(signal.name, np.array(names_of(values, signal.names), dtype=object))
     return Column(signal.name, values)

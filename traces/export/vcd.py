@@ -4,9 +4,9 @@
      $scope module in $end
       $var wire 1 ! COMMAND_ERROR $end           a bit
       $var wire 16 " status_msw [15:0] $end      a word
-      $var integer 32 # position $end            a decoded value; x where there is none
-      $var integer 64 $ total $end               a signed integer of the program's
-      $var wire 8 % dial [7:0] $end              an unsigned one
+      $var integer 32 # position $end            a decoded value; x for a missing value
+      $var integer 64 $ total $end               a signed integer of the program
+      $var wire 8 % dial [7:0] $end              an unsigned integer of the program
       $var real 64 & level $end                  a number with a fraction
       $var string 1 ' step $end                  the name that a code stands for
 
@@ -29,7 +29,7 @@ from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, Signal, SignalKind, blocks
-from ..signals.signal import named, whole_numbers
+from ..signals.signal import names_of, whole_numbers
 from .format import ExportFormat
 
 VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
@@ -49,7 +49,7 @@ def write_vcd(
 
     Args:
         path: path of the file, which is replaced if it exists.
-        signals: names or patterns, see `Catalog.matching`; empty = everything.
+        signals: names or patterns, see `Catalog.matching`; empty = all listed signals.
         progress: called at each block with the number of scans read so far.
 
     Raises:
@@ -67,11 +67,11 @@ def write_vcd(
         new_file(path, VCD, encoding="ascii") as file,
         VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
     ):
-        for declared in variables:
-            declared.register(dump)
+        for variable in variables:
+            variable.register(dump)
         for block in chain([first_block], stream):
-            for time_ns, variable, value in _changes(block, variables):
-                dump.change(variable, time_ns, value)
+            for time_ns, handle, value in _changes(block, variables):
+                dump.change(handle, time_ns, value)
             scans += len(block)
             end_ns = int(block.time_ns[-1])
         dump.close(end_ns)  # at the last scan, even if nothing changed in it
@@ -82,45 +82,47 @@ class Variable:
     """A signal in a dump.
 
     Attributes:
-        dumped: the variable of the writer.
+        handle: pyvcd's object for the variable, from `register`.
     """
 
     def __init__(self, signal: Signal) -> None:
         self.signal = signal
-        self.dumped: Any = None
-        self._last: Any = None
+        self.handle: Any = None
+        self._last_value: Any = None  # in the last scan of the previous block; None before the first block
 
     def register(self, dump: VCDWriter) -> None:
         """Declare the signal in a dump."""
-        kind, size, bounds = _declared(self.signal)
+        kind, size, bounds = _declaration(self.signal)
         path = self.signal.path
-        name = path[-1] if len(path) < 4 else "_".join(path[2:])
-        self.dumped = dump.register_var(path[:-1][:2], f"{name}{bounds}", kind, size)
+        scopes = path[:-1][:2]  # viewers show at most two levels: slot and direction
+        name = "_".join(path[len(scopes) :])
+        self.handle = dump.register_var(scopes, f"{name}{bounds}", kind, size)
 
     def changes(self, block: Block) -> tuple[Array, list[Any]]:
-        """Return the rows of a block with a new value, and the values."""
+        """Return the rows of a block in which the value changes, and the new values."""
         values = self.signal.read(block)
         is_new = np.ones(len(values), bool)
         is_new[1:] = values[1:] != values[:-1]
-        is_new[0] = self._last is None or values[0] != self._last
-        if values.dtype.kind == "f":  # a missing value that follows a missing value is no change
-            none = np.isnan(values)
-            is_new[1:] &= ~(none[1:] & none[:-1])
-            is_new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
-        self._last = values[-1]
+        is_new[0] = self._last_value is None or values[0] != self._last_value
+        if values.dtype.kind == "f":  # NaN is unequal to NaN, but a value that stays missing is no change
+            is_missing = np.isnan(values)
+            was_missing = self._last_value is not None and np.isnan(self._last_value)
+            is_new[1:] &= ~(is_missing[1:] & is_missing[:-1])
+            is_new[0] &= not (is_missing[0] and was_missing)
+        self._last_value = values[-1]
         rows = np.flatnonzero(is_new)
-        return rows, _dumped(values[rows], self.signal)
+        return rows, _written_values(values[rows], self.signal)
 
 
 class ExactReal(float):
-    """A number that is written with all its digits: the sixteen of pyvcd may be a different number."""
+    """A float that is written with all its digits: pyvcd writes only sixteen, which may be another number."""
 
     @override
     def __format__(self, _spec: str) -> str:
         return repr(float(self))
 
 
-_DECLARED = {
+_DECLARATIONS = {
     SignalKind.BIT: ("wire", 1, ""),
     SignalKind.WORD: ("wire", 16, " [15:0]"),
     SignalKind.VALUE: ("integer", 32, ""),
@@ -130,59 +132,58 @@ _DECLARED = {
 }
 
 
-def _declared(signal: Signal) -> tuple[str, int, str]:
-    """Return a variable's type, size and bounds; viewers show integers with a sign, and wires without."""
+def _declaration(signal: Signal) -> tuple[str, int, str]:
+    """Return a variable's type, size and bounds; viewers show integers with a sign, and wires without one."""
     if signal.path == ("cpu", "flags"):
         return "wire", 32, " [31:0]"
     if signal.kind is not SignalKind.NUMBER or not signal.bits:
-        return _DECLARED[signal.kind]
+        return _DECLARATIONS[signal.kind]
     return ("integer", signal.bits, "") if signal.signed else ("wire", signal.bits, f" [{signal.bits - 1}:0]")
 
 
-def _word(text: str) -> str:
+def _ascii_word(text: str) -> str:
     """Return a text as a single ASCII word, the only form that a dump allows.
 
-    >>> _word("wait for oil"), _word("")
+    >>> _ascii_word("wait for oil"), _ascii_word("")
     ('wait_for_oil', '""')
     """
     printable = "".join(character if "!" <= character <= "~" else "_" for character in text)
     return printable or '""'
 
 
-def _dumped(values: Array, signal: Signal) -> list[Any]:
-    """Return values in the writer's form: numbers, texts, and `x` for a missing value."""
+def _written_values(values: Array, signal: Signal) -> list[Any]:
+    """Return values in the form that pyvcd needs: numbers, texts, and `x` for a missing value."""
     if signal.kind is SignalKind.CODE:
-        return [_word(name) for name in named(values, signal.names)]
+        return [_ascii_word(name) for name in names_of(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
-        numbers, is_missing = whole_numbers(values)
-        number_pairs = zip(numbers.tolist(), is_missing.tolist(), strict=True)
-        return ["x" if none else number for number, none in number_pairs]
+        numbers, missing = (column.tolist() for column in whole_numbers(values))
+        return ["x" if is_missing else number for number, is_missing in zip(numbers, missing, strict=True)]
     plain_values: list[Any] = values.tolist()
     return [ExactReal(value) for value in plain_values] if values.dtype.kind == "f" else plain_values
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
-    """Yield time, variable and new value of each change, in order of time."""
-    changes = [variable.changes(block) for variable in variables]
-    variable_changes = [
-        (variable.dumped, value)
-        for variable, (_, values) in zip(variables, changes, strict=True)
-        for value in values
-    ]
-    rows = np.concatenate([rows for rows, _ in changes])
+    """Yield time, handle and new value of each change, in order of time."""
+    rows_by_variable: list[Array] = []
+    new_values: list[tuple[Any, Any]] = []  # handle and value of each change, variable by variable
+    for variable in variables:
+        changed_rows, values = variable.changes(block)
+        rows_by_variable.append(changed_rows)
+        new_values += [(variable.handle, value) for value in values]
+    rows = np.concatenate(rows_by_variable)
     order = np.argsort(rows, kind="stable")
     times = block.time_ns[rows[order]].tolist()
     for change_index, time_ns in zip(order.tolist(), times, strict=True):
-        yield time_ns, *variable_changes[change_index]
+        yield time_ns, *new_values[change_index]
 
 
 FORMAT = ExportFormat(
     name="vcd",
     kind=VCD,
     write=write_vcd,
-    help="Write a value change dump, for GTKWave and its like.",
-    holds="changes only, by IEEE 1364: bits as wires, words as vectors, values and signed integers of the "
-    "program as integers (`x` where there is none), unsigned ones as vectors, speeds as reals, in "
+    help="Write a value change dump for GTKWave and other waveform viewers.",
+    contents="changes only, by IEEE 1364: bits as wires, words as vectors, values and signed integers of the "
+    "program as integers (`x` for a missing value), unsigned integers as vectors, speeds as reals, in "
     "scopes `slot1`, `in` and `out`; timescale 1 ns",
     reader="GTKWave and other waveform viewers",
 )

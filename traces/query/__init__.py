@@ -1,4 +1,4 @@
-"""Queries on a trace: the scans in which a condition held, and its duration. The language: docs/query.md."""
+"""Queries on a trace: the scans in which a condition was true, and for how long. See docs/query.md."""
 
 from .answer import Answer, Occurrence
 from .ask import query

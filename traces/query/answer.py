@@ -9,13 +9,13 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """One occurrence of what a query describes."""
+    """One occurrence of the condition or of the cause and effect in a query."""
 
     first: int  # number of its first scan
-    last: int  # number of the last scan in which it held; for `then`, of the scan with the effect
+    last: int  # number of its last scan; for `then`, of the scan with the effect
     start_ns: int  # virtual time of its first scan
-    end_ns: int  # virtual time of the first scan in which it no longer held; for `then`, of the effect
-    open: bool  # whether it continued beyond the last scan of the trace, so that it lasted at least this long
+    end_ns: int  # virtual time of the scan after its last scan; for `then`, of the scan with the effect
+    open: bool  # whether it continued beyond the last scan of the trace; its duration is then a minimum
     shown: Mapping[str, int | float | bool | None]  # requested signals in its first scan; None = no value
 
     @property

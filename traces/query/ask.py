@@ -27,12 +27,12 @@ def query(
 ) -> Answer:
     """Run a query on a trace.
 
-    The trace is read block by block. However many scans there are, memory is used only for changes of its
-    conditions, 8 bytes each, and for values of `show` at beginnings of a condition.
+    The trace is read block by block. Memory depends only on the changes of its conditions, 8 bytes each, and
+    on the values of `show` at the beginnings of a condition.
 
     Args:
         text: the query, see docs/query.md.
-        show: further signals, whose values at the beginning of each occurrence are returned.
+        show: signals to return with their values in the first scan of each occurrence.
         progress: called at each block with the number of scans read so far.
 
     Raises:
@@ -53,59 +53,67 @@ def query(
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     rows = reading.rows
     occurrences = parsed.pattern(reading.stretches, rows)
-    chosen_occurrences = occurrences.some(_PICKS[parsed.aggregate](occurrences, rows))
-    return Answer(parsed.aggregate, len(occurrences), tuple(_occurrences(chosen_occurrences, reading)))
+    returned = occurrences.some(_SLICES[parsed.aggregate](occurrences, rows))
+    return Answer(parsed.aggregate, len(occurrences), tuple(_occurrences(returned, reading)))
 
 
 class _Reading:
-    """What a query keeps of the blocks that were read."""
+    """Collects from each block the changes of a query's conditions, and the values of the shown signals.
 
-    def __init__(self, question: Query, shown: Sequence[Signal]) -> None:
+    Attributes:
+        rows: number and time of the scan in each row of the trace.
+        stretches: the rows in which each condition of the query is true.
+    """
+
+    def __init__(self, parsed: Query, shown: Sequence[Signal]) -> None:
         self.rows = RowIndex()
-        self.stretches = [Stretches() for _ in question.conditions]
-        self._question, self._shown, self._memory = question, shown, Memory()
-        self._begins: list[NDArray[np.int64]] = []
-        self._columns: list[list[Column]] = [[] for _ in shown]  # values of the signals in these rows
+        self.stretches = [Stretches() for _ in parsed.conditions]
+        self._query, self._shown, self._memory = parsed, shown, Memory()
+        self._begins: list[NDArray[np.int64]] = []  # rows at which the first condition becomes true
+        self._columns: list[list[Column]] = [[] for _ in shown]  # values of each shown signal in these rows
 
     def add(self, block: Block) -> None:
-        signals = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
+        signals = {signal.name: signal for signal in (*self._query.signals, *self._shown)}
         values = {name: signal.read(block) for name, signal in signals.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
-        rows_before, first_rows = self.stretches[0].rows, []
-        for stretches, condition in zip(self.stretches, self._question.conditions, strict=True):
-            first_rows.append(stretches.add(condition(scans)))
+        rows_before = self.stretches[0].rows
+        begins, *_ = [
+            stretches.add(condition(scans))
+            for stretches, condition in zip(self.stretches, self._query.conditions, strict=True)
+        ]
         self.rows.add(scans.scan, scans.time_ns)
-        if self._shown and len(first_rows[0]):
-            self._begins.append(first_rows[0] + rows_before)
+        if self._shown and len(begins):
+            self._begins.append(begins + rows_before)
             for column, signal in zip(self._columns, self._shown, strict=True):
-                column.append(scans.column(signal)[first_rows[0]])
+                column.append(scans.column(signal)[begins])
 
     def shown(self, rows: NDArray[np.int64]) -> Iterator[Mapping[str, Any]]:
-        """Yield the values of the shown signals in some rows at which the first condition begins to hold."""
+        """Yield the values of the shown signals in rows at which the first condition becomes true."""
         if not self._shown or not len(rows):
             yield from ({} for _ in rows)
             return
-        places = np.searchsorted(np.concatenate(self._begins), rows)
-        columns = [_values(joined(column)[places]) for column in self._columns]
+        indexes = np.searchsorted(np.concatenate(self._begins), rows)
+        columns = [_values(joined(column)[indexes]) for column in self._columns]
         names = [signal.name for signal in self._shown]
         yield from (dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True))
 
 
-def _at(pick: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
+def _extreme(index_of: Callable[[Array], Any], occurrences: Occurrences, rows: RowIndex) -> slice:
     if not len(occurrences):
         return slice(0)
-    index = int(pick(lengths(occurrences, rows)))
+    index = int(index_of(lengths(occurrences, rows)))
     return slice(index, index + 1)
 
 
-_PICKS: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {
-    None: lambda found, _rows: slice(None),
-    "count": lambda found, _rows: slice(0),
-    "first": lambda found, _rows: slice(1),
-    "last": lambda found, _rows: slice(max(0, len(found) - 1), None),
-    "longest": partial(_at, np.argmax),
-    "shortest": partial(_at, np.argmin),
+_SLICES: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {
+    None: lambda occurrences, _rows: slice(None),
+    "count": lambda occurrences, _rows: slice(0),
+    "first": lambda occurrences, _rows: slice(1),
+    "last": lambda occurrences, _rows: slice(max(0, len(occurrences) - 1), None),
+    "longest": partial(_extreme, np.argmax),
+    "shortest": partial(_extreme, np.argmin),
 }
+"""The occurrences that each aggregate returns."""
 
 
 def _occurrences(occurrences: Occurrences, reading: _Reading) -> Iterable[Occurrence]:

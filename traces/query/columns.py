@@ -1,4 +1,4 @@
-"""The language's operators on columns, block by block: one value per scan in, one per scan out."""
+"""The operators of the query language. Each works on columns, block by block, with one value per scan."""
 
 from __future__ import annotations
 
@@ -46,17 +46,27 @@ class Scans:
             return Numbers(*whole_numbers(values))
         return numbers.numbers(values)
 
-    def after_last(self, key: object, values: Column, find: Callable[[Any], Condition]) -> Condition:
-        """Apply an operator that compares each scan with the previous one, across blocks, too."""
-        last_before, self.memory[key] = self.memory.get(key), values[-1:]
-        return find(values) if last_before is None else find(joined((last_before, values)))[1:]
+    def edges(self, key: object, values: Column, edge: Callable[[Any], Condition]) -> Condition:
+        """Return where an edge occurs; the first scan is compared with the last scan of the previous block.
+
+        Args:
+            key: key of the operator in `memory`.
+            edge: `rose`, `fell` or `changed`.
+        """
+        last_value, self.memory[key] = self.memory.get(key), values[-1:]
+        return edge(values) if last_value is None else edge(joined((last_value, values)))[1:]
 
     def held(self, key: object, condition: Condition, least_ns: int) -> Condition:
-        """Apply `held`; a stretch may have begun in an earlier block."""
+        """Return where a condition has been true for a time; it may have become true in an earlier block.
+
+        Args:
+            key: key of the operator in `memory`.
+        """
         if not len(condition):
             return condition
         since_ns = since(condition, self.time_ns)
-        if condition[0] and (begun_ns := self.memory.get(key)) is not None:
+        begun_ns = self.memory.get(key)
+        if condition[0] and begun_ns is not None:
             since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun_ns
         self.memory[key] = int(since_ns[-1]) if condition[-1] else None
         is_held: Condition = condition & (self.time_ns - since_ns >= least_ns)
@@ -74,7 +84,7 @@ def joined(parts: Sequence[Any]) -> Any:
 
 
 def rose(condition: Condition) -> Condition:
-    """Return where a condition holds that did not hold in the previous scan; never in the first scan.
+    """Return where a condition is true and was false in the previous scan; never in the first scan.
 
     >>> rose(np.array([True, False, True, True])).tolist()
     [False, False, True, False]
@@ -85,7 +95,7 @@ def rose(condition: Condition) -> Condition:
 
 
 def fell(condition: Condition) -> Condition:
-    """Return where a condition does not hold that held in the previous scan."""
+    """Return where a condition is false and was true in the previous scan; never in the first scan."""
     return rose(~condition)
 
 
@@ -102,12 +112,14 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
     """Compare two conditions, or two columns of numbers; false where either side has no value."""
     if isinstance(left, Numbers) and isinstance(right, Numbers):
         return numbers.compared(operator, left, right)
-    holds: Condition = operator(left, right)
-    return holds
+    is_true: Condition = operator(left, right)
+    return is_true
 
 
 def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the time since which a condition has held, where it holds, else 0.
+    """Return for each scan with a true condition the time when it became true.
+
+    The value in other scans has no meaning.
 
     >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
     [0, 0, 0, 6]

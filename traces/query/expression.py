@@ -1,4 +1,4 @@
-"""The parts of a query: functions of columns, each with a type and a place in the text."""
+"""The expressions of a query: functions of columns, each with a type and a column in the text."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ class Type(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Expression:
-    """A part of a query."""
+    """An expression of a query."""
 
     type: Type
-    column: int  # its place in the text, from 1
+    column: int  # its column in the query's text, from 1
     text: str  # its first token, for a message
     evaluate: Callable[[Scans], Any]  # returns its values, one per scan: conditions, or `Numbers`
     signals: tuple[Signal, ...] = ()
 
 
 class MeaningError(Exception):
-    """A query is grammatical, but has no meaning."""
+    """A query has correct grammar, but mixes types or names an unknown signal."""
 
     def __init__(self, column: int, text: str) -> None:
         super().__init__(text)
@@ -69,7 +69,7 @@ def joined(
 def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...]) -> Expression:
     """Make a condition from several conditions."""
     for condition in parts:
-        want(condition, Type.CONDITION)
+        require_type(condition, Type.CONDITION)
     signals = tuple(signal for term in parts for signal in term.signals)
     return Expression(
         Type.CONDITION,
@@ -80,22 +80,22 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
     )
 
 
-def want(part: Expression, expected: Type, kind: str = "") -> None:
-    """Raise a MeaningError if an expression has another type than `expected`."""
+def require_type(part: Expression, expected: Type, operator: str = "the query") -> None:
+    """Raise a MeaningError if an operand of `operator` has another type than `expected`."""
     if part.type is expected:
         return
-    subject = f"{kind} takes" if kind else "this place takes"
     hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""
-    raise MeaningError(part.column, f"{subject} {expected.value}, and {part.text} is {part.type.value}{hint}")
+    problem = f"{operator} needs {expected.value} here, but {part.text} is {part.type.value}{hint}"
+    raise MeaningError(part.column, problem)
 
 
-def refuse_condition(part: Expression, kind: str) -> None:
-    """Raise a MeaningError if an expression is a condition where `kind` takes a number or a time."""
+def refuse_condition(part: Expression, operator: str) -> None:
+    """Raise a MeaningError if an operand is a condition where `operator` needs a number or a time."""
     if part.type is Type.CONDITION:
-        want(part, Type.NUMBER, kind)
+        require_type(part, Type.NUMBER, operator)
 
 
-def same(left: Expression, right: Expression, sign: Token) -> None:
+def require_same_type(left: Expression, right: Expression, sign: Token) -> None:
     """Raise a MeaningError if two expressions have different types."""
     if left.type is right.type:
         return
@@ -124,14 +124,14 @@ def number_of(token: Token) -> int | float:
     """
     text = token.replace("_", "")
     if len(text) > DIGITS_MAX:
-        raise MeaningError(column_of(token), f"{token} is too large a number")
+        raise MeaningError(column_of(token), f"the number {token} is too large")
     if text[:2].lower() == "0x":
         return int(text, 16)
     return float(text) if "." in text else int(text)
 
 
 DIGITS_MAX = 200
-"""Maximum digits of a number, whose square then still fits a float."""
+"""Maximum digits of a number. The square of a longer number may exceed the range of a float."""
 
 
 def column_of(token: Token) -> int:

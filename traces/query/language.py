@@ -1,12 +1,12 @@
 """Parses the text of a query into functions of columns.
 
-Every expression has one of four types, and its place in the text, so that an
-error is reported with its column before the first scan is read:
+Every expression has its column in the text, and one of four types. An error is
+therefore reported with its column, before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
     duration    an amount of virtual time      time, 20 ms
-    text        of a step or a text            Step == "wait for oil"
+    text        a name of a step, or a text    Step == "wait for oil"
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from .expression import (
     leaf,
     number_of,
     refuse_condition,
-    same,
-    want,
+    require_same_type,
+    require_type,
 )
 from .grammar import GRAMMAR, TERMS
 from .patterns import Pattern, response, runs, silence
@@ -63,13 +63,13 @@ def parse(text: str, catalog: Catalog) -> Query:
     """Parse a query.
 
     Raises:
-        QueryError: it is not a query, mixes types, or names an unknown signal.
+        QueryError: the text is not a query, mixes types, or names an unknown signal.
     """
     try:
         tree = _parser().parse(text)
         query: Query = _Builder(catalog).transform(tree)
     except UnexpectedInput as error:
-        raise QueryError(f"{_place(text, error)}; allowed here: {_allowed(error)}") from error
+        raise QueryError(f"{_problem(text, error)}; allowed here: {_allowed(error)}") from error
     except RecursionError as error:
         raise QueryError(TOO_DEEP) from error
     except VisitError as error:
@@ -89,7 +89,7 @@ def _parser() -> Lark:
     return Lark(GRAMMAR, parser="lalr", propagate_positions=True, maybe_placeholders=False)
 
 
-def _place(text: str, error: UnexpectedInput) -> str:
+def _problem(text: str, error: UnexpectedInput) -> str:
     if isinstance(error, UnexpectedToken):
         if error.token.type == "$END":
             return f"column {len(text) + 1}: the query ends too early"
@@ -130,18 +130,19 @@ _EDGES: Mapping[str, Callable[[Any], Condition]] = {
 def _query(pattern: Pattern, *conditions: Expression) -> Query:
     """Make a query from its conditions."""
     for condition in conditions:
-        want(condition, Type.CONDITION)
-    signals = tuple(signal for term in conditions for signal in term.signals)
-    return Query(None, tuple(term.evaluate for term in conditions), pattern, signals)
+        require_type(condition, Type.CONDITION)
+    signals = tuple(signal for condition in conditions for signal in condition.signals)
+    return Query(None, tuple(condition.evaluate for condition in conditions), pattern, signals)
 
 
-def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
-    """Compare a step or a text with one of its possible values."""
+def _text_comparison(coded: Expression, text: Expression, sign: Token) -> Expression:
+    """Compare a signal of kind CODE with the name of a step, or with a text."""
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
     if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
-        raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")
-    constant_name = text.text[1:-1]
-    codes = [code for code, name in signal.names.items() if name == constant_name]
+        problem = "use == or != to compare a text with a step, or with a tag that contains text"
+        raise MeaningError(column_of(sign), problem)
+    searched_name = text.text[1:-1]
+    codes = [code for code, name in signal.names.items() if name == searched_name]
     return derived(
         Type.CONDITION,
         coded,
@@ -157,7 +158,7 @@ class _Builder(Transformer[Token, Any]):
         super().__init__()
         self._catalog = catalog
 
-    # -- the whole ----------------------------------------------------------------------------------
+    # -- queries ------------------------------------------------------------------------------------
 
     def aggregate(self, name: Token, query: Query) -> Query:
         return replace(query, aggregate=str(name))
@@ -181,26 +182,29 @@ class _Builder(Transformer[Token, Any]):
         return combined(np.logical_and, parts)
 
     def negation(self, part: Expression) -> Expression:
-        want(part, Type.CONDITION)
+        require_type(part, Type.CONDITION)
         return derived(Type.CONDITION, part, lambda scans: ~part.evaluate(scans))
 
     def held(self, part: Expression, time: Token) -> Expression:
-        want(part, Type.CONDITION)
+        require_type(part, Type.CONDITION)
         least_ns, key = duration_ns(time), object()
         return derived(Type.CONDITION, part, lambda scans: scans.held(key, part.evaluate(scans), least_ns))
 
     def edge(self, name: Token, part: Expression) -> Expression:
         if name != "changed":
-            want(part, Type.CONDITION, f"{name}()")
-        find, key = _EDGES[name], object()
-        return derived(Type.CONDITION, part, lambda scans: scans.after_last(key, part.evaluate(scans), find))
+            require_type(part, Type.CONDITION, f"{name}()")
+        is_edge, key = _EDGES[name], object()
+        return derived(Type.CONDITION, part, lambda scans: scans.edges(key, part.evaluate(scans), is_edge))
 
     def compare(self, left: Expression, sign: Token, right: Expression) -> Expression:
-        if Type.TEXT in (left.type, right.type):
-            return _is_text(*((left, right) if right.type is Type.TEXT else (right, left)), sign)
-        same(left, right, sign)
+        if right.type is Type.TEXT:
+            return _text_comparison(left, right, sign)
+        if left.type is Type.TEXT:
+            return _text_comparison(right, left, sign)
+        require_same_type(left, right, sign)
         if left.type is Type.CONDITION and sign not in ("==", "!="):
-            raise MeaningError(column_of(sign), f"conditions are compared with == and !=, not with {sign}")
+            problem = f"{sign} does not compare conditions; use == or !="
+            raise MeaningError(column_of(sign), problem)
         return joined(Type.CONDITION, left, right, partial(columns.compared, _COMPARE[sign]))
 
     # -- numbers and times --------------------------------------------------------------------------
@@ -209,9 +213,9 @@ class _Builder(Transformer[Token, Any]):
         for operand in (left, right):
             refuse_condition(operand, str(sign))
         if sign == "*":
-            want(right, Type.NUMBER, "*")
-            want(left, Type.NUMBER, "*")
-        same(left, right, sign)
+            require_type(right, Type.NUMBER, "*")
+            require_type(left, Type.NUMBER, "*")
+        require_same_type(left, right, sign)
         return joined(left.type, left, right, partial(numbers.calculated, _ARITHMETIC[sign]))
 
     def signed(self, sign: Token, part: Expression) -> Expression:

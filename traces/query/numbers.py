@@ -1,7 +1,7 @@
-"""Exact arithmetic on columns, as in Python: integers stay integers, whatever their width and sign.
+"""Exact arithmetic on columns, as in Python: integers of any width and sign stay integers.
 
-    int64      integers that fit, which are almost all
-    object     Python's integers, where a value or a result does not fit int64
+    int64      integers that fit, which almost all do
+    object     Python's integers, for a value or result that does not fit int64
     float64    numbers with fractions
 
 Integers and floats combine as in Python: a comparison is exact, and a sum is a float.
@@ -30,10 +30,10 @@ _LEAST, _MOST = -(2**63), 2**63 - 1
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """One number, or no number, per scan."""
+    """A column of numbers: one number, or no number, per scan."""
 
     values: Array  # int64, Python's integers (object) or float64
-    none: Condition  # scans without a number
+    none: Condition  # whether a scan has no number
 
     def __len__(self) -> int:
         return len(self.values)
@@ -101,10 +101,10 @@ def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
     """
     values = left.values, right.values
     kinds = {operand.dtype.kind for operand in values}
-    if len(kinds) > 1 and not ("O" not in kinds and all(map(_exact_as_float, values))):
+    if len(kinds) > 1 and ("O" in kinds or not all(map(_exact_as_float, values))):
         values = values[0].astype(object), values[1].astype(object)
-    holds: Condition = operator(*values).astype(bool)
-    return holds & ~(left.none | right.none)
+    is_true: Condition = operator(*values).astype(bool)
+    return is_true & ~(left.none | right.none)
 
 
 def negated(numbers: Numbers) -> Numbers:
@@ -125,7 +125,7 @@ def absolute(numbers: Numbers) -> Numbers:
 def changed(numbers: Numbers) -> Condition:
     """Return where a number differs from the previous scan; never in the first scan.
 
-    A number that appears or disappears counts as changed; no number after no number does not.
+    A number that appears or disappears is a change. Two successive scans without a number are not.
 
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
@@ -145,7 +145,10 @@ def _narrow(values: Array) -> Array:
 
 
 def _fits(operator: Operator, left: Array, right: Array) -> bool:
-    """Return whether integer results fit int64: their extremes come from the extremes of both sides."""
+    """Return whether integer results fit int64.
+
+    The least and greatest results of +, - and * are results of the least and greatest operands.
+    """
     if "O" in (left.dtype.kind, right.dtype.kind):
         return False
     if not len(left):

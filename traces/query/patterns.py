@@ -1,13 +1,13 @@
 r"""Finds occurrences in a trace: the duration of a condition, and the delay of a response.
 
-runs(A)             A   __/‾‾‾‾\____    from the scan in which A begins to hold
-                          |<-->|        to the first in which it no longer does
+runs(A)             A   __/‾‾‾‾\____    from the scan in which A becomes true
+                          |<-->|        to the scan in which A becomes false
 
-response(A, B)      A   __/‾‾\______    from the scan in which A begins to hold
-                    B   _______/‾‾‾‾    to the first later scan in which B holds
+response(A, B)      A   __/‾‾\______    from the scan in which A becomes true
+                    B   _______/‾‾‾‾    to the first later scan in which B is true
                           |<-->|
 
-silence(A, B, 5 ms) the same, if B comes later than 5 ms, or never
+silence(A, B, 5 ms) as `response`, but B becomes true after more than 5 ms, or never
 """
 
 from __future__ import annotations
@@ -42,43 +42,43 @@ class Occurrences:
 
 
 class Stretches:
-    """The stretches of rows in which a condition holds, collected block by block.
+    """The stretches of rows in which a condition is true, collected block by block.
 
-    >>> found = Stretches()
+    >>> stretches = Stretches()
     >>> for block in ([False, True, True], [True, False, True]):
-    ...     begun = found.add(np.array(block))
-    >>> found.first.tolist(), found.end.tolist()
+    ...     begins = stretches.add(np.array(block))
+    >>> stretches.first.tolist(), stretches.end.tolist()
     ([1, 5], [4])
     """
 
     def __init__(self) -> None:
-        self.rows = 0
-        self._changes: list[Rows] = []
-        self._holds = False
+        self.rows = 0  # number of rows added
+        self._changes: list[Rows] = []  # rows in which the condition changes, first to true
+        self._was_true = False  # in the last row added
 
     def add(self, condition: Condition) -> Rows:
-        """Add a block; return the rows of the block in which the condition begins to hold."""
-        is_different = np.empty(len(condition), bool)
-        is_different[:1] = condition[:1] != self._holds
-        np.not_equal(condition[1:], condition[:-1], out=is_different[1:])
-        changes = np.flatnonzero(is_different)
+        """Add a block; return the rows of the block in which the condition becomes true."""
+        is_change = np.empty(len(condition), bool)
+        is_change[:1] = condition[:1] != self._was_true
+        np.not_equal(condition[1:], condition[:-1], out=is_change[1:])
+        changes = np.flatnonzero(is_change)
         self._changes.append(changes + self.rows)
-        self._holds = bool(condition[-1]) if len(condition) else self._holds
+        self._was_true = bool(condition[-1]) if len(condition) else self._was_true
         self.rows += len(condition)
         return changes[condition[changes]]
 
     @property
     def first(self) -> Rows:
         """The first row of each stretch."""
-        return self._all[::2]
+        return self._all_changes[::2]
 
     @property
     def end(self) -> Rows:
         """The row after each stretch; none for a stretch that continues at the end of the trace."""
-        return self._all[1::2]
+        return self._all_changes[1::2]
 
     @property
-    def _all(self) -> Rows:
+    def _all_changes(self) -> Rows:
         self._changes = [np.concatenate(self._changes)] if self._changes else [np.zeros(0, np.int64)]
         return self._changes[0]
 
@@ -88,44 +88,44 @@ Pattern = Callable[[Sequence[Stretches], RowIndex], Occurrences]
 
 
 def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
-    """Find the stretches in which a condition holds."""
+    """Find the stretches in which a condition is true."""
     (condition,) = conditions
-    first_rows, end = condition.first, condition.end
-    open_count = len(first_rows) - len(end)  # 1 if the condition holds in the last scan, else 0
-    still_rows = [condition.rows - 1] * open_count
-    open_ = np.zeros(len(first_rows), bool)
-    open_[len(first_rows) - open_count :] = True
-    last_rows, end = (np.concatenate((rows, still_rows)).astype(np.int64) for rows in (end - 1, end))
-    return Occurrences(first_rows, last_rows, end, open_)
+    open_count = len(condition.first) - len(condition.end)  # 1 if it is true in the last scan, else 0
+    last_scan = np.full(open_count, condition.rows - 1)
+    is_open = np.arange(len(condition.first)) >= len(condition.end)
+    last_rows = np.concatenate((condition.end - 1, last_scan))
+    return Occurrences(condition.first, last_rows, np.concatenate((condition.end, last_scan)), is_open)
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause that an effect follows in a later scan, within the time."""
-    answers = _answers(*conditions)
-    is_answered = ~answers.open
+    """Find each beginning of a cause with an effect in a later scan, within the time; None = at any time."""
+    pairs = _causes_with_effects(*conditions)
+    has_effect = ~pairs.open
     if within_ns is not None:
-        is_answered &= lengths(answers, rows) <= within_ns
-    return answers.some(np.flatnonzero(is_answered))
+        has_effect &= lengths(pairs, rows) <= within_ns
+    return pairs.some(np.flatnonzero(has_effect))
 
 
 def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause that no effect follows within the time.
+    """Find each beginning of a cause without an effect within the time.
 
-    A cause near the end of the trace is left out if the trace ends before the time is over.
+    A cause is not counted if the trace ends before its time is over.
     """
-    answers = _answers(*conditions)
-    return answers.some(np.flatnonzero(lengths(answers, rows) > within_ns))
+    pairs = _causes_with_effects(*conditions)
+    return pairs.some(np.flatnonzero(lengths(pairs, rows) > within_ns))
 
 
-def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
+def _causes_with_effects(cause: Stretches, effect: Stretches) -> Occurrences:
     """Find each beginning of a cause, with the first later scan with the effect, else the last scan."""
-    first_rows, count = cause.first, cause.rows
+    rows_after, count = cause.first + 1, cause.rows
     effect_ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
     effect_begins = np.append(effect.first, count)
-    answer = np.maximum(first_rows + 1, effect_begins[np.searchsorted(effect_ends, first_rows + 1, "right")])
-    open_ = answer >= count
-    last_rows = np.where(open_, count - 1, answer)
-    return Occurrences(first_rows, last_rows, last_rows, open_)
+    # the stretch of the effect that is true in the row after the cause, or the next stretch
+    stretches = np.searchsorted(effect_ends, rows_after, "right")
+    effect_rows = np.maximum(rows_after, effect_begins[stretches])
+    is_open = effect_rows >= count
+    last_rows = np.where(is_open, count - 1, effect_rows)
+    return Occurrences(cause.first, last_rows, last_rows, is_open)
 
 
 def lengths(occurrences: Occurrences, rows: RowIndex) -> Rows:

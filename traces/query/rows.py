@@ -1,4 +1,4 @@
-"""Numbers and times of scans by row; a block with evenly spaced scans takes only a few numbers."""
+"""Numbers and times of scans by row. A block with evenly spaced scans is stored as three numbers."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ Column = NDArray[np.int64]
 
 
 class EvenSteps:
-    """A column that rises evenly within most blocks.
+    """A column whose values rise by a constant step within most blocks.
 
     >>> column = EvenSteps()
     >>> for values in ([5, 7, 9], [9, 10, 20]):
@@ -19,11 +19,11 @@ class EvenSteps:
     """
 
     def __init__(self) -> None:
-        self.rows = 0
-        self._begins: list[int] = []  # first row, first value and step of each block
-        self._values: list[int] = []
-        self._steps: list[int] = []
-        self._uneven: dict[int, Column] = {}  # all values of other blocks, by block number
+        self.rows = 0  # number of rows added
+        self._first_rows: list[int] = []  # of each block
+        self._first_values: list[int] = []  # of each block
+        self._steps: list[int] = []  # of each block; without meaning for an uneven block
+        self._uneven: dict[int, Column] = {}  # all values of each uneven block, by block index
 
     def add(self, values: Column) -> None:
         """Add the values of a block."""
@@ -31,23 +31,24 @@ class EvenSteps:
             return
         step = int(values[1]) - int(values[0]) if len(values) > 1 else 0
         if not (values[1:] - values[:-1] == step).all():
-            self._uneven[len(self._begins)] = values.copy()
-        self._begins.append(self.rows)
-        self._values.append(int(values[0]))
+            self._uneven[len(self._first_rows)] = values.copy()
+        self._first_rows.append(self.rows)
+        self._first_values.append(int(values[0]))
         self._steps.append(step)
         self.rows += len(values)
 
     def at(self, rows: Column) -> Column:
         """Return the values in some rows, given in order."""
-        block_begins, values, steps = (
-            np.array(column, np.int64) for column in (self._begins, self._values, self._steps)
+        first_rows, first_values, steps = (
+            np.array(column, np.int64) for column in (self._first_rows, self._first_values, self._steps)
         )
-        block = np.searchsorted(block_begins, rows, "right") - 1
-        row_values: Column = values[block] + (rows - block_begins[block]) * steps[block]
-        for number, uneven in self._uneven.items():
-            own_rows = slice(*np.searchsorted(block, (number, number + 1)))
-            row_values[own_rows] = uneven[rows[own_rows] - block_begins[number]]
-        return row_values
+        block_indexes = np.searchsorted(first_rows, rows, "right") - 1
+        rows_in_block = rows - first_rows[block_indexes]
+        values: Column = first_values[block_indexes] + rows_in_block * steps[block_indexes]
+        for index, block_values in self._uneven.items():
+            part = slice(*np.searchsorted(block_indexes, (index, index + 1)))
+            values[part] = block_values[rows_in_block[part]]
+        return values
 
 
 class RowIndex:

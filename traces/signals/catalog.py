@@ -30,11 +30,9 @@ FLAGS = Signal("cpu.flags", SignalKind.WORD, lambda block: block.flags)
 NO_TEXTS: Mapping[int, str] = MappingProxyType({})
 NO_STEPS: Steps = MappingProxyType({})
 
-_DIRECTIONS = ("in", "out")
-
 
 class UnknownSignalError(ValueError):
-    """No signal has this name, or several have."""
+    """No signal, or more than one, has this name."""
 
 
 class Catalog(Mapping[str, Signal]):
@@ -44,8 +42,8 @@ class Catalog(Mapping[str, Signal]):
     but does not list them.
 
     Args:
-        texts: meanings of the codes of its texts.
-        sequences: the steps of its sequences.
+        texts: text by code, for tags of type TEXT.
+        sequences: the steps of each sequence.
         formats: number formats of modules whose configuration selects them.
     """
 
@@ -58,8 +56,8 @@ class Catalog(Mapping[str, Signal]):
         formats: NumberFormats | None = None,
     ) -> None:
         self.slots = tuple(slots)
-        known_formats = NumberFormats() if formats is None else formats
-        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, known_formats))]
+        slot_formats = NumberFormats() if formats is None else formats
+        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, slot_formats))]
         self._covered = {name for slot in slots for name in _covered_words(slot)}
         if tags is not None:
             signals += tag_signals(tags, texts)
@@ -80,7 +78,7 @@ class Catalog(Mapping[str, Signal]):
             UnknownSignalError: the name is unknown (the message has similar names) or ambiguous.
         """
         try:
-            signal = self._found(name) or self._meant(name)
+            signal = self._by_listed_name(name) or self._by_other_name(name)
         except AmbiguousNameError as error:
             raise UnknownSignalError(str(error)) from None
         if signal is None:
@@ -89,7 +87,7 @@ class Catalog(Mapping[str, Signal]):
 
     def __contains__(self, name: object) -> bool:
         try:
-            return isinstance(name, str) and (self._found(name) or self._meant(name)) is not None
+            return isinstance(name, str) and bool(self._by_listed_name(name) or self._by_other_name(name))
         except AmbiguousNameError:
             return False
 
@@ -101,15 +99,15 @@ class Catalog(Mapping[str, Signal]):
 
     @property
     def tags(self) -> list[Signal]:
-        """The recorded tags, with a signal for each value, and the waits of each sequence."""
+        """The signals of the recorded tags, and the waits of each sequence."""
         return [signal for signal in self._signals.values() if signal.title]
 
     def matching(self, patterns: Sequence[str]) -> list[Signal]:
-        """Return the signals that match any of some patterns, in the catalog's order.
+        """Return the signals that match at least one pattern, in the catalog's order.
 
         Args:
-            patterns: names, with `*` and `?` as in file names; for tags, the program's names, too. Empty for
-                everything except words that are shown as bits and values anyway.
+            patterns: names, with `*` and `?` as in file names; a tag's name may be its name in the program.
+                Empty = everything except words whose bits or values are signals.
 
         Raises:
             UnknownSignalError: a pattern matches nothing.
@@ -123,7 +121,7 @@ class Catalog(Mapping[str, Signal]):
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def _names_of(self, pattern: str) -> list[str]:
-        """Return the names of signals that match a pattern, else matching tags, else the signal it names."""
+        """Return the signals that match a pattern, else the matching tags, else the signal of that name."""
         matches = [name for name in self._signals if fnmatchcase(name, pattern)]
         return matches or [signal.name for signal in self.tags_named(pattern)] or [self[pattern].name]
 
@@ -144,18 +142,18 @@ class Catalog(Mapping[str, Signal]):
             return True
         return signal.name not in self._covered
 
-    def _found(self, name: str) -> Signal | None:
+    def _by_listed_name(self, name: str) -> Signal | None:
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
 
-    def _meant(self, name: str) -> Signal | None:
-        """Return the signal that a person's name for a tag, a terminal, an image, or a part of one means."""
+    def _by_other_name(self, name: str) -> Signal | None:
+        """Return the signal for a tag's name in the program, a terminal, an address, or a part of these."""
         name = normal(name)
-        signal_name = self._names(name)
+        signal_name = self._names.find(name)
         if signal_name is not None:
-            return self._found(signal_name)
-        head, dot, member = name.replace("/", ".").rpartition(".")
-        signal = self._names(head) if dot else None
-        return None if signal is None else self._found(f"{signal}.{member}")
+            return self._by_listed_name(signal_name)
+        parent, dot, member = name.replace("/", ".").rpartition(".")
+        parent_name = self._names.find(parent) if dot else None
+        return None if parent_name is None else self._by_listed_name(f"{parent_name}.{member}")
 
     def _constant(self, name: str) -> Signal | None:
         code, _, member = name.rpartition(".")
@@ -174,15 +172,13 @@ class Catalog(Mapping[str, Signal]):
     def _close_to(self, name: str) -> list[str]:
         """Return the signals with similar names, else those with a similar last part."""
         by_lower_name = {signal_name.lower(): signal_name for signal_name in self._signals}
-        close_names = [
-            by_lower_name[match] for match in get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
-        ]
+        close_names = get_close_matches(name.lower(), list(by_lower_name), 3, 0.7)
         if close_names:
-            return close_names
+            return [by_lower_name[close_name] for close_name in close_names]
         last_parts = {signal_name: signal_name.rpartition(".")[2].lower() for signal_name in self._signals}
         last_part = name.rpartition(".")[2].lower()
-        near = get_close_matches(last_part, sorted({*last_parts.values()}), 2, 0.7)
-        return [signal_name for signal_name, last_word in last_parts.items() if last_word in near][:4]
+        close_parts = get_close_matches(last_part, sorted({*last_parts.values()}), 2, 0.7)
+        return [signal_name for signal_name, part in last_parts.items() if part in close_parts][:4]
 
     def _unknown(self, name: str) -> str:
         titles = [signal.title for signal in self.tags_named(name)]
@@ -190,11 +186,11 @@ class Catalog(Mapping[str, Signal]):
             example_names = [*titles[:3], *["..."] * (len(titles) > 3)]
             return f"{name} has {len(titles)} values: write {' or '.join(example_names)}"
         close_names = self._close_to(name)
-        places = ", ".join(f"slot{slot.number}" for slot in self.slots)
+        slots = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (
             f"did you mean {' or '.join(close_names)}?"
             if close_names
-            else f"there are cpu.flags and those of {places}"
+            else f"the trace has cpu.flags and signals of {slots}"
         )
         return f"no signal {name!r}: {hint}"
 
@@ -210,32 +206,32 @@ def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
             value = partial(_value, number, words, quantity, formats)
             yield Signal(f"{stem}.{DIRECTIONS[quantity.image]}.{quantity.name}", SignalKind.VALUE, value)
     yield from _named_bits(slot, stem)
-    for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
-        for word, name in enumerate(names):
+    for direction in DIRECTIONS.values():
+        for word, name in enumerate(words.named(direction)):
             read_word = partial(_word, number, direction, word)
             yield Signal(f"{stem}.{direction}.{name}", SignalKind.WORD, read_word)
 
 
 def _covered_words(slot: SlotInfo) -> Iterator[str]:
-    """Yield the names of words that other signals show."""
-    for direction in _DIRECTIONS:
+    """Yield the names of words whose bits or values are signals."""
+    for direction in DIRECTIONS.values():
         names = slot.words.named(direction)
         for word in slot.words.covered(direction):
             yield f"slot{slot.number}.{direction}.{names[word]}"
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
-    named_places = [(name, place) for names in slot.words.groups.values() for name, place in names.items()]
+    places = [(name, place) for names in slot.words.groups.values() for name, place in names.items()]
     if slot.words.modes is not None:
-        named_places.sort(key=lambda each: each[1].image not in INPUT)
-    for name, (image, word, bit) in named_places:
+        places.sort(key=lambda name_and_place: name_and_place[1].image not in INPUT)  # inputs first
+    for name, (image, word, bit) in places:
         direction = DIRECTIONS[image]
         read_bit = partial(_bit, slot.number, slot.words, direction, word, 1 << bit)
         yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read_bit)
 
 
-def _word(slot: int, direction: str, place: int, block: Block) -> Array:
-    return np.ascontiguousarray(block.image(slot, direction)[:, place])
+def _word(slot: int, direction: str, word: int, block: Block) -> Array:
+    return np.ascontiguousarray(block.image(slot, direction)[:, word])
 
 
 def _bit(slot: int, words: ModuleWords, direction: str, word: int, mask: int, block: Block) -> Array:
@@ -250,8 +246,8 @@ def _value(slot: int, words: ModuleWords, quantity: Quantity, formats: NumberFor
 def _speed(slot: int, words: ModuleWords, position: Quantity, formats: NumberFormats, block: Block) -> Array:
     image = block.wide_image(slot, "in")
     positions = _blanked(words, position, image, formats.values(slot, position, block.wide.scan, image))
-    speed = decode.speed(decode.travel(image, words, positions), block.wide.time_ns, block.margin)
-    return speed[block.start : block.stop]
+    wide_speed = decode.speed(decode.travel(image, words, positions), block.wide.time_ns, block.margin)
+    return wide_speed[block.start : block.stop]
 
 
 def _blanked(words: ModuleWords, quantity: Quantity, image: Array, values: Array) -> Array:

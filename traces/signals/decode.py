@@ -16,21 +16,21 @@ CW, CCW = "MOVING_CW", "MOVING_CCW"
 
 
 def in_command_mode(words: Words, status: int = 0) -> NDArray[np.bool_]:
-    """Return the scans in which an image is in command mode: bit 15 of its word `status` is clear."""
-    in_command: NDArray[np.bool_] = words[:, status] >= 0
-    return in_command
+    """Return True for scans in which an image is in command mode: bit 15 of its word `status` is clear."""
+    is_in_command_mode: NDArray[np.bool_] = words[:, status] >= 0
+    return is_in_command_mode
 
 
 def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
-    """Return the scans in which a bit of a word is set; `mask` is 1 to 8000h."""
+    """Return True for scans in which a bit of a word is set; `mask` is 1 to 8000h."""
     is_on: NDArray[np.bool_] = (column.view(np.uint16) & np.uint16(mask)) != 0
     return is_on
 
 
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
-    """Return the scans in which a named bit is set.
+    """Return True for scans in which a named bit is set.
 
-    In configuration mode most bits mirror the configuration; none of these counts as set.
+    In configuration mode most bits mirror the configuration; they count as clear.
 
     Args:
         image: "I" or "in", "O" or "out".
@@ -43,7 +43,7 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
 
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
-    """Return the scans in which a named bit of the input image is set; none for an unknown name."""
+    """Return True for scans in which a named bit of the input image is set; False for an unknown name."""
     place = module.place(name)
     if place is None:
         return np.zeros(len(words), bool)
@@ -53,23 +53,23 @@ def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]
 def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the motion of the position since the previous scan, steps.
 
-    A preset, the end of homing or a configuration sets the position without a step; therefore changes
-    while neither MOVING bit is set, or against its direction, count as 0.
+    A preset, the end of homing or a configuration changes the position without motion. A change therefore
+    counts only while the MOVING bit of its direction is set.
 
     Args:
         words: an input image's words, a row per scan.
-        positions: its position, NaN where it has none.
+        positions: its position, NaN in configuration mode.
     """
-    steps = np.zeros(len(words))
-    steps_moved = np.diff(positions)
-    onward = np.where(input_bit(words, module, CW)[1:], steps_moved, 0)
-    moved_back = np.where(input_bit(words, module, CCW)[1:], steps_moved, 0)
-    steps[1:] = np.fmax(onward, 0) + np.fmin(moved_back, 0)
-    return steps
+    motion = np.zeros(len(words))
+    change = np.diff(positions)
+    cw_change = np.where(input_bit(words, module, CW)[1:], change, 0)
+    ccw_change = np.where(input_bit(words, module, CCW)[1:], change, 0)
+    motion[1:] = np.fmax(cw_change, 0) + np.fmin(ccw_change, 0)
+    return motion
 
 
 def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -> NDArray[np.float64]:
-    """Return the mean speed from `margin` scans before to `margin` scans after each one, steps/s, signed.
+    """Return the mean speed from `margin` scans before each scan to `margin` scans after it, steps/s, signed.
 
     Args:
         steps: the motion since the previous scan, see `travel`.

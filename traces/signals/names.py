@@ -1,4 +1,4 @@
-"""Names of signals as people write them: from the program, the rack or the trace."""
+"""Finds signals by the names that people write: from the program, the rack or the trace."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
-from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.tag_names import AmbiguousNameError, base_of, in_scope, key_of, normal
 
 from ..format.layout import SlotInfo
@@ -20,7 +20,7 @@ RECORDED = f"{FIELD}.", f"{SEQUENCES}."
 DIRECTIONS = {"I": "in", "O": "out"}
 
 _SUBSCRIPTS = re.compile(r"\[[^\]]*\]")
-_BY_MEANING = re.compile(r"\s*slot", re.IGNORECASE)
+_TRACE_NAME = re.compile(r"\s*slot", re.IGNORECASE)
 _WILD = re.compile(r"[*?]")
 
 
@@ -33,14 +33,18 @@ class SignalNames:
         self._tags = [signal for signal in recorded if signal.title]
         self._slots = slots
 
-    def __call__(self, text: str) -> str | None:
-        """Return the signal with a name, or None; raise an AmbiguousNameError if there are several."""
+    def find(self, text: str) -> str | None:
+        """Return the name in the trace of a signal; None for an unknown name.
+
+        Raises:
+            AmbiguousNameError: several signals have the name.
+        """
         scoped = in_scope(text, self._bases)
         key = key_of(scoped) or scoped.lower()
-        return self._by_key.get(key) or self._by_part(key) or self._of_image(text)
+        return self._by_key.get(key) or self._by_part(key) or self._name_at_address(text)
 
     def scoped(self, pattern: str) -> str:
-        """Return a pattern, with its program added; see `in_scope`.
+        """Return a pattern with the name of its program; see `in_scope`.
 
         Raises:
             AmbiguousNameError: several programs have a tag of that name.
@@ -71,46 +75,37 @@ class SignalNames:
         return names_by_part
 
     def _by_part(self, key: str) -> str | None:
-        meant = self._parts.get(key, [])
-        if len(meant) > 1:
-            meanings = " or ".join(meant[:4]) + (" or ..." if len(meant) > 4 else "")
-            raise AmbiguousNameError(f"{key} is ambiguous: it is {meanings}")
-        return meant[0] if meant else None
+        names = self._parts.get(key, [])
+        if len(names) > 1:
+            choices = " or ".join(names[:4]) + (" or ..." if len(names) > 4 else "")
+            raise AmbiguousNameError(f"{key} is ambiguous: it is {choices}")
+        return names[0] if names else None
 
-    def _of_image(self, text: str) -> str | None:
-        """Return the signal of the word or bit at an address."""
+    def _name_at_address(self, text: str) -> str | None:
+        """Return the name of the word or bit at an address; None if the text is no address.
+
+        An address such as `Local:1:I.Data[0].3` means the bit in both modes of a stepper. A bit's name is for
+        command mode only.
+        """
         words = {slot.number: slot.words for slot in self._slots}
         try:
             address = parse_address(text, words)
         except ValueError:
             return None
-        direction = DIRECTIONS[address.image]
-        stem = f"slot{address.slot}.{direction}"
-        by_meaning = _BY_MEANING.match(text) or not self._has_modes(address)
-        name = next(
-            (
-                name
-                for name, bit in words[address.slot].bits(address.image, address.word)
-                if bit == address.bit
-            ),
-            None,
-        )
-        if name is not None and by_meaning:
-            return f"{stem}.{name}"
-        word = (words[address.slot].inputs if address.image == "I" else words[address.slot].outputs)[
-            address.word
-        ]
+        stem = f"slot{address.slot}.{DIRECTIONS[address.image]}"
+        module = words[address.slot]
+        bit_names = [name for name, bit in module.bits(address.image, address.word) if bit == address.bit]
+        if bit_names and (module.modes is None or _TRACE_NAME.match(text)):
+            return f"{stem}.{bit_names[0]}"
+        word = module.named(address.image)[address.word]
         return f"{stem}.{word}" if address.bit is None else f"{stem}.{word}.{address.bit}"
-
-    def _has_modes(self, at: Address) -> bool:
-        return next(slot.words.modes is not None for slot in self._slots if slot.number == at.slot)
 
 
 def is_named(signal: Signal, pattern: str) -> bool:
-    r"""Return whether a pattern means a tag, by name in the trace, by full name, or by the last part of that.
+    r"""Return whether a pattern matches a tag's name in the trace, or the end of its full name.
 
-    `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name
-    means all members and elements below it.
+    `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name also
+    matches its members and elements.
 
     >>> from .signal import SignalKind
     >>> kind = SignalKind.NUMBER
@@ -122,9 +117,10 @@ def is_named(signal: Signal, pattern: str) -> bool:
         return False
     normalized = normal(pattern) if _WILD.search(pattern) else key_of(pattern) or pattern
     text = "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in normalized)
-    begins = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
-    key = key_of(signal.title) or signal.title
-    names = [signal.name, signal.name.removeprefix(f"{FIELD}.")]
-    for name in dict.fromkeys((key, _SUBSCRIPTS.sub("", key))):
-        names += [name[start:] for start in (0, *(dot.start() + 1 for dot in re.finditer(r"\.", name)))]
-    return any(begins.match(name) for name in names)
+    name_or_parent = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
+    full_name = key_of(signal.title) or signal.title
+    candidates = [signal.name, signal.name.removeprefix(f"{FIELD}.")]
+    for name in (full_name, _SUBSCRIPTS.sub("", full_name)):
+        parts = name.split(".")
+        candidates += [".".join(parts[start:]) for start in range(len(parts))]
+    return any(map(name_or_parent.match, candidates))

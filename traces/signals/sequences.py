@@ -23,7 +23,7 @@ Steps = Mapping[str, Sequence[Step]]
 
 
 def sequence_signals(steps: Steps) -> Iterator[Signal]:
-    """Yield two signals for each sequence: its wait, and the number of the line.
+    """Yield two signals for each sequence: its wait, and the line number of the wait.
 
     The first signal has a code for each line and wait, in the order of their first appearance; code 0 is
     `NOT_BEGUN`.

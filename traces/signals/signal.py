@@ -26,7 +26,7 @@ class SignalKind(Enum):
     """A signed word of the image; an array of int16, or of uint32 for the CPU's flags."""
 
     VALUE = "value"
-    """A whole number joined from two words; an array of float64, NaN where the image has none."""
+    """A whole number joined from two words; an array of float64, NaN in configuration mode."""
 
     NUMBER = "number"
     """A number of the program; an array of the tag's own type."""
@@ -56,17 +56,17 @@ class Signal:
         return tuple(self.name.split("."))
 
 
-def named(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return the names of codes; a code without a name is returned as a number.
+def names_of(codes: Array, names: Mapping[int, str]) -> list[str]:
+    """Return the names of codes; for a code without a name, its number as text.
 
-    >>> named(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
+    >>> names_of(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']
     """
     return [names.get(code, str(code)) for code in codes.tolist()]
 
 
 def whole_numbers(values: Array) -> tuple[Array, Array]:
-    """Split values of kind VALUE into whole numbers and a mask of missing values.
+    """Return values of kind VALUE as whole numbers, 0 where one is missing, and a mask of missing values.
 
     >>> numbers, missing = whole_numbers(np.array([4.0, np.nan]))
     >>> numbers.tolist(), missing.tolist()

@@ -1,7 +1,7 @@
 """Reads a trace as a stream of blocks, so that memory use does not depend on the trace's length.
 
-A block has additional scans before and after it, so that a change since the
-previous scan, or a mean over several scans, does not depend on where the block ends:
+A block has additional scans before and after it. A change since the previous scan, or a
+mean over several scans, therefore does not depend on the ends of the block:
 
     wide    . . . . o o o o o o o o o o . . . .
     inner           |<- the block's ->|
@@ -21,16 +21,16 @@ from ..read.columns import ALL, Columns, Selection, join
 from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
-"""Time over which speeds are averaged; over less time, the whole steps of a position appear as noise."""
+"""Time over which speeds are averaged. Over a shorter time, the rounding of a position to steps is noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
     """Several successive scans."""
 
-    wide: Columns  # their columns, with up to `margin` more scans on either side
+    wide: Columns  # the scans' columns, with up to `margin` more scans on either side
     start: int  # first row of `wide` that belongs to the block
-    stop: int  # the row after its last
+    stop: int  # the row of `wide` after the block
     margin: int  # scans in half of `SPEED_WINDOW_NS`, 1 or more
     places: Mapping[int, ImagePlaces]  # slot number -> its images in the memory block
 
@@ -82,26 +82,26 @@ def blocks(
 
     Args:
         progress: called at each block with the number of scans read so far.
-        measured: whether signals that depend on several scans are read; if not, blocks have no additional
-            scans.
+        measured: whether the caller reads signals that depend on several scans; if not, blocks have no
+            additional scans.
 
     Raises:
         EmptySelectionError: the trace has no selected scan.
-        TraceError: the file is damaged beyond what can be left out.
+        TraceError: the file is damaged, and the damaged part can't be skipped.
     """
     margin = half_window(trace) if measured else 0
     places = trace.head.layout.places
-    any_found = False
+    is_empty = True
     columns = column_chunks(trace, selection, margin=margin, tags=True)
-    for with_margins, start, stop in _with_margins(columns, margin) if margin else _without(columns):
+    for with_margins, start, stop in _with_margins(columns, margin):
         progress(stop - start)
         first_row, end_row = selection.rows(with_margins)
         first_row, end_row = max(first_row, start), min(end_row, stop)
         if first_row < end_row:
-            any_found = True
+            is_empty = False
             yield Block(with_margins, first_row, end_row, margin, places)
-    if not any_found:
-        raise EmptySelectionError(_nothing(selection, extent(trace)))
+    if is_empty:
+        raise EmptySelectionError(_empty_message(selection, extent(trace)))
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
@@ -109,7 +109,7 @@ def count(trace: Trace, selection: Selection = ALL) -> int:
     return scan_count(trace, selection, margin=half_window(trace))
 
 
-def _nothing(selection: Selection, ends: Columns) -> str:
+def _empty_message(selection: Selection, ends: Columns) -> str:
     """Return the message for an empty selection; `ends` has the first and the last scan."""
     if not len(ends.scan):
         return "the trace has no scans"
@@ -124,12 +124,11 @@ def half_window(trace: Trace) -> int:
     return max(1, round(SPEED_WINDOW_NS / 2 / period_ns))
 
 
-def _without(stream: Iterator[Columns]) -> Iterator[tuple[Columns, int, int]]:
-    return ((columns, 0, len(columns.scan)) for columns in stream)
-
-
 def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Columns, int, int]]:
-    """Yield each part of a stream with `margin` rows before and after it, as columns, first row and end."""
+    """Yield each part of a stream with `margin` rows before and after it: columns, first row, end row."""
+    if not margin:
+        yield from ((columns, 0, len(columns.scan)) for columns in stream)
+        return
     margin_before = 0
     held_columns: Columns | None = None
     for columns in stream:

@@ -16,10 +16,10 @@ CODES = ("ENUM", "TEXT")
 
 
 def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
-    """Yield a signal for every value in a row of tags.
+    """Yield a signal for every tag, and for every element of an array.
 
     Args:
-        texts: meanings of the codes of texts.
+        texts: text by code, for tags of type TEXT.
     """
     for field in plan.fields:
         names = code_names(field, texts)
@@ -32,14 +32,14 @@ def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
 
 
 def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
-    """Return the meanings of a field's codes."""
+    """Return the name or text of each of a field's codes."""
     if field.tag.type == "TEXT":
         return texts
     return dict(enumerate(field.constants))
 
 
 def constant(signal: Signal, name: str) -> Signal | None:
-    """Return the signal that is true where a code means a name; None if no code does."""
+    """Return the signal that is true in scans with the code of a name; None if no code has the name."""
     codes = [code for code, code_name in signal.names.items() if code_name == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None
@@ -53,8 +53,8 @@ def _kind(field: TagField) -> SignalKind:
 
 
 def _bits(field: TagField) -> int:
-    kind = FORMATS[field.tag.type]
-    return 0 if kind.letter in "df?" else 8 * kind.size
+    tag_format = FORMATS[field.tag.type]
+    return 0 if tag_format.letter in "df?" else 8 * tag_format.size
 
 
 def _values(name: str, element: int | None, block: Block) -> Array:

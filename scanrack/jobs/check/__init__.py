@@ -2,7 +2,7 @@
 
 facts.py           the table of facts, filled by a collector for each language
 rungs, python      the collectors
-logic.py           conditions, and whether one can hold
+logic.py           conditions, and whether one can be true
 ranges.py          ranges of numbers
 choices.py         the possible values of an expression, one by one
 groups.py          groups items by a key; finds what can be reached from a start

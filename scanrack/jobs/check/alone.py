@@ -15,7 +15,7 @@ def load_any(file: str) -> tuple[LoadedRack, bool]:
     """Load a rack with its program, or only a ladder program; ValueError if the file can't be used.
 
     Returns:
-        the job, and whether it has no rack. Slots and stubs of an export come from the export itself.
+        the loaded rack, and whether the program has no rack file. An export supplies its own slots and stubs.
     """
     path = Path(file)
     if path.suffix not in (SUFFIX, STRUCTURED_SUFFIX):

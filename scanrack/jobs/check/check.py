@@ -41,7 +41,7 @@ class Finding:
 
     @property
     def row(self) -> Rule:
-        """The rule itself."""
+        """The row of the rule in the table of rules."""
         return BY_ID[self.rule]
 
     def __str__(self) -> str:
@@ -54,18 +54,18 @@ class CheckReport:
     """The result of a check."""
 
     findings: tuple[Finding, ...]
-    not_seen: tuple[str, ...]  # sentences about unknown facts
+    not_seen: tuple[str, ...]  # what the check can't determine, one text each
     ignored: int = 0  # findings that comments suppress
 
 
 @dataclass(frozen=True, slots=True)
 class ProofFinding:
-    """The verdict of a proof: a finding of a rule is proved, or the rule's finding is refuted.
+    """A proof's verdict, which confirms or refutes a finding of a rule.
 
     Attributes:
         rule: name of the rule, such as "unreachable".
-        holds: whether the finding is proved; otherwise it is refuted.
-        text: text of a finding that the rules did not find themselves.
+        holds: whether the proof confirms the finding; otherwise it refutes the finding.
+        text: the finding's text, used if the rule itself reports nothing at this place.
     """
 
     rule: str
@@ -92,17 +92,16 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = 
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
-        alone: whether the program is checked without a rack; rules about wiring then do not apply.
-        prover: yields verdicts on the program's rungs and tags. Proved findings are marked; refuted findings
-            are left out.
+        alone: check the program without a rack. Rules about wiring do not apply then.
+        prover: yields verdicts on rungs and tags. The report marks proved findings and omits refuted ones.
     """
     facts = facts_of(job)
     is_toml = not alone and rack_form(job.rack_file) is Form.DATA
     lines = load_rack_file(job.rack_file).lines if is_toml else None
     subject = Subject(job, facts, lines, alone)
-    findings = list(
-        _judged(list(_findings(subject)), [] if prover is None else list(prover(job, facts)), facts)
-    )
+    findings = list(_findings(subject))
+    if prover is not None:
+        findings = list(_with_verdicts(findings, prover(job, facts), facts))
     suppressions = Suppressions(job)
     kept = tuple(finding for finding in findings if not suppressions.ignores(finding.rule, finding.place))
     stubs = (f"behind {stub}" for stub in job.stubs)
@@ -111,44 +110,45 @@ def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover | None = 
 
 
 def refused(error: Exception, file: str) -> CheckReport:
-    """Return the report of a file that can't be loaded: its mistakes with their places.
+    """Return the report of a file that can't be loaded: one finding, at the last line that the error names.
 
     Args:
-        file: the file that was to be checked, used for a mistake without a place.
+        file: the file to check. The finding is at its first line if the error names no line.
     """
-    named = [site for site in sites_of(error) if site.file]
-    sites = [site for site in named if site.line] or [Site(file=file, line=1)]
-    text = str(error)
-    findings = (Finding("refused", FileLine(site.file, site.line or 1), text, site) for site in sites[-1:])
-    return CheckReport(tuple(dict.fromkeys(findings)), ())
+    sites = [Site(file=file, line=1), *(site for site in sites_of(error) if site.file and site.line)]
+    last = sites[-1]
+    return CheckReport((Finding("refused", FileLine(last.file, last.line or 1), str(error), last),), ())
 
 
 def _findings(subject: Subject) -> Iterator[Finding]:
     """Yield the findings, one per rule, place and text, in rule order."""
     facts = subject.facts
     for rule in RULES:
-        seen: set[tuple[FileLine, str]] = set()
-        checked = (violation for check in rule.checks for violation in check(subject))
-        for place, text in chain(facts.remarks.get(rule.id, ()), checked):
+        reported: set[tuple[FileLine, str]] = set()
+        violations = (violation for check in rule.checks for violation in check(subject))
+        for place, text in chain(facts.remarks.get(rule.id, ()), violations):
             key = place, "" if rule.id == "out-of-range" else text  # one range finding per line is enough
-            if key not in seen:
-                seen.add(key)
+            if key not in reported:
+                reported.add(key)
                 yield Finding(rule.id, place, text, _site(facts, place))
 
 
-def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
-    """Yield the findings that are not refuted, then findings of proofs at places that have none."""
-    by_place = {(judgment.rule, judgment.place): judgment for judgment in verdicts}
-    for finding in found:
-        verdict = by_place.pop((finding.rule, finding.place), None)
+def _with_verdicts(
+    findings: list[Finding], verdicts: Iterable[ProofFinding], facts: Facts
+) -> Iterator[Finding]:
+    """Yield the findings that no proof refutes, then proved findings at lines without a finding."""
+    unused = {(verdict.rule, verdict.place): verdict for verdict in verdicts}
+    for finding in findings:
+        verdict = unused.pop((finding.rule, finding.place), None)
         if verdict is None:
             yield finding
         elif verdict.holds:
             yield replace(finding, text=f"{finding.text} (proved)")
-    places = {kept_finding.place for kept_finding in found}
-    for other in by_place.values():
-        if other.holds and other.place not in places:
-            yield Finding(other.rule, other.place, f"{other.text} (proved)", _site(facts, other.place))
+    places_with_finding = {finding.place for finding in findings}
+    for verdict in unused.values():
+        place = verdict.place
+        if verdict.holds and place not in places_with_finding:
+            yield Finding(verdict.rule, place, f"{verdict.text} (proved)", _site(facts, place))
 
 
 def _site(facts: Facts, place: FileLine) -> Site:
@@ -178,9 +178,9 @@ def _python_facts(job: LoadedRack) -> Facts:
 
 def _globals_of(logic: object) -> Mapping[str, Any]:
     """Return the global names of the module that defines a function, method, partial or callable object."""
-    inner = getattr(logic, "func", logic)  # for functools.partial
-    call = inner if hasattr(inner, "__globals__") else vars(type(inner)).get("__call__")
-    names: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
+    called = getattr(logic, "func", logic)  # for functools.partial
+    function = called if hasattr(called, "__globals__") else vars(type(called)).get("__call__")
+    names: Mapping[str, Any] = getattr(getattr(called, "__func__", function), "__globals__", {})
     return names
 
 

@@ -1,4 +1,4 @@
-"""The possible values of an expression, one by one: a constant, or each element of a table."""
+"""The individual values that an expression can have: a constant, or each element of a table."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ class Choices(NamedTuple):
     """The possible values of an expression or of a word, called options.
 
     Attributes:
-        options: the options; empty if they are unknown.
-        source: where they come from, such as a table. Options of one source vary together.
+        options: the values; empty if they are unknown.
+        source: the table or expression they come from. Options of one source vary together.
         names: a name for each option, for messages.
     """
 
@@ -19,23 +19,26 @@ class Choices(NamedTuple):
     source: str = ""
     names: tuple[str, ...] = ()
 
-    def at(self, place: int) -> Any:
-        """Return an option by its place; a single option has every place."""
-        return self.options[place if len(self.options) > 1 else 0]
+    def at(self, index: int) -> Any:
+        """Return an option by its index; a single option has every index."""
+        return self.options[index if len(self.options) > 1 else 0]
 
 
 UNKNOWN_CHOICES = Choices()
 
 
-def combined(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
-    """Apply a function to options; unknown if a part is unknown, if sources differ, or if the call fails."""
-    several = [part for part in parts if len(part.options) > 1]
-    if len({choices.source for choices in several}) > 1:
+def combined(arguments: Sequence[Choices], function: Callable[..., Any]) -> Choices:
+    """Return the results of a function for each option of its arguments.
+
+    The result is unknown if an argument is unknown, if arguments vary with different sources, or if a call
+    fails.
+    """
+    varying = [argument for argument in arguments if len(argument.options) > 1]
+    if len({argument.source for argument in varying}) > 1:
         return UNKNOWN_CHOICES
-    rows = range(min((len(choices.options) for choices in several), default=1))
+    rows = range(min((len(argument.options) for argument in varying), default=1))
     try:
-        results = tuple(of(*(part.at(place) for part in parts)) for place in rows)
+        results = tuple(function(*(argument.at(row) for argument in arguments)) for row in rows)
     except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError):
         return UNKNOWN_CHOICES
-    first, *_ = *several, UNKNOWN_CHOICES
-    return first._replace(options=results)
+    return (varying[0] if varying else UNKNOWN_CHOICES)._replace(options=results)

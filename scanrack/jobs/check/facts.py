@@ -9,7 +9,7 @@
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
 | `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
-A mistake that shows in one place becomes a `Violation` at once: `facts.remark("recursion", place, text)`.
+A collector notes a mistake that a single line shows at once: `facts.remark("recursion", place, text)`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SentCommand:
 
     place: FileLine
     slot: int | None  # None if it is unknown
-    words: tuple[int, ...] = ()  # the eight output words; empty if they do not matter to the rules
+    words: tuple[int, ...] = ()  # the eight output words; empty if no rule reads them
     speed: int | None = None  # the speed in the words, steps/s; None if it is unknown
 
 
@@ -65,7 +65,7 @@ class Variable:
         place: the line of its declaration.
         type: such as "BOOL", "DINT", "TIMER".
         set: whether its declaration gives it a value.
-        shown: whether people read or write it, because it is recorded or by its name.
+        shown: whether people read or write it: it is recorded, or its name says so.
     """
 
     name: str
@@ -80,9 +80,9 @@ class Touch(Enum):
     """The way in which an instruction or statement uses a variable."""
 
     READ = auto()
-    COIL = auto()  # writes a bit whether its condition holds or not
-    LATCH = auto()  # sets a bit if its condition holds
-    UNLATCH = auto()  # clears a bit if its condition holds
+    COIL = auto()  # writes its condition to a bit
+    LATCH = auto()  # sets a bit if its condition is true
+    UNLATCH = auto()  # clears a bit if its condition is true
     WRITE = auto()  # writes another value, or several words
     BOTH = auto()  # reads and writes: a timer, a block, an argument by reference
 
@@ -93,14 +93,14 @@ class Access:
 
     Attributes:
         variable: its key in `Facts.variables`.
-        part: the part of the variable that is used: "" for all of it, or such as ".DN", "[3].5"; "[?]" is any
-            element.
+        part: the member, element or bit that is used, such as ".DN" or "[3].5"; "" for the whole variable.
+            "[?]" is any element.
         unit: the routine, or the function.
-        needs: bits that are as given whenever the access happens.
+        needs: bits that must be on, or off, for the access to happen.
         owner: the task of the program, or the sequence; "" if there is a single task, or for `every_scan`.
         once: whether it happens only at start-up.
-        default: whether every scan executes the statement and a later one may override it.
-        steady: whether its condition, and the value it assigns to a bit, stay true from the second scan on.
+        default: whether every scan executes the statement, and a later statement may override it.
+        steady: whether its condition and the bit value it writes stay true from the second scan on.
         parameter: whether it receives an argument of a routine.
         zero: whether it writes 0, such as CLR, RES, MOV(0,...), or an assignment of 0.
         text: the variable as written in the code; "" if that is its name.
@@ -145,19 +145,19 @@ class Command:
         axis: the axis, by the user's name.
         slot: slot of the axis; None if it is unknown.
         values: ranges of its arguments, by their names in `Axis3601`.
-        choices: for each argument, the values it takes, one by one.
+        choices: for each argument, the range of each value that it can have.
         text: the call in words, such as "MC_Home(Home)" or "home".
-        order: place in the scan or in its sequence.
+        order: position in the scan or in its sequence.
         unit: the routine or function.
         owner: the task or sequence.
         sure: whether its sequence always reaches it.
         locks: the locks that are held at the command.
-        words: whether it is given as output words.
-        execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
-        starts: the condition of the bit that starts it, as text; "" if it is not only of bits and steps.
+        words: whether the program sends it as output words.
+        execute: the bit that starts it, in capitals; "1" if it is always on, "" if no bit starts it.
+        starts: the condition of that bit, as text; "" if it contains anything but bits and steps.
         on: the condition of the block's Execute; UNKNOWN if it is unknown.
         implies: what is true whenever Execute is on, including the conditions of coils.
-        segments: length, speed and rate of each blend segment, as far as known; None if there are none.
+        segments: length, speed and rate of each blend segment, as far as known; None for other commands.
     """
 
     kind: str
@@ -189,7 +189,7 @@ class StepAction:
     """An action of a program that has steps.
 
     Attributes:
-        machine: the number or text that holds the step.
+        machine: the variable that holds the step.
         steps: steps in which it may happen; None for all.
         goes: the next step; None if the action does not change the step.
         ends: whether its condition shows that a motion has ended or that time has passed.
@@ -221,12 +221,12 @@ class StepAction:
 
 
 class StepUse(NamedTuple):
-    """What a program does only in one step.
+    """How a program uses one step.
 
     Attributes:
         tested: whether anything tests for this step.
         works: whether anything in the step depends on conditions other than the step.
-        chosen: whether a CASE, or a text in Python, tests for the step, rather than a comparison in a rung.
+        chosen: whether a CASE or a Python statement tests for the step, not a comparison in a rung.
     """
 
     tested: bool = False
@@ -235,7 +235,7 @@ class StepUse(NamedTuple):
 
 
 class OutputWrite(NamedTuple):
-    """What switches an output on.
+    """A condition that switches an output on.
 
     Attributes:
         name: the name in the user's spelling; for a command of a 3601, the name of its bit.
@@ -252,7 +252,7 @@ class OutputWrite(NamedTuple):
 
 
 UsesBit = Callable[[int, str, str, int, int], bool]
-"""Whether a program uses a bit of a card, by slot, image "I" or "O", name, word and bit."""
+"""Returns whether a program uses a bit of a card. Arguments: slot, image "I" or "O", name, word and bit."""
 
 
 @dataclass(slots=True)
@@ -260,19 +260,19 @@ class Facts:
     """The facts of a program.
 
     Attributes:
-        remarks: mistakes that show in one place, by rule.
+        remarks: mistakes that a single line shows, by rule.
         variables: the variables, by key.
         computed: slots whose output words the program computes.
         escaped: axes that are passed to code which the reader does not follow.
-        actions: what the program does in its steps.
+        actions: actions of the program in its steps.
         first_steps: returns the steps in which a machine may start.
-        step_use: returns what the program does in a step of a machine; None if that is unknown.
+        step_use: returns how the program uses a step of a machine; None if that is unknown.
         writes: writes to the output words of 3601s.
-        outputs: what switches outputs on.
-        at_once: commands that are sent in one piece with their parameters.
-        uses_bit: tells whether the program uses a bit of a card; None if that is unknown.
+        outputs: conditions that switch outputs on.
+        at_once: commands that are sent in the same scan as their parameters.
+        uses_bit: returns whether the program uses a bit of a card; None if that is unknown.
         reads_all: whether code that is not analyzed may use any variable.
-        not_seen: sentences about facts that the reader can't determine.
+        not_seen: facts that the reader can't determine, one text each.
         sites: routines and rungs, by their line in the file.
     """
 
@@ -296,7 +296,7 @@ class Facts:
     sites: dict[FileLine, Site] = field(default_factory=dict)
 
     def remark(self, rule: str, place: FileLine, text: str) -> None:
-        """Add a mistake that shows in one place."""
+        """Add a mistake that a single line shows."""
         self.remarks[rule].append(Violation(place, text))
 
     def by_key(self) -> dict[str, list[Access]]:
@@ -309,13 +309,13 @@ class Facts:
         return [(variable, accesses.get(key, [])) for key, variable in self.variables.items()]
 
 
-def overlap(one: str, other: str) -> bool:
+def overlap(first: str, second: str) -> bool:
     """Whether two parts of a variable share memory.
 
     >>> overlap("", ".DN"), overlap("[3].5", "[3].6"), overlap("[?]", "[3].5"), overlap(".A", ".AB")
     (True, False, True, False)
     """
-    if "?" in one + other:
+    if "?" in first + second:
         return True
-    short, long = sorted((one, other), key=len)
+    short, long = sorted((first, second), key=len)
     return long.startswith(short) and long[len(short) : len(short) + 1] in ("", ".", "[")

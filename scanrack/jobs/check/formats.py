@@ -22,18 +22,18 @@ def as_json(report: CheckReport) -> dict[str, object]:
     }
 
 
-def _finding(each: Finding) -> dict[str, object]:
+def _finding(finding: Finding) -> dict[str, object]:
     row: dict[str, object] = {
-        "rule": each.rule,
-        "level": each.row.level,
-        "file": each.place.file,
-        "line": each.place.line,
-        "text": each.text,
-        "remedy": each.row.remedy,
+        "rule": finding.rule,
+        "level": finding.row.level,
+        "file": finding.place.file,
+        "line": finding.place.line,
+        "text": finding.text,
+        "remedy": finding.row.remedy,
     }
-    if each.site.rung is not None:
-        number = "routine_line" if each.site.unit == "line" else each.site.unit
-        row |= {"routine": each.site.routine, number: each.site.rung}
+    if finding.site.rung is not None:
+        number = "routine_line" if finding.site.unit == "line" else finding.site.unit
+        row |= {"routine": finding.site.routine, number: finding.site.rung}
     return row
 
 
@@ -67,15 +67,15 @@ def as_sarif(report: CheckReport, version: str) -> dict[str, object]:
     return {"$schema": SCHEMA, "version": "2.1.0", "runs": [{"tool": {"driver": driver}, "results": results}]}
 
 
-def _location(each: Finding) -> dict[str, object]:
+def _location(finding: Finding) -> dict[str, object]:
     location: dict[str, object] = {
         "physicalLocation": {
-            "artifactLocation": {"uri": _uri(Path(each.place.file))},
-            "region": {"startLine": max(1, each.place.line)},
+            "artifactLocation": {"uri": _uri(Path(finding.place.file))},
+            "region": {"startLine": max(1, finding.place.line)},
         }
     }
-    if each.site.rung is not None:
-        name = f"{each.site.routine}, {each.site.place}"
+    if finding.site.rung is not None:
+        name = f"{finding.site.routine}, {finding.site.place}"
         location["logicalLocations"] = [{"fullyQualifiedName": name, "kind": "function"}]
     return location
 
@@ -94,13 +94,14 @@ def as_junit(report: CheckReport, name: str) -> str:
     cases = []
     failed = {finding.rule for finding in report.findings}
     for rule in RULES:
-        own = [finding for finding in report.findings if finding.rule == rule.id]
-        failures = "".join(_failure(finding) for finding in own)
+        rule_findings = [finding for finding in report.findings if finding.rule == rule.id]
+        failures = "".join(_failure(finding) for finding in rule_findings)
         cases.append(f'  <testcase classname={quoteattr(name)} name="{rule.id}">{failures}</testcase>')
     head = f'<testsuite name={quoteattr(name)} tests="{len(RULES)}" failures="{len(failed)}" errors="0">'
     return "\n".join(['<?xml version="1.0" encoding="utf-8"?>', head, *cases, "</testsuite>"])
 
 
-def _failure(each: Finding) -> str:
-    text = quoteattr(f"{each.place.file}:{each.place.line}: {each.text}")
-    return f"\n    <failure type={quoteattr(each.row.level)} message={text}>{escape(str(each))}</failure>\n  "
+def _failure(finding: Finding) -> str:
+    level = quoteattr(finding.row.level)
+    text = quoteattr(f"{finding.place.file}:{finding.place.line}: {finding.text}")
+    return f"\n    <failure type={level} message={text}>{escape(str(finding))}</failure>\n  "

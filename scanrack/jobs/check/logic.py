@@ -1,12 +1,12 @@
-"""Conditions of a program in any language: whether one can hold, and whether it always holds.
+"""Conditions of a program in any language: whether a condition is never or always true.
 
     XIC(A)XIO(A)                  never: A is on and off
     GRT(Level,10)LES(Level,5)     never: Level is above 10 and below 5
     GRT(Count,40000)              never, if Count is an INT
     [XIC(A),XIO(A)]               always
 
-A condition is split into alternatives, each of parts that hold together. With more than `MOST` alternatives
-the answer is no.
+A condition is split into alternatives. All parts of an alternative are true together. A condition with more
+than `MOST` alternatives counts as neither never nor always true.
 A bit has one value within a condition: readers rename a bit once the program has written it.
 """
 
@@ -27,7 +27,7 @@ ON_DELAY = "t"
 """Suffix in the names of on-delay timer bits: DN and TT exclude each other [1756-RM003, TON]."""
 
 INPUT = "in "
-"""Prefix in the names of card inputs, which people and sensors set. Any of them may be on together."""
+"""Prefix in the names of card inputs, which people and sensors set. Any inputs may be on together."""
 
 OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 """The opposite of each relation."""
@@ -70,14 +70,14 @@ class Compare:
 
 @dataclass(frozen=True, slots=True)
 class AllOf:
-    """Parts that hold together."""
+    """Parts that are all true."""
 
     parts: tuple[Condition, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """Parts at least one of which holds."""
+    """Parts of which at least one is true."""
 
     parts: tuple[Condition, ...]
 
@@ -88,7 +88,7 @@ Term = tuple[Condition, ...]
 
 
 def all_of(*parts: Condition) -> Condition:
-    """Return the condition that all parts hold. Parts beyond `MOST_PARTS` become unknown."""
+    """Return the condition that all parts are true. Parts beyond `MOST_PARTS` become unknown."""
     kept: list[Condition] = []
     size = 0
     for part in parts:
@@ -99,7 +99,9 @@ def all_of(*parts: Condition) -> Condition:
             kept.append(UNKNOWN)
             break
         kept += part.parts if isinstance(part, AllOf) else [part]
-    return AllOf(tuple(kept)) if len(kept) > 1 else kept[0] if kept else TRUE
+    if not kept:
+        return TRUE
+    return AllOf(tuple(kept)) if len(kept) > 1 else kept[0]
 
 
 def negated(condition: Condition) -> Condition:
@@ -121,35 +123,35 @@ def negated(condition: Condition) -> Condition:
 def of_any_number(condition: Condition) -> Condition:
     """Return a condition whose numbers may have any value, not only those that the program gives them."""
 
-    def of(leaf: Condition) -> Condition:
+    def without_limits(leaf: Condition) -> Condition:
         return replace(leaf, least=-math.inf, most=math.inf) if isinstance(leaf, Compare) else leaf
 
-    return with_leaves(condition, of)
+    return with_leaves(condition, without_limits)
 
 
-def with_leaves(condition: Condition, of: Callable[[Condition], Condition]) -> Condition:
-    """Return a condition with each leaf replaced by `of(leaf)`."""
+def with_leaves(condition: Condition, new_leaf: Callable[[Condition], Condition]) -> Condition:
+    """Return a condition with each leaf replaced by `new_leaf(leaf)`."""
     match condition:
         case AllOf(parts):
-            return AllOf(tuple(with_leaves(part, of) for part in parts))
+            return AllOf(tuple(with_leaves(part, new_leaf) for part in parts))
         case AnyOf(parts):
-            return AnyOf(tuple(with_leaves(part, of) for part in parts))
-    return of(condition)
+            return AnyOf(tuple(with_leaves(part, new_leaf) for part in parts))
+    return new_leaf(condition)
 
 
 def never(condition: Condition) -> bool:
-    """Whether a condition can't hold."""
+    """Whether a condition can't be true."""
     terms = alternatives(condition)
     return terms is not None and all(map(is_impossible, terms))
 
 
 def always(condition: Condition) -> bool:
-    """Whether a condition always holds."""
+    """Whether a condition is always true."""
     return never(negated(condition))
 
 
 def constant_condition(condition: Condition) -> tuple[str, str] | None:
-    """For a condition that is always true or false, return the broken rule and a text; otherwise None."""
+    """Return the broken rule and a text if a condition is always true or always false; otherwise None."""
     if never(condition):
         several = len(list(islice(leaves(condition), 2))) > 1
         return "contradiction" if several else "constant-condition", "never holds"
@@ -166,7 +168,7 @@ def leaves(condition: Condition) -> Iterator[Condition]:
 
 
 def needed(condition: Condition) -> frozenset[Bit]:
-    """Return the bits that hold whenever the condition does."""
+    """Return the bits that must be on, or off, for a condition to be true."""
     if isinstance(condition, Bit):
         return frozenset({condition})
     if isinstance(condition, AllOf):
@@ -189,10 +191,10 @@ def base_of(name: str) -> str:
 def plain(condition: Condition) -> Condition:
     """Return a condition in which a value keeps one name, even if the program writes it in between."""
 
-    def of(leaf: Condition) -> Condition:
+    def with_base_name(leaf: Condition) -> Condition:
         return replace(leaf, name=base_of(leaf.name)) if isinstance(leaf, Bit | Compare) else leaf
 
-    return with_leaves(condition, of)
+    return with_leaves(condition, with_base_name)
 
 
 def compares(leaf: Condition, number: str) -> bool:
@@ -206,7 +208,11 @@ def is_only_of(condition: Condition, number: str) -> bool:
 
 
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
-    """Return the values of a number for which a condition can hold; None for all of them."""
+    """Return the steps in which a condition can be true, or None if it can be true in all of them.
+
+    Args:
+        number: name of the number that holds the step.
+    """
     compared = (leaf for leaf in leaves(condition) if isinstance(leaf, Compare))
     names = sorted({comparison.name for comparison in compared if base_of(comparison.name) == number})
     if not names:
@@ -228,70 +234,71 @@ def alternatives(condition: Condition) -> list[Term] | None:
             terms_so_far += terms
         return terms_so_far
     if isinstance(condition, AllOf):
-        return _joined(condition.parts)
+        return _alternatives_of_all(condition.parts)
     return [(condition,)]
 
 
-def _joined(parts: Iterable[Condition]) -> list[Term] | None:
-    """Return the possible alternatives of parts that hold together; None if there are too many."""
-    flat = list(_flat(parts))
-    together = tuple(dict.fromkeys(part for part in flat if not isinstance(part, AnyOf)))
-    joined: list[Term] | None = [] if is_impossible(together) else [together]
-    for choice in flat:
-        if isinstance(choice, AnyOf) and joined is not None:
-            terms = alternatives(choice)
-            joined = None if terms is None else _together(joined, terms)
-    return joined
+def _alternatives_of_all(parts: Iterable[Condition]) -> list[Term] | None:
+    """Return the possible alternatives of parts that are all true; None if there are too many."""
+    flat_parts = list(_flattened(parts))
+    fixed_parts = tuple(dict.fromkeys(part for part in flat_parts if not isinstance(part, AnyOf)))
+    terms: list[Term] | None = [] if is_impossible(fixed_parts) else [fixed_parts]
+    for choice in flat_parts:
+        if isinstance(choice, AnyOf) and terms is not None:
+            choice_terms = alternatives(choice)
+            terms = None if choice_terms is None else _combinations(terms, choice_terms)
+    return terms
 
 
-def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
-    """Return every combination of two terms; None if there are too many."""
-    if len(terms) * len(others) > MOST * 4:
+def _combinations(terms: list[Term], other_terms: list[Term]) -> list[Term] | None:
+    """Return every possible combination of two terms; None if there are too many."""
+    if len(terms) * len(other_terms) > MOST * 4:
         return None
-    joined = [both for term in terms for other in others if not is_impossible(both := term + other)]
-    is_short = len(joined) <= MOST and all(len(term) <= MOST_PARTS for term in joined)
-    return joined if is_short else None
+    combined = (term + other for term in terms for other in other_terms)
+    possible = [term for term in combined if not is_impossible(term)]
+    is_short = len(possible) <= MOST and all(len(term) <= MOST_PARTS for term in possible)
+    return possible if is_short else None
 
 
-def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
-    """Yield the parts that hold together; a part that consists of such parts is replaced by them."""
+def _flattened(parts: Iterable[Condition]) -> Iterator[Condition]:
+    """Yield parts, with each `AllOf` replaced by its own parts."""
     for part in parts:
         if isinstance(part, AllOf):
-            yield from _flat(part.parts)
+            yield from _flattened(part.parts)
         else:
             yield part
 
 
 def is_impossible(term: Term) -> bool:
     """Whether parts of a term exclude each other."""
-    on: dict[str, bool] = {}
-    compared: dict[str, list[Compare]] = {}
+    bit_states: dict[str, bool] = {}
+    comparisons: dict[str, list[Compare]] = {}
     for part in term:
         if isinstance(part, FixedTruth) and not part.holds:
             return True
-        if isinstance(part, Bit) and on.setdefault(part.name, part.on) != part.on:
+        if isinstance(part, Bit) and bit_states.setdefault(part.name, part.on) != part.on:
             return True
         if isinstance(part, Compare):
-            compared.setdefault(part.name, []).append(part)
-    if any(map(_is_unsatisfiable, compared.values())):
+            comparisons.setdefault(part.name, []).append(part)
+    if any(map(_is_unsatisfiable, comparisons.values())):
         return True
-    return any(on.get(_done(name)) for name in on if on[name])
+    return any(is_on and bit_states.get(_done_bit(name)) for name, is_on in bit_states.items())
 
 
-def _done(name: str) -> str:
+def _done_bit(name: str) -> str:
     """Return the name of the DN bit that excludes a TT bit, see `ON_DELAY`; "" for another bit."""
     return name.replace(".TT#", ".DN#") if ".TT#" in name and name.endswith(ON_DELAY) else ""
 
 
-def _is_unsatisfiable(compared: list[Compare]) -> bool:
+def _is_unsatisfiable(comparisons: list[Compare]) -> bool:
     """Whether no number satisfies all comparisons."""
-    is_whole = compared[0].whole
-    limits = [BOUNDS[comparison.relation](comparison.number, is_whole) for comparison in compared]
+    is_whole = comparisons[0].whole
+    limits = [BOUNDS[comparison.relation](comparison.number, is_whole) for comparison in comparisons]
     lows, highs = zip(*limits, strict=True)
-    least, most = max(compared[0].least, *lows), min(compared[0].most, *highs)
+    least, most = max(comparisons[0].least, *lows), min(comparisons[0].most, *highs)
     if least > most:
         return True
-    excluded = {comparison.number for comparison in compared if comparison.relation == "<>"}
+    excluded = {comparison.number for comparison in comparisons if comparison.relation == "<>"}
     # few enough whole numbers that all may be excluded
     if is_whole and math.isfinite(most - least) and most - least < len(excluded):
         return excluded.issuperset(range(math.ceil(least), math.floor(most) + 1))

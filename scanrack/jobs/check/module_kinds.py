@@ -32,7 +32,7 @@ KINDS = {
 
 MOVING = frozenset(str(bit.name) for bit in (StatusMsw.MOVING_CW, StatusMsw.MOVING_CCW))
 OFF_AT_END = MOVING | {str(StatusMsw.POSITION_INVALID.name)}
-"""Status bits that are off when a motion has ended. No other status bit shows that by being off."""
+"""Status bits that are off when a motion has ended. No other status bit shows the end by being off."""
 
 
 def shows_end(status: str, *, on: bool) -> bool:
@@ -48,7 +48,7 @@ RUNNING = ("run", "register", "gear")
 
 
 def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
-    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
+    """Return the lowest and highest value of each argument of a command [chapter 5, notes 4 to 8]."""
     least = 0 if kind in RUNNING else 1
     return {
         "position": (PARAMETER_MIN, PARAMETER_MAX),
@@ -73,7 +73,7 @@ def bits_of(kind: str) -> int:
     return sum(bit for bit, name in KINDS.items() if name == kind)
 
 
-def given_by(sets: int, clears: int) -> dict[str, Any]:
+def action_fields(sets: int, clears: int) -> dict[str, Any]:
     """Return the fields of a `StepAction` for a write of output word 0: its command and its bits."""
     if sets & MODE_CONFIG:
         sets, clears = 0, UNSIGNED_MAX

@@ -1,7 +1,7 @@
-"""Finds eight output words that a 3601 refuses in any state, by the module's own table of refusals.
+"""Finds output words that a 3601 refuses in any state, by the module's own table of refusals.
 
-Words that the program text does not determine are tried with several values. A rule counts only if all of
-them break it.
+Each word that the program text does not determine is tried with several values. A rule counts as broken only
+if every value breaks it.
 """
 
 from __future__ import annotations
@@ -45,12 +45,15 @@ LAST_WORD: dict[str, Sequence[int]] = {
     "REG-10": (0, 4, 5, 6, 7),
     "RST-02": (1,),
 }
-"""The rules that words break at rest, each with the word that breaks it. Others need the module's state."""
+"""Rules that words can break at rest, each with the words that may break it.
+
+The other rules depend on the module's state.
+"""
 
 RANGES = frozenset({"CMD-04", "CMD-05", "CMD-20", "CMD-31", "FOL-02", "HOM-01"})
-"""Those of the rules that are about ranges."""
+"""The rules of `LAST_WORD` about ranges."""
 
-WAYS_ON = {
+REMEDIES = {
     "CMD-02": "clear the one bit before you set the other",
     "CMD-09": "zero words 4 to 7 first",
     "CMD-17": "zero words 2 to 7 first",
@@ -60,9 +63,9 @@ WAYS_ON = {
     "CMD-29": "configure the encoder",
     "ENC-05": "configure the encoder",
 }
-"""What to do about a rule, where the rule does not say so."""
+"""Remedies for rules whose own text names none."""
 
-_FILLED = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
+_TRIALS = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
 """Values that are tried for unknown words."""
 
 
@@ -87,27 +90,31 @@ def broken(
     """Return the rules that words break at rest.
 
     Args:
-        words: the eight signed words, with None for unknown ones; the first one is known.
+        words: the eight signed words, with None for an unknown word. Word 0 must be known.
         configuration: configuration of the module; None if it is unknown.
     """
     used_configuration = configuration or ANY_CONFIGURATION
     state = SimpleNamespace(configuration=used_configuration, start_sps=used_configuration.starting_speed)
-    at_rest = SimpleNamespace(state=state, firmware=firmware, profile=profile)  # what these rules read
+    at_rest = SimpleNamespace(state=state, firmware=firmware, profile=profile)  # all that these rules read
     host = cast("Host", at_rest)
-    first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]
-    names = [rule for rule in first if all(rule in other for other in others)]
-    return tuple(_breach(name, words, profile) for name in dict.fromkeys(names))
+    rules_by_trial = [_rules_broken(host, _filled(words, trial)) for trial in _TRIALS]
+    return tuple(_breach(rule, words, profile) for rule in dict.fromkeys(_in_all(rules_by_trial)))
 
 
 def wrong_configuration(words: Sequence[int | None], firmware: Firmware, profile: Profile) -> tuple[str, ...]:
     """Return the rules that the words of a configuration break."""
-    limits = profile.limits
-    first, *others = [check(_filled(words, values), firmware, limits) for values in _FILLED[:2]]
-    return tuple(reason for reason in first if all(reason in other for other in others))
+    return tuple(_in_all([check(_filled(words, trial), firmware, profile.limits) for trial in _TRIALS[:2]]))
 
 
-def _filled(words: Sequence[int | None], values: Sequence[int]) -> tuple[int, ...]:
-    filled = [value if word is None else word for word, value in zip(words, values, strict=True)]
+def _in_all(rules_by_trial: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rules that all trials break."""
+    first, *others = rules_by_trial
+    return [rule for rule in first if all(rule in rules for rules in others)]
+
+
+def _filled(words: Sequence[int | None], trial: Sequence[int]) -> tuple[int, ...]:
+    """Return words with trial values for unknown words; both words of a number get the same sign."""
+    filled = [value if word is None else word for word, value in zip(words, trial, strict=True)]
     for high, low in ((2, 3), (4, 5)):
         high_word, low_word = words[high], words[low]
         if high_word is None and low_word is not None and low_word < 0:
@@ -117,19 +124,26 @@ def _filled(words: Sequence[int | None], values: Sequence[int]) -> tuple[int, ..
     return tuple(filled)
 
 
-def _rules(host: Host, words: Sequence[int]) -> list[str]:
+def _rules_broken(host: Host, words: Sequence[int]) -> list[str]:
     command = CommandWords(words)
     bits = command.msw & COMMAND_BITS
     if command.many_bits:
         return ["CMD-02"]  # this rule is enough
-    rules = [reason.rule for reason in _of_words(host, command, _reasons(host, command))]
+    rules = [
+        refusal.rule
+        for refusal in _refusals(host, command)
+        if refusal.rule in LAST_WORD and refusal.broken is not refusals.busy and refusal.broken(host, command)
+    ]
     if bits & MOVES:
-        own = host.profile.further_refusals
-        rules += [rule for rule, is_broken in own if is_broken(command.words, command.parameters)]
-    return [*rules, *["LSW-03"] * bool(bits & CommandMsw.RESERVED_14.value)]
+        further = host.profile.further_refusals
+        rules += [rule for rule, is_broken in further if is_broken(command.words, command.parameters)]
+    if bits & CommandMsw.RESERVED_14.value:
+        rules.append("LSW-03")
+    return rules
 
 
-def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
+def _refusals(host: Host, command: CommandWords) -> refusals.Refusals:
+    """Return the module's refusals that apply to a command."""
     if command.lsw & CommandLsw.ENC_FOLLOWER and host.firmware.follower and command.msw:
         return refusals.FOLLOWER_WORDS
     if command.lsw & CommandLsw.STORE_MIN_REG and host.firmware.registration:
@@ -137,25 +151,21 @@ def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
     return refusals.refusals_of(host, command)
 
 
-def _of_words(host: Host, command: CommandWords, reasons: refusals.Refusals) -> list[refusals.RefusalRule]:
-    of_words = [
-        reason for reason in reasons if reason.rule in LAST_WORD and reason.broken is not refusals.busy
-    ]
-    return [reason for reason in of_words if reason.broken(host, command)]
-
-
 def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
     row = profile.rules[rule]
-    return Breach(rule, _word(rule, words, profile), f"{row.text.rstrip('.')} [{row.section}]")
+    return Breach(rule, _word_at_fault(rule, words, profile), f"{row.text.rstrip('.')} [{row.section}]")
 
 
-def _word(rule: str, words: Sequence[int | None], profile: Profile) -> int:
-    """Return the word that breaks a rule; if there are several, the first one without a legal value."""
-    places = LAST_WORD.get(rule, (0,))
-    if rule == "CMD-04":
-        parameters = CommandWords(_filled(words, _FILLED[1])).parameters
-        rates = ((6, parameters.acceleration), (7, parameters.deceleration))
-        wrong = [place for place, rate in rates if not profile.limits.takes_rate(rate)]
-        legal = profile.limits.takes_speed(parameters.speed)
-        return 3 if not parameters.target_in_range else (*wrong, 5)[0] if legal else 5
-    return next((place for place in places if words[place]), places[0])
+def _word_at_fault(rule: str, words: Sequence[int | None], profile: Profile) -> int:
+    """Return the word that breaks a rule: the first illegal word for CMD-04, else the first word set."""
+    if rule != "CMD-04":
+        candidates = LAST_WORD.get(rule, (0,))
+        return next((word for word in candidates if words[word]), candidates[0])
+    parameters = CommandWords(_filled(words, _TRIALS[1])).parameters
+    if not parameters.target_in_range:
+        return 3
+    if profile.limits.takes_speed(parameters.speed):
+        for word, rate in ((6, parameters.acceleration), (7, parameters.deceleration)):
+            if not profile.limits.takes_rate(rate):
+                return word
+    return 5

@@ -1,8 +1,9 @@
-"""Ranges of numbers: the possible values of an expression of constants and numbers in known ranges."""
+"""Ranges of numbers, and arithmetic with them."""
 
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
@@ -53,48 +54,50 @@ def joined(*ranges: Range) -> Range:
         return ANY
     return Range(
         min(number.least for number in ranges),
-        max(number_range.most for number_range in ranges),
-        all(number_range.whole for number_range in ranges),
+        max(number.most for number in ranges),
+        all(number.whole for number in ranges),
     )
 
 
-def _corners(one: Range, other: Range, of: Callable[[float, float], float]) -> Range:
-    if not (one.is_known and other.is_known):
+def _between_corners(a: Range, b: Range, calculate: Callable[[float, float], float]) -> Range:
+    """Return the range of a calculation whose extremes lie at the bounds of its operands."""
+    if not (a.is_known and b.is_known):
         return ANY
-    corners = [of(left, right) for left in (one.least, one.most) for right in (other.least, other.most)]
-    return Range(min(corners), max(corners), one.whole and other.whole)
+    corners = [calculate(left, right) for left in (a.least, a.most) for right in (b.least, b.most)]
+    return Range(min(corners), max(corners), a.whole and b.whole)
 
 
-def _divided(one: Range, other: Range) -> Range:
-    """Return the range of a quotient that has not been truncated."""
-    if not (one.is_known and other.is_known) or other.least <= 0 <= other.most:
+def _divided(dividend: Range, divisor: Range) -> Range:
+    """Return the range of a quotient before truncation."""
+    if divisor.least <= 0 <= divisor.most:
         return ANY
-    return _corners(one, other, lambda a, b: a / b)._replace(whole=False)
+    return _between_corners(dividend, divisor, operator.truediv)._replace(whole=False)
 
 
-def _rest(one: Range, other: Range) -> Range:
+def _remainder(dividend: Range, divisor: Range) -> Range:
     """Return the range of a remainder, which has the sign of the dividend."""
-    if not other.is_known:
+    if not divisor.is_known:
         return ANY
-    most = max(abs(other.least), abs(other.most)) - 1
-    if one.is_known and max(abs(one.least), abs(one.most)) <= most:
-        return one
-    return Range(0 if one.least >= 0 else -most, 0 if one.most <= 0 else most, one.whole and other.whole)
+    most = max(abs(divisor.least), abs(divisor.most)) - 1
+    if dividend.is_known and max(abs(dividend.least), abs(dividend.most)) <= most:
+        return dividend
+    least = 0 if dividend.least >= 0 else -most
+    return Range(least, 0 if dividend.most <= 0 else most, dividend.whole and divisor.whole)
 
 
 OPERATIONS: Mapping[str, Callable[..., Range]] = {
-    "+": lambda a, b: _corners(a, b, lambda x, y: x + y),
-    "-": lambda a, b: _corners(a, b, lambda x, y: x - y),
-    "*": lambda a, b: _corners(a, b, lambda x, y: x * y),
+    "+": lambda a, b: _between_corners(a, b, operator.add),
+    "-": lambda a, b: _between_corners(a, b, operator.sub),
+    "*": lambda a, b: _between_corners(a, b, operator.mul),
     "/": _divided,
-    "MOD": _rest,
+    "MOD": _remainder,
     "NEG": lambda a: Range(-a.most, -a.least, a.whole),
     "ABS": lambda a: Range(
         0 if a.least <= 0 <= a.most else min(abs(a.least), abs(a.most)), max(-a.least, a.most), a.whole
     ),
     "TRN": lambda a: Range(math.trunc(a.least), math.trunc(a.most)) if a.is_known else ANY,
 }
-"""Operators and functions, by their names in ladder programs."""
+"""The range of a result, by the name of its operator or function in ladder programs."""
 
 
 def _text(number: float) -> str:

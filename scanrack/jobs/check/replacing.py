@@ -1,6 +1,6 @@
-"""What a 3601 program must change to run on a networked drive: the words that have another meaning there.
+"""Finds what to change in a 3601 program for a networked drive: words that have another meaning there.
 
-Motion blocks and axis methods do not count as uses: they write the right words for the module in their slot.
+Motion blocks and axis methods are not reported: they write the right words for the module in their slot.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import ast
 import re
 from collections.abc import Iterator
 from enum import IntFlag
+from typing import NamedTuple
 
 from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from scanrack.io_images.drives.differences import CONFIGURATION, Difference, differences
@@ -21,6 +22,7 @@ from scanrack.ladder import LadderLogic
 from .facts import Facts, FileLine, Touch, Violation
 from .module_kinds import MODE_CONFIG
 from .python.images import Images
+from .python.nodes import nodes_in
 from .python.reader import Reader
 from .subject import Subject
 
@@ -28,7 +30,7 @@ RULE = "drive-differs"
 """The rule of these findings."""
 
 _IMAGE = re.compile(r"(?:LOCAL:(\d+):([IO])\.DATA|([IO]):(\d+))$")
-_PLACE = re.compile(r"\[(\d+)\](?:\.(\d+))?$")
+_WORD_AND_BIT = re.compile(r"\[(\d+)\]\.(\d+)$")
 _ENUMS: dict[str, tuple[str, int, type[IntFlag]]] = {
     "CommandMsw": ("O", 0, CommandMsw),
     "CommandLsw": ("O", 1, CommandLsw),
@@ -43,81 +45,83 @@ _COMMANDS = {
 }
 """Command classes, each with the bits of command word 0 that it sets."""
 
-Use = tuple[FileLine, str, int, int, str]
-"""A use: place, image ("I", "O" or "" for a configuration), word, bits, and the program's name for them."""
+COMMAND_WORDS = 2
+"""Words with command bits: MSW and LSW."""
+
+
+class Use(NamedTuple):
+    """A use of bits in a word of a 3601."""
+
+    place: FileLine
+    image: str  # "I", "O", or "" for a configuration
+    word: int
+    bits: int
+    text: str  # the program's name for the bits
 
 
 def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
     """Yield the uses of a 3601's words that mean something else on a drive, in line order."""
     rows = list(differences(model))
-    violations: dict[tuple[FileLine, str], Violation] = {}
-    for place, image, word, mask, text in sorted(_uses(subject), key=lambda use: (use[0], use[1:4])):
-        if not image:
-            violations.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
+    texts: dict[tuple[FileLine, str], str] = {}  # by line and row of differences: one finding each
+    for use in sorted(_uses(subject), key=lambda use: use[:-1]):
+        if not use.image:
+            texts.setdefault((use.place, ""), _sentence(use.text, *CONFIGURATION, model))
         for row in rows:
-            if row.place == (image, word) and row.bits & mask:
-                violations.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
-    yield from violations.values()
+            if row.place == (use.image, use.word) and row.bits & use.bits:
+                texts.setdefault((use.place, row.id), _text_of_row(row, use, model))
+    yield from (Violation(place, text) for (place, _), text in texts.items())
 
 
-def _of_row(row: Difference, mask: int, text: str, model: Model) -> str:
-    names = row.names(mask)
-    named = text if names in text else f"{text} ({names})"
-    return _sentence(named, row.on_3601, row.on_drive, row.write, f"{row.id}, {row.source}", model)
+def _text_of_row(row: Difference, use: Use, model: Model) -> str:
+    bit_names = row.names(use.bits)
+    text = use.text if bit_names in use.text else f"{use.text} ({bit_names})"
+    return _sentence(text, row.on_3601, row.on_drive, row.write, f"{row.id}, {row.source}", model)
 
 
-def _sentence(text: str, there: str, here: str, write: str, source: str, model: Model) -> str:
-    return f"{text}: on a 3601 {there}; on the {model.title} {here}. Write instead: {write} [{source}]"
+def _sentence(text: str, on_3601: str, on_drive: str, write: str, source: str, model: Model) -> str:
+    return f"{text}: on a 3601 {on_3601}; on the {model.title} {on_drive}. Write instead: {write} [{source}]"
 
 
 def _uses(subject: Subject) -> Iterator[Use]:
     slots = {slot.number for _, slot in subject.steppers}
     facts = subject.facts
-    yield from _of_tags(facts, slots)
-    yield from _of_words(facts, slots)
+    yield from _tag_uses(facts, slots)
+    yield from _word_uses(facts, slots)
     for configuration in facts.configurations:
         if configuration.slot is None or configuration.slot in slots:
-            yield configuration.place, "", 0, 0, "configuration"
+            yield Use(configuration.place, "", 0, 0, "configuration")
     for command in facts.commands:
         if command.words and command.text in _COMMANDS:
-            yield command.place, "O", 0, _COMMANDS[command.text].value, command.text
+            yield Use(command.place, "O", 0, _COMMANDS[command.text].value, command.text)
     if subject.job.program.suffix == ".py" and not isinstance(subject.job.logic, LadderLogic):
-        yield from _of_python(subject, slots)
+        yield from _python_uses(subject, slots)
 
 
-def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
+def _tag_uses(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield the uses of image bits by address, bit name or alias."""
     for access in facts.accesses:
-        image, place = _IMAGE.match(access.variable), _PLACE.match(access.part)
-        if image is None or place is None:
+        image, position = _IMAGE.match(access.variable), _WORD_AND_BIT.match(access.part)
+        if image is None or position is None:
             continue
-        side, number = (image[2], image[1]) if image[1] else (image[3], image[4])
-        acts = side == "I" or access.use is not Touch.UNLATCH  # clearing a bit means the same on a drive
-        if acts and int(number) in slots and place[2] is not None:
-            yield access.place, side, int(place[1]), 1 << int(place[2]), access.text or access.variable
+        side, slot = (image[2], image[1]) if image[1] else (image[3], image[4])
+        # clearing an output bit has the same effect on a drive
+        acts = side == "I" or access.use is not Touch.UNLATCH
+        if acts and int(slot) in slots:
+            word, bit = map(int, position.groups())
+            yield Use(access.place, side, word, 1 << bit, access.text or access.variable)
 
 
-def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
+def _word_uses(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield constants that are written to command words."""
     configures = {write.place for write in facts.writes if write.word == 0 and write.sets & MODE_CONFIG}
-    for word_write in facts.writes:
-        if word_write.slot not in slots or word_write.word >= COMMAND_WORDS or word_write.place in configures:
-            continue
-        for option in word_write.options:
-            yield (
-                word_write.place,
-                "O",
-                word_write.word,
-                option & UNSIGNED_MAX,
-                word_write.text or f"output word {word_write.word}",
-            )
+    for write in facts.writes:
+        if write.slot in slots and write.word < COMMAND_WORDS and write.place not in configures:
+            text = write.text or f"output word {write.word}"
+            for option in write.options:
+                yield Use(write.place, "O", write.word, option & UNSIGNED_MAX, text)
 
 
-COMMAND_WORDS = 2
-"""Words with command bits: MSW and LSW."""
-
-
-def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
+def _python_uses(subject: Subject, slots: set[int]) -> Iterator[Use]:
     """Yield bits that a Python program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
     file = str(subject.job.program)
     tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
@@ -126,15 +130,16 @@ def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
         if isinstance(node, ast.Attribute):
             owner = ast.unparse(node.value).rpartition(".")[2]
             for name, (image, word, bits) in _ENUMS.items():
-                named = owner == name or (owner == "status" and image == "I")
-                if named and node.attr in bits.__members__:
+                is_owner = owner == name or (owner == "status" and image == "I")
+                if is_owner and node.attr in bits.__members__:
                     mask = bits[node.attr].value
-                    yield FileLine(file, node.lineno), image, word, mask, ast.unparse(node)
-    yield from _of_images(file, tree, images, slots)
+                    yield Use(FileLine(file, node.lineno), image, word, mask, ast.unparse(node))
+    yield from _image_bit_uses(file, tree, images, slots)
 
 
-def _of_images(file: str, tree: ast.Module, images: Images, slots: set[int]) -> Iterator[Use]:
-    for function in (child for child in ast.walk(tree) if isinstance(child, ast.FunctionDef)):
+def _image_bit_uses(file: str, tree: ast.Module, images: Images, slots: set[int]) -> Iterator[Use]:
+    """Yield the bits that a Python program reads or writes by number, such as `inputs.bit(0, 3)`."""
+    for function in nodes_in(tree, ast.FunctionDef):
         local = images.locals_of(function)
         for node in ast.walk(function):
             match node:
@@ -142,6 +147,7 @@ def _of_images(file: str, tree: ast.Module, images: Images, slots: set[int]) -> 
                     func=ast.Attribute(value=owner, attr="bit" | "set_bit"),
                     args=[ast.Constant(value=int(word)), ast.Constant(value=int(bit)), *_],
                 ):
-                    kind, slot = images.what(owner, local)
+                    kind, slot = images.kind_of(owner, local)
                     if kind in ("inputs", "outputs") and (slot is None or slot in slots):
-                        yield FileLine(file, node.lineno), kind[0].upper(), word, 1 << bit, ast.unparse(node)
+                        place, side = FileLine(file, node.lineno), kind[0].upper()
+                        yield Use(place, side, word, 1 << bit, ast.unparse(node))

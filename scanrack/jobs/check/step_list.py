@@ -1,4 +1,4 @@
-"""Facts of a list of steps, each of which writes known words and gives the condition it waits for.
+"""Facts of a list of steps. Each step writes known words and waits for a condition.
 
 ABSOLUTE_MOVE target 4000 speed 5000 acceleration 10 deceleration 10    until MOVE_COMPLETE
 """
@@ -14,7 +14,7 @@ from scanrack.ladder.files.steps import Step, Steps
 
 from .choices import Choices
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
-from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, given_by, kinds_of
+from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, action_fields, kinds_of
 from .written import WordWrite
 
 MACHINE = "step"
@@ -27,17 +27,18 @@ def step_facts(path: Path, program: Steps) -> Facts:
     """Return the facts of a list of steps."""
     facts = Facts()
     image = Image(size=WORDS_MAX)  # large enough for any module
-    following = [*(program_step.line for program_step in program.steps[1:]), 0]
-    for step, goes in zip(program.steps, following, strict=True):
+    next_lines = [*(step.line for step in program.steps[1:]), 0]
+    for step, next_line in zip(program.steps, next_lines, strict=True):
         step.write(image)
         words = image.words.tolist()[:WORDS]
         place = FileLine(str(path), step.line)
-        _written(facts, program.slot, place, words)
-        facts.actions += _actions(program.slot, place, step, goes, words)
+        _note_words(facts, program.slot, place, words)
+        facts.actions += _actions(program.slot, place, step, next_line, words)
     return facts
 
 
-def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> None:
+def _note_words(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> None:
+    """Note the writes of a step's words, and the commands in the words."""
     first = words[0] & UNSIGNED_MAX
     if first & MODE_CONFIG:
         facts.configurations.append(SentCommand(place, slot, tuple(words)))
@@ -54,17 +55,26 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
                 words=True,
             )
         )
-    where = {MACHINE: (frozenset((float(place.line),)), True)}
+    steps = {MACHINE: (frozenset((float(place.line),)), True)}
     for word in range(WORDS):
         bits = first if word == 0 else 0
         value = Choices((words[word],))
-        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & UNSIGNED_MAX, steps=where))
+        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & UNSIGNED_MAX, steps=steps))
 
 
-def _actions(slot: int, place: FileLine, step: Step, goes: int, words: Sequence[int]) -> Iterator[StepAction]:
+def _actions(
+    slot: int, place: FileLine, step: Step, next_line: int, words: Sequence[int]
+) -> Iterator[StepAction]:
+    """Yield a step's write of the command word, and its change to the next step.
+
+    Args:
+        next_line: line of the next step; 0 for the last step.
+    """
     first = words[0] & UNSIGNED_MAX
     steps = frozenset((float(step.line),))
-    yield StepAction(MACHINE, steps, place, axis=f"slot {slot}", **given_by(first, ~first & UNSIGNED_MAX))
+    yield StepAction(
+        MACHINE, steps, place, axis=f"slot {slot}", **action_fields(first, ~first & UNSIGNED_MAX)
+    )
     ends = bool(step.rise - MOVING or step.fall & OFF_AT_END or step.for_ns is not None)
-    if goes and (step.rise or step.fall or step.for_ns is not None):
-        yield StepAction(MACHINE, steps, place, float(goes), ends)
+    if next_line and (step.rise or step.fall or step.for_ns is not None):
+        yield StepAction(MACHINE, steps, place, float(next_line), ends)

@@ -1,4 +1,4 @@
-"""What the rules read: a rack, the facts of its program, and line numbers in the rack file."""
+"""The input of the rules: a rack, the facts of its program, and line numbers in the rack file."""
 
 from __future__ import annotations
 
@@ -42,36 +42,31 @@ class Subject:
 
     def firmware(self, slot: int) -> str:
         """Return the firmware of the module in a slot, as given in the rack file."""
-        return next(
-            (slot_spec.firmware for slot_spec in self.job.spec.slot if slot_spec.number == slot), NEWEST
-        )
+        return next((spec.firmware for spec in self.job.spec.slot if spec.number == slot), NEWEST)
 
     def profile(self, slot: int | None) -> Profile:
         """Return the profile of the module in a slot, see `profile_in`."""
         return profile_in(self.job.spec.slot, slot)
 
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
-        """Return the words sent to a slot; if there are none, those sent to an unknown slot."""
-        own = [sent_command for sent_command in sent if sent_command.slot == slot]
-        return own or [command for command in sent if command.slot is None]
+        """Return the words sent to a slot; if there are none, the words sent to an unknown slot."""
+        to_slot = [command for command in sent if command.slot == slot]
+        return to_slot or [command for command in sent if command.slot is None]
 
     def configurations(self, slot: int | None) -> list[Configuration]:
         """Return the valid configurations that a slot may get."""
-        if slot not in self._read:
-            sent_commands = self.sent_to(slot, self.facts.configurations)
-            if slot is None and not sent_commands:
-                sent_commands = self.facts.configurations
+        if slot not in self._configurations:
+            commands = self.sent_to(slot, self.facts.configurations)
+            if slot is None and not commands:
+                commands = self.facts.configurations
             limits = self.profile(slot).limits
-            configurations = dict.fromkeys(
-                _configuration(sent_command, limits) for sent_command in sent_commands
-            )
-            self._read[slot] = [
-                configuration for configuration in configurations if configuration is not None
-            ]
-        return self._read[slot]
+            configurations = dict.fromkeys(_configuration(command, limits) for command in commands)
+            self._configurations[slot] = [valid for valid in configurations if valid is not None]
+        return self._configurations[slot]
 
     @cached_property
-    def _read(self) -> dict[int | None, list[Configuration]]:
+    def _configurations(self) -> dict[int | None, list[Configuration]]:
+        """The results of `configurations`, by slot."""
         return {}
 
     @cached_property
@@ -97,7 +92,7 @@ class Subject:
 
     def by_axis(self) -> Iterator[list[Command]]:
         """Yield the commands of each axis."""
-        yield from grouped(self.facts.commands, lambda each: each.axis).values()
+        yield from grouped(self.facts.commands, lambda command: command.axis).values()
 
 
 def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:

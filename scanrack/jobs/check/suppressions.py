@@ -21,6 +21,7 @@ from scanrack.ladder import LadderLogic
 
 from ..load.loading import LoadedRack
 from .facts import FileLine
+from .written import place_at
 
 _PYTHON = re.compile(r"#\s*scanrack:\s*ignore\[([\w\s,-]+)\]", re.IGNORECASE)
 _RUNGS = re.compile(r"check:\s*ignore\s+([\w-]+(?:\s*,\s*[\w-]+)*+)", re.IGNORECASE)
@@ -39,19 +40,22 @@ class Suppressions:
         """Whether a comment suppresses a rule at a place."""
         if place.file not in self._files:
             self._files[place.file] = _in_file(place.file)
-        named = {*self._files[place.file].get(place.line, ()), *self._comments.get(place, ())}
-        return rule in named or _ALL in named
+        suppressed = {*self._files[place.file].get(place.line, ()), *self._comments.get(place, ())}
+        return rule in suppressed or _ALL in suppressed
 
 
 def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
-    """Yield the rules that rung comments suppress; an export has these comments outside the rungs' lines."""
+    """Yield each rung's line with the rules that its comment suppresses.
+
+    In an export, the comment is on another line than the rung.
+    """
     if not isinstance(job.logic, LadderLogic):
         return
     for routine in job.logic.routines:
         for rung in routine.rungs:
             names = _names(_RUNGS, rung.comment)
             if names:
-                yield FileLine(rung.origin.file or str(job.program), rung.origin.line or 1), names
+                yield place_at(rung.origin, job.program), names
 
 
 def _in_file(file: str) -> dict[int, frozenset[str]]:
@@ -61,15 +65,16 @@ def _in_file(file: str) -> dict[int, frozenset[str]]:
     except OSError:
         return {}
     names_by_line: dict[int, frozenset[str]] = {}
-    waiting: frozenset[str] = frozenset()
+    for_next_line: frozenset[str] = frozenset()
     for number, line in enumerate(lines, 1):
-        text = line.strip()
-        has_mark = any(mark in line for mark in _MARKS)
-        named = _names(_PYTHON if file.endswith(".py") else _RUNGS, line) if has_mark else frozenset()
-        names_by_line[number] = waiting | named
-        is_comment = text.startswith(_MARKS)
-        waiting = (waiting | named) if is_comment else frozenset()
-    return {number: names for number, names in names_by_line.items() if names}
+        names = for_next_line
+        if any(mark in line for mark in _MARKS):
+            names |= _names(_PYTHON if file.endswith(".py") else _RUNGS, line)
+        if names:
+            names_by_line[number] = names
+        is_comment = line.strip().startswith(_MARKS)
+        for_next_line = names if is_comment else frozenset()
+    return names_by_line
 
 
 def _names(pattern: re.Pattern[str], text: str) -> frozenset[str]:

@@ -1,13 +1,13 @@
-"""Checks files as an editor has them, possibly unsaved: the problems in each file, with their lines.
+"""Checks the files of an editor, including unsaved changes: the problems in each file, with their lines.
 
-    line.rung, line.st    read and built, and checked with the rack file beside it that names it, else alone
+    line.rung, line.st    read, built, and checked with a rack file in the folder that names it, or alone
     test_line.rung, .st   with the header of test routines: built with the program of their rack
     line.steps            read
     line.toml             read, and checked with its program
     line.py               compiled; checked with its rack if it may be run
 
-A check of Python runs its module, as a run does. Without permission no Python runs at all: not the file, the
-program of a rack file, a stub, or anything that a neighboring rack names.
+A check of a Python program imports its module, which runs code. Without permission no Python runs at all: not
+the file, the program of a rack file, a stub, or anything that a neighboring rack names.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class LineRemark:
     file: str
     line: int  # from 1
     column: int | None  # from 1; None for the whole line
-    level: str  # that of the rule: "error", "warning" or "note"
+    level: str  # level of the rule: "error", "warning" or "note"
     rule: str
     text: str
 
@@ -66,10 +66,10 @@ def check_texts(file: Path, texts: Mapping[Path, str], *, run_python: bool) -> l
 
 
 def rack_of(program: Path) -> Path | None:
-    """Return the first rack file in a program's folder that names the program; None if there is none."""
+    """Return the first rack file in a program's folder that names the program; None if none does."""
     for rack in sorted(program.parent.glob(f"*{RACK}")):
-        named = _tables(rack).get("program")
-        if isinstance(named, str) and rack.parent / split_address(named)[0] == program:
+        program_key = _tables(rack).get("program")
+        if isinstance(program_key, str) and rack.parent / split_address(program_key)[0] == program:
             return rack
     return None
 
@@ -83,7 +83,7 @@ def _tables(path: Path) -> Mapping[str, object]:
 
 
 def runs_python(spec: RackSpec) -> bool:
-    """Whether loading a rack runs Python modules: its program, a stub, or those of another rack it names."""
+    """Whether loading a rack may run Python: its program, its modules, a stub, or another rack's Python."""
     if not isinstance(spec.program, str) or is_python(f"{split_address(spec.program)[0]}:any"):
         return True
     if spec.modules:
@@ -146,22 +146,20 @@ def _findings(file: Path) -> Iterator[LineRemark]:
 
 
 def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
-    """Yield the mistakes of an error's innermost cause that has a place."""
-    for cause in reversed(list(_causes(error))):
-        mistakes = list(_of_one(cause, file))
+    """Yield the mistakes of an error's innermost cause that names a place."""
+    causes = [error]
+    while causes[-1].__cause__ is not None:
+        causes.append(causes[-1].__cause__)
+    for cause in reversed(causes):
+        mistakes = list(_mistakes_of_cause(cause, file))
         if mistakes:
             yield from mistakes
             return
     yield _mistake(Site(), str(error), file)
 
 
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    while error is not None:
-        yield error
-        error = error.__cause__
-
-
-def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
+def _mistakes_of_cause(error: BaseException, file: Path) -> Iterator[LineRemark]:
+    """Yield the mistakes that an error names with a line; its own causes are ignored."""
     if isinstance(error, SyntaxError):
         yield _mistake(Site(line=error.lineno or 1, column=error.offset), error.msg, file)
     elif isinstance(error, BuildError):
@@ -175,5 +173,5 @@ def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
 
 
 def _mistake(site: Site, text: str, file: Path, rule: str = "") -> LineRemark:
-    """Return the problem at a site; a site without file or line means the first line of this file."""
+    """Return the problem at a site; `file` and line 1 replace a file or line that the site lacks."""
     return LineRemark(site.file or str(file), site.line or 1, site.column, "error", rule or READ, text)

@@ -1,13 +1,13 @@
-"""The eight output words of a 3601 as a program in any language writes them: their values and their flow.
+"""The values of a 3601's eight output words when a program in any language sends a command.
 
 A collector notes each write of a word with its condition. This module combines the writes into the images
-that give commands, with the value of each word as far as the text determines it.
+that send commands, with the value of each word as far as the text determines it.
 
     EQU(Step,10)MOV(4,O.Data[2])MOV(500,O.Data[3])    step 10: word 2 is 4, word 3 is 500
     EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
 
-A word that only some scans of a step write is unknown after the step. So is a word with different values on
-two paths to a step. A bit in the command word is on after a write that sets it, until something may clear it.
+A word is unknown after a step if only some scans of the step write it. It is unknown in a step if two paths
+to the step give it different values. A command bit stays on once a write sets it, until a write may clear it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PASSES = 4
 
 
 class Cell(NamedTuple):
-    """The value of a word, and where it was written."""
+    """The value of a word, and the line that wrote it."""
 
     value: Choices = UNKNOWN_CHOICES
     place: FileLine | None = None
@@ -38,11 +38,13 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SentImage:
-    """The output words that give a command.
+    """The output words that send a command.
 
     Attributes:
-        place: where the command bit is set.
-        command: bits of word 0 that are on; those in `fresh` are set here.
+        place: the line that sets the command bit.
+        command: bits of word 0 that are on.
+        fresh: the bits of `command` that this line sets.
+        cells: the eight words.
     """
 
     place: FileLine
@@ -53,7 +55,7 @@ class SentImage:
     text: str = ""
 
     def variants(self) -> Iterator[tuple[tuple[int | None, ...], str]]:
-        """Yield the words for each option of each source (None for unknown words), with the option's name."""
+        """Yield the words for each option of each source, with the option's name. Unknown words are None."""
         sources = dict.fromkeys(cell.value.source for cell in self.cells if len(cell.value.options) > 1)
         yield self._words("", 0), ""
         for source in sources:
@@ -62,52 +64,56 @@ class SentImage:
                 name = values[0].names[row] if row < len(values[0].names) else ""
                 yield self._words(source, row), name
 
-    def _words(self, source: str, at: int) -> tuple[int | None, ...]:
-        parameters = (_option(cell.value, source, at) for cell in self.cells[1:])
+    def _words(self, source: str, row: int) -> tuple[int | None, ...]:
+        parameters = (_option(cell.value, source, row) for cell in self.cells[1:])
         return (signed_word(self.command), *parameters)
 
 
-def _option(value: Choices, source: str, at: int) -> int | None:
+def _option(value: Choices, source: str, row: int) -> int | None:
+    """Return the value of a word for a row of a source; None if the word is unknown or has another source."""
     options: tuple[int, ...] = value.options
     if len(options) == 1:
         return options[0]
-    return options[at] if options and value.source == source else None
+    return options[row] if options and value.source == source else None
 
 
 class _Words(NamedTuple):
-    """The words at a place: the bits of word 0 that are on, and all eight words."""
+    """The output words at one point of the program."""
 
-    on: int = 0
+    bits_on: int = 0  # bits of word 0 that are on
     cells: tuple[Cell, ...] = (Cell(),) * WORDS
 
 
 def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> Iterator[SentImage]:
-    """Yield the images that give commands."""
-    by_machine = grouped(actions, lambda each: each.machine)
-    for own in grouped(writes, lambda each: each.slot).values():
-        steps = (pair for action in own for pair in action.steps.items())
-        machines = dict.fromkeys(
-            machine for machine, (possible_steps, _) in steps if possible_steps is not None
-        )
+    """Yield the images that send commands."""
+    by_machine = grouped(actions, lambda action: action.machine)
+    for slot_writes in grouped(writes, lambda write: write.slot).values():
+        steps_by_machine = (pair for write in slot_writes for pair in write.steps.items())
+        machines = dict.fromkeys(machine for machine, (steps, _) in steps_by_machine if steps is not None)
         for machine in machines or ("",):
-            yield from _Flow(own, machine, by_machine.get(machine, ())).images()
+            yield from _Flow(slot_writes, machine, by_machine.get(machine, ())).images()
 
 
 class _Flow:
-    """The words of a slot, followed through the steps of a machine."""
+    """The words of a slot, followed through the steps of a machine.
+
+    Args:
+        machine: the variable that holds the step; "" for a program without steps.
+    """
 
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
-        leading = [action for action in actions if action.goes is not None]
-        self._goes = [action for action in leading if action.steps is not None]
+        changes = [action for action in actions if action.goes is not None]
+        self._changes = [action for action in changes if action.steps is not None]
         self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
         entered_by_others = {
-            action.goes for action in self._goes if action.steps != frozenset((action.goes,))
+            change.goes for change in self._changes if change.steps != frozenset((change.goes,))
         }
         # no word is known in a step that can be entered from anywhere, such as in the first scan
-        entered_from_anywhere = {action.goes for action in leading if action.steps is None}
+        entered_from_anywhere = {change.goes for change in changes if change.steps is None}
         firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
-        self._before: dict[Step, _Words] = dict.fromkeys(filter(firsts.__contains__, self._steps), _Words())
+        # the words on entry to each step that a path reaches
+        self._on_entry: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
         steps: set[Step] = set().union(*(action.steps or () for action in actions))
@@ -117,91 +123,92 @@ class _Flow:
 
     def images(self) -> Iterator[SentImage]:
         """Yield the images of all commands in all steps."""
-        todo = [*self._before]
+        todo = [*self._on_entry]
         visits: Counter[Step] = Counter()
         while todo:
             step = todo.pop(0)
             visits[step] += 1
-            for goes, words in self._onward(step):
-                before = self._before.get(goes)
-                joined = words if before is None else _joined(before, words)
-                if joined != before and visits[goes] < PASSES * len(self._steps):
-                    self._before[goes] = joined
-                    todo.append(goes)
+            for next_step, words in self._next_steps(step):
+                known = self._on_entry.get(next_step)
+                joined = words if known is None else _joined(known, words)
+                if joined != known and visits[next_step] < PASSES * len(self._steps):
+                    self._on_entry[next_step] = joined
+                    todo.append(next_step)
         for step in self._steps:
-            yield from self._given_in(step)
+            yield from self._images_in(step)
 
-    def _onward(self, step: Step) -> Iterator[tuple[Step, _Words]]:
+    def _next_steps(self, step: Step) -> Iterator[tuple[Step, _Words]]:
         """Yield the next steps, each with the words after the scan that goes to it."""
-        for action in self._goes:
-            if action.goes is not None and action.happens_in(step) and action.goes != step:
-                yield action.goes, self._written(self._at(step), step, action.when, self._in(step))
+        for change in self._changes:
+            if change.goes is not None and change.happens_in(step) and change.goes != step:
+                words, writes = self._words_on_entry(step), self._writes_in(step)
+                yield change.goes, self._words_after(words, step, change.when, writes)
 
-    def _at(self, step: Step) -> _Words:
-        return self._before.get(step, _Words())
+    def _words_on_entry(self, step: Step) -> _Words:
+        return self._on_entry.get(step, _Words())
 
-    def _in(self, step: Step) -> list[WordWrite]:
+    def _writes_in(self, step: Step) -> list[WordWrite]:
         """Return the writes that may act in a step."""
         return [write for write in self._writes if write.acts_in(self._machine, step)[0]]
 
-    def _written(self, before: _Words, step: Step, when: Condition, writes: Sequence[WordWrite]) -> _Words:
-        """Return the words after writes in a scan of a step, given a condition that holds in it."""
-        on, cells = before
-        kept = list(cells)
+    def _words_after(self, words: _Words, step: Step, when: Condition, writes: Sequence[WordWrite]) -> _Words:
+        """Return the words after writes in a scan of a step in which the condition `when` is true."""
+        bits_on, cells = words.bits_on, list(words.cells)
         for write in writes:
-            _, sure = write.acts_in(self._machine, step)
-            acts = sure or implies(when, write.when)
+            _, is_sure = write.acts_in(self._machine, step)
+            acts = is_sure or implies(when, write.when)
             if write.word == 0:
-                on &= ~write.clears
-                on |= write.sets if acts else 0
+                bits_on &= ~write.clears
+                bits_on |= write.sets if acts else 0
             if write.value is not None:
-                kept[write.word] = Cell(write.value if acts else UNKNOWN_CHOICES, write.place)
+                cells[write.word] = Cell(write.value if acts else UNKNOWN_CHOICES, write.place)
             elif write.word:
-                kept[write.word] = _with_bits(kept[write.word], write, acts=acts)
-        return _Words(on & UNSIGNED_MAX, tuple(kept))
+                cells[write.word] = _with_bits(cells[write.word], write, acts=acts)
+        return _Words(bits_on & UNSIGNED_MAX, tuple(cells))
 
-    def _with(self, step: Step, command: WordWrite) -> _Words:
-        """Return the words in the scan of a step that gives a command."""
-        step_actions = self._in(step)
-        images = {write.place for write in step_actions if write.word == 0}
-        others = [action for action in step_actions if _is_another(action, command, images)]
-        on, cells = self._at(step)
-        for other in others:  # another write may have acted in an earlier scan
-            on &= ~other.clears if other.word == 0 else UNSIGNED_MAX
-        return self._written(
-            _Words(on, cells), step, command.when, [action for action in step_actions if action not in others]
-        )
+    def _words_with(self, step: Step, command: WordWrite) -> _Words:
+        """Return the words in the scan of a step that sends a command."""
+        writes = self._writes_in(step)
+        image_lines = {write.place for write in writes if write.word == 0}
+        of_other_scans = [write for write in writes if _is_of_another_scan(write, command, image_lines)]
+        bits_on, cells = self._words_on_entry(step)
+        for write in of_other_scans:  # it may have acted in an earlier scan
+            if write.word == 0:
+                bits_on &= ~write.clears
+        of_this_scan = [write for write in writes if write not in of_other_scans]
+        return self._words_after(_Words(bits_on, cells), step, command.when, of_this_scan)
 
-    def _given_in(self, step: Step) -> Iterator[SentImage]:
+    def _images_in(self, step: Step) -> Iterator[SentImage]:
         """Yield the images of the commands in a step."""
         for write in self._writes:
-            may, _ = write.acts_in(self._machine, step)
-            if may and write.word < 2 and write.sets:
-                on, cells = self._with(step, write)
+            may_act, _ = write.acts_in(self._machine, step)
+            if may_act and write.word < 2 and write.sets:
+                bits_on, cells = self._words_with(step, write)
                 fresh = write.sets if write.word == 0 else 0
-                if on & fresh == fresh:
-                    yield SentImage(write.place, write.slot, on, fresh, cells, write.text)
+                if bits_on & fresh == fresh:
+                    yield SentImage(write.place, write.slot, bits_on, fresh, cells, write.text)
 
 
-def _is_another(write: WordWrite, command: WordWrite, images: Collection[FileLine]) -> bool:
+def _is_of_another_scan(write: WordWrite, command: WordWrite, image_lines: Collection[FileLine]) -> bool:
     """Whether a write does not happen in a command's scan, or belongs to an image with further conditions.
 
     Args:
-        images: lines that write word 0.
+        image_lines: lines that write word 0.
     """
     if never(AllOf((command.when, write.when))):
         return True
-    return write.place in images and write.when != command.when and implies(write.when, command.when)
+    return write.place in image_lines and write.when != command.when and implies(write.when, command.when)
 
 
-def implies(one: Condition, other: Condition) -> bool:
-    """Whether a condition contains all parts of another one."""
-    return one == other or _parts(other) <= _parts(one)
+def implies(premise: Condition, conclusion: Condition) -> bool:
+    """Whether the premise contains all parts of the conclusion."""
+    return premise == conclusion or _parts_of(conclusion) <= _parts_of(premise)
 
 
-def _parts(condition: Condition) -> set[Condition]:
+def _parts_of(condition: Condition) -> set[Condition]:
+    """Return the parts of a condition that must all be true."""
     if isinstance(condition, AllOf):
-        return {part for condition_part in condition.parts for part in _parts(condition_part)}
+        return set().union(*map(_parts_of, condition.parts))
     return set() if condition == TRUE else {condition}
 
 
@@ -213,9 +220,7 @@ def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
     return Cell(Choices((signed_word(word),)), write.place)
 
 
-def _joined(one: _Words, other: _Words) -> _Words:
-    """Return the words of a step that two paths lead to."""
-    pairs = zip(one.cells, other.cells, strict=True)
-    return _Words(
-        one.on & other.on, tuple(cell if cell == other_cell else Cell() for cell, other_cell in pairs)
-    )
+def _joined(first: _Words, second: _Words) -> _Words:
+    """Return the words on entry to a step that two paths lead to; a cell that differs becomes unknown."""
+    cells = (a if a == b else Cell() for a, b in zip(first.cells, second.cells, strict=True))
+    return _Words(first.bits_on & second.bits_on, tuple(cells))

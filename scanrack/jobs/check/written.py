@@ -1,4 +1,4 @@
-"""Writes to the output words of a 3601: where they are, and what they write."""
+"""Writes to the output words of a 3601: their lines and their values."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ class _Site(Protocol):
 
 
 def place_at(site: _Site, file: str | Path) -> FileLine:
-    """Return the file and line of a site; `file` and line 1 if the site does not give them."""
+    """Return the file and line of a site; `file` and line 1 replace what the site lacks."""
     return FileLine(site.file or str(file), site.line or 1)
 
 
 def declaration_lines(path: Path) -> Callable[[str], int]:
-    """Return a function that gives the line that declares a tag, or 1 if none does."""
+    """Return a function that returns the line that declares a tag, or 1 if no line does."""
     lines: dict[str, int] = {}
     text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
     for number, line in enumerate(text.splitlines(), 1):
@@ -58,8 +58,8 @@ class WordWrite:
         sets: bits that it sets when it happens.
         clears: bits that it may clear.
         when: the condition under which it happens.
-        steps: by machine, the steps in which it may happen (None for all), and whether it does in each scan
-            of them.
+        steps: by machine, the steps in which it may happen (None for all), and whether it happens in each
+            scan of those steps.
         text: the instruction or statement as text.
     """
 

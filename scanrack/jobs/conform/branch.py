@@ -21,17 +21,17 @@ SAMPLE_NS = 250_000
 """Time from one kept image of the model to the next, ns: the module's own scan."""
 
 CALM_SAMPLE_NS = 1_000_000
-"""The same while only the position changes."""
+"""Time from one kept image to the next while only the position changes, ns."""
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
 """Status bits that may remain set after a configuration, by reading A-102."""
 
 FINER = 1_000_000
-"""Parts of a step within which travels count as equal; plans round travels far more finely."""
+"""Travels count as equal if they differ by less than this fraction of a step. Plans round far more finely."""
 
 _OWNERS = ("host", "axis", "state", "started_ns")
-"""Attributes of an operation that refer to the objects around it, and the instant at which it began."""
+"""Attributes of an operation that do not count as its state: its owners, and when it began."""
 
 _PAIRS = (2, 4, 6)
 
@@ -42,7 +42,7 @@ class Branch:
     Attributes:
         instants: the instants at which the sent moments act, in order, ns.
         fired: rules that have fired.
-        play: steps by which the position may be wrong, because words acted between two tried instants.
+        play: position uncertainty in steps, because words acted between two tried instants.
     """
 
     __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")
@@ -57,7 +57,7 @@ class Branch:
         self.play = 0
 
     def resume(self, state: KnownState) -> Branch:
-        """Take the state that an image shows."""
+        """Load the state that an image shows; return this branch."""
         configuration = None
         if any(state.configuration):
             configuration = Configuration.from_image(Image(state.configuration), self._model.firmware)
@@ -73,6 +73,7 @@ class Branch:
         """Return a copy that keeps the images from an instant on."""
         twin = Branch.__new__(Branch)
         model = self._model
+        # nothing changes these objects, so both branches can share them
         never_change = (model.options, model.axis.motion, model.axis.segment, model.machine.spec)
         shared = {id(value): value for value in (*never_change, model.layer.state.configuration)}
         twin._model, twin._outputs = copy.deepcopy((model, self._outputs), shared)
@@ -87,19 +88,16 @@ class Branch:
         return self._model.under_way is None
 
     def act(self, sent: Transmission) -> Branch:
-        """Let a sent moment act now."""
+        """Apply words or input levels now; return this branch."""
         self.instants = (*self.instants, self.now_ns)
         self.play += _steps_between(self._model, self.now_ns)
-        self._act(sent)
-        return self
-
-    def _act(self, sent: Transmission) -> None:
         if sent.words is None:
             for bit in InputBit:
                 self._model.operate(bit, bool(sent.inputs & bit))
         else:
             for number, word in enumerate(sent.words):
                 self._outputs[number] = word
+        return self
 
     def advance(self, to_ns: int) -> None:
         """Run the model up to an instant, and keep its images."""
@@ -113,6 +111,7 @@ class Branch:
             self._sample(min(self.now_ns + step_ns, to_ns))
 
     def _sample(self, at_ns: int) -> None:
+        """Update the model at an instant; keep its image and the rules that fired."""
         self.now_ns = at_ns
         self._samples.append((at_ns, tuple(self._model.update(at_ns, self._outputs))))
         events = self._model.events
@@ -123,42 +122,40 @@ class Branch:
     def shown(self, low_ns: int, high_ns: int) -> list[ImageWords]:
         """Return the images in a window, the last one before it, and the first one after it."""
         samples = self._samples
-        last = len(samples)
-        while last and samples[last - 1][0] > high_ns:
-            last -= 1
-        first = last
+        end = len(samples)
+        while end and samples[end - 1][0] > high_ns:
+            end -= 1
+        first = end
         while first and samples[first - 1][0] >= low_ns:
             first -= 1
-        return [words for _, words in samples[max(0, first - 1) : last + 1]]
+        return [words for _, words in samples[max(0, first - 1) : end + 1]]
 
     def forget(self, before_ns: int) -> None:
-        """Drop all images before an instant except the last one."""
+        """Drop the images before an instant except the last one. Fewer than 65 such images are kept."""
         samples, first = self._samples, 0
         while first + 1 < len(samples) and samples[first + 1][0] < before_ns:
             first += 1
         if first > 64:
             del samples[:first]
 
-    def explains(self, seen: SeenImage, timing: Timing) -> bool:
+    def explains(self, read: SeenImage, timing: Timing) -> bool:
         """Advance the model past the window of a read; return whether it shows the words that were read."""
-        since = self.instants[-1] if self.instants else self.now_ns
-        drift = abs(seen.window.high_ns - since) * timing.drift_ppm // 1_000_000
-        low, high = (
-            seen.window.low_ns - timing.lag_ns - drift - GRID_NS,
-            seen.window.high_ns + drift + GRID_NS,
-        )
-        self.advance(high + SAMPLE_NS)
-        shown_words = self.shown(low, high)
-        if not explained(shown_words, seen.words, self.play):
+        since_ns = self.instants[-1] if self.instants else self.now_ns
+        drift_ns = abs(read.window.high_ns - since_ns) * timing.drift_ppm // 1_000_000
+        low_ns = read.window.low_ns - timing.lag_ns - drift_ns - GRID_NS
+        high_ns = read.window.high_ns + drift_ns + GRID_NS
+        self.advance(high_ns + SAMPLE_NS)
+        shown_words = self.shown(low_ns, high_ns)
+        if not explained(shown_words, read.words, self.play):
             return False
-        in_command_mode = not (seen.words[0] | shown_words[0][0]) & MODE_CONFIG
+        in_command_mode = not (read.words[0] | shown_words[0][0]) & MODE_CONFIG
         rests = self.rests and all(words == shown_words[0] for words in shown_words)
         if self.play and in_command_mode and rests:
-            self._settle(seen.words)
+            self._settle(read.words)
         return True
 
     def _settle(self, words: ImageWords) -> None:
-        """Adopt the position in an image at rest, so that it is known again."""
+        """Adopt the position in an image at rest, which ends the position's uncertainty."""
         self.play = 0
         model = self._model
         model.layer.state.captured = words[6] * 1000 + words[7]
@@ -179,7 +176,7 @@ class Branch:
         self._sample(self.now_ns + 1)
 
     def state(self, since_ns: int) -> Any:
-        """Return a value that is equal for branches that will continue alike.
+        """Return a value that is equal for branches with the same future.
 
         Args:
             since_ns: status words from this instant on must also be equal.
@@ -199,7 +196,7 @@ class Branch:
 
 
 def _course(motion: Motion, now_ns: int) -> Any:
-    """Return a value that is equal for motions that will continue alike; past ramps may differ."""
+    """Return a value that is equal for motions with the same future; past ramps may differ."""
     segment = motion.segment_at(max(now_ns, motion.start_ns))
     if motion.end_ns is not None or segment is not motion.segments[-1]:
         return id(motion)  # children share a motion
@@ -208,14 +205,15 @@ def _course(motion: Motion, now_ns: int) -> Any:
 
 
 def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
-    """Return what an operation remembers, and whether it begins now."""
+    """Return whether an operation begins now, followed by its own state; None without an operation."""
     if operation is None:
         return None
-    attributes = vars(operation).items()
-    remembered = (
-        (name, getattr(value, "__name__", value)) for name, value in attributes if name not in _OWNERS
+    state = (
+        (name, getattr(value, "__name__", value))
+        for name, value in vars(operation).items()
+        if name not in _OWNERS
     )
-    return operation.started_ns >= now_ns, *remembered
+    return operation.started_ns >= now_ns, *state
 
 
 def _steps_between(model: Amci3601, now_ns: int) -> int:
@@ -225,10 +223,10 @@ def _steps_between(model: Amci3601, now_ns: int) -> int:
 
 
 def explained(shown: Sequence[ImageWords], read: ImageWords, play: int = 0) -> bool:
-    """Whether images explain a read: one has its status words, and their range contains each of its values.
+    """Whether images explain a read: one has its status words, and their range contains all its values.
 
     Args:
-        play: steps by which a value may lie outside the range.
+        play: position uncertainty in steps, which extends the range.
 
     >>> explained([(0, 0, 0, 10, 0, 0, 0, 0), (0, 0, 0, 14, 0, 0, 0, 0)], (0, 0, 0, 12, 0, 0, 0, 0))
     True
@@ -239,6 +237,7 @@ def explained(shown: Sequence[ImageWords], read: ImageWords, play: int = 0) -> b
 
 
 def _pair_explained(shown: Sequence[ImageWords], read: ImageWords, pair: int, play: int) -> bool:
+    """Whether images explain the value in two words, the first of which has the number `pair`."""
     high, low = read[pair], read[pair + 1]
     values = []
     for words in shown:

@@ -47,7 +47,7 @@ class SceneVerdict:
         reads: number of reads that were judged.
         hypotheses: largest number of hypotheses at a time.
         why: the reason if the verdict is open.
-        readings: readings that have a rival which alone explains the scene.
+        readings: readings of which a rival explains the scene.
         rules: rules without which a module explains the scene.
         scales: factors with which a module explains the scene.
     """

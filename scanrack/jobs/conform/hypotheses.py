@@ -1,8 +1,8 @@
-"""Finds the instants that explain what was read. Each choice of instants is a hypothesis: a run of the model.
+"""Finds the instants that explain a scene's reads. A hypothesis is a run of the model with chosen instants.
 
     write   acts at an instant in its window, or within the lag after it: one hypothesis per `GRID_NS`
-    read    shows what the model shows at an instant in its window, or within the lag before it. Each pair of
-            words may be from another instant, but a controller tears no pair.
+    read    shows the model's words at an instant in its window, or within the lag before it. Each pair of
+            words may be from another instant, but both words of a pair are from the same instant.
 
 Words that act while the axis moves make its position uncertain by the steps between two tried instants,
 until it is read at rest.
@@ -29,7 +29,7 @@ MOST = 4000
 MERGE_READS = 10
 """Number of reads after which branches are compared."""
 
-NEVER = 1 << 62
+NEVER_NS = 1 << 62
 
 ModelFactory = Callable[[], Amci3601]
 
@@ -42,27 +42,28 @@ class Search:
     """The result of a search over instants.
 
     Attributes:
-        left: hypotheses that explain all reads.
+        explaining: hypotheses that explain all reads.
         reads: number of reads that were judged.
         most: largest number of hypotheses at a time.
         runs: number of hypotheses that were tried.
         unexplained: the first read that no hypothesis explains, or None.
-        shown: images around that read, of a hypothesis that explained all earlier ones.
-        after: what was sent last before the search ended.
-        many: how many hypotheses there would have been if the search gave up; else 0.
+        shown: images around the unexplained read, from a hypothesis that explains all earlier reads.
+        last_sent: the last transmission before the search ended.
+        many: number of hypotheses at which the search gave up; 0 if it did not.
         overlapping: whether no choice of instants keeps the order in which the words were sent.
         moving: number of transmissions since the axis was last at rest.
-        instants: the instants of that hypothesis, or of one that explains all reads.
-        fired_anywhere: rules that fired in any hypothesis that got that far, or that explains all reads.
+        instants: the instants of the hypothesis of `shown`, or of a hypothesis that explains all reads.
+        fired_anywhere: rules that fired in any hypothesis that explains all reads, or all reads before the
+            unexplained read.
     """
 
-    left: list[Branch] = field(default_factory=list)
+    explaining: list[Branch] = field(default_factory=list)
     reads: int = 0
     most: int = 1
     runs: int = 0
     unexplained: SeenImage | None = None
     shown: list[ImageWords] = field(default_factory=list)
-    after: Transmission | None = None
+    last_sent: Transmission | None = None
     many: int = 0
     overlapping: bool = False
     moving: int = 0
@@ -77,7 +78,8 @@ class Search:
     @property
     def fired(self) -> set[str]:
         """Rules that fire in all remaining hypotheses."""
-        return set.intersection(*(hypothesis.fired for hypothesis in self.left)) if self.left else set()
+        fired = [hypothesis.fired for hypothesis in self.explaining]
+        return set.intersection(*fired) if fired else set()
 
 
 def search(
@@ -85,47 +87,46 @@ def search(
     model: ModelFactory,
     timing: Timing,
     most: int = MOST,
-    given: Sequence[int] | None = None,
+    fixed_instants: Sequence[int] | None = None,
 ) -> Search:
     """Search for the instants that explain a scene.
 
     The module's state before its first configuration is unknown, so only later reads count. No configuration
-    resets the captured value and the encoder count, so they are taken from the first read after it. In a
+    resets the captured value and the encoder count: the model adopts them from the first read after it. In a
     scene that begins with a known state, all reads count.
 
     Args:
-        model: makes a model that was just powered up.
+        model: returns a model that was just powered up.
         most: number of hypotheses at a time above which the search gives up.
-        given: instants at which the transmissions act; None to search for them.
+        fixed_instants: instants at which the transmissions act; None to search for them.
     """
     result = Search()
     turns = _turns(moments)
     start = _start_of(moments, turns, model, timing)
     if start is None:
         return result
-    live, waiting, adopted = [start.branch], list[SeenImage](), start.is_whole
-    limits = [*(turn_sent.window.low_ns for turn_sent, _ in turns[1:]), None]
-    for place, ((transmission, seen), limit) in enumerate(zip(turns, limits, strict=True)):
-        instants = (
-            _instants(transmission, timing, single=place <= start.turn)
-            if given is None
-            else given[place : place + 1]
-        )
-        live = _spread(live, transmission, instants, _earliest(waiting, transmission, timing), result, most)
-        result.after = transmission
+    live, waiting, has_adopted = [start.branch], list[SeenImage](), start.is_whole
+    limits_ns = [*(next_sent.window.low_ns for next_sent, _ in turns[1:]), None]
+    for number, ((sent, reads), limit_ns) in enumerate(zip(turns, limits_ns, strict=True)):
+        if fixed_instants is None:
+            instants = _instants(sent, timing, single=number <= start.turn)
+        else:
+            instants = fixed_instants[number : number + 1]
+        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), result, most)
+        result.last_sent = sent
         result.moving += 1
         if not live:
             return result
-        waiting += start.judged(place, seen)
-        adopted = adopted or (place > start.turn and _adopt(live, waiting))
-        live, waiting = _sift(live, waiting, limit, transmission, timing, result)
+        waiting += start.judged(number, reads)
+        has_adopted = has_adopted or (number > start.turn and _adopt(live, waiting))
+        live, waiting = _sift(live, waiting, limit_ns, sent, timing, result)
         if not live:
             return result
         if all(hypothesis.rests for hypothesis in live):
             result.moving = 0
-        since_ns = min((moment.window.low_ns for moment in waiting), default=limit or NEVER)
-        live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit)
-    result.left, result.instants = live, live[0].instants
+        since_ns = min((read.window.low_ns for read in waiting), default=limit_ns or NEVER_NS)
+        live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit_ns)
+    result.explaining, result.instants = live, live[0].instants
     result.fired_anywhere = set().union(*(hypothesis.fired for hypothesis in live))
     return result
 
@@ -144,9 +145,9 @@ class _Start(NamedTuple):
     known_ns: int
     is_whole: bool
 
-    def judged(self, place: int, seen: Sequence[SeenImage]) -> Sequence[SeenImage]:
+    def judged(self, turn: int, reads: Sequence[SeenImage]) -> Sequence[SeenImage]:
         """Return the reads of a turn that are judged."""
-        return [moment for moment in seen if place >= self.turn and moment.window.low_ns >= self.known_ns]
+        return [read for read in reads if turn >= self.turn and read.window.low_ns >= self.known_ns]
 
 
 def _start_of(
@@ -169,10 +170,10 @@ def _start_of(
 
 def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
     """Return the number of the first turn that configures; the number of turns if none does."""
-    return next(
-        (n for n, (transmission, _) in enumerate(turns) if transmission.words and transmission.words[0] < 0),
-        len(turns),
-    )
+    for turn, (sent, _) in enumerate(turns):
+        if sent.words and sent.words[0] < 0:
+            return turn
+    return len(turns)
 
 
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
@@ -180,8 +181,8 @@ def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage
     turns: list[tuple[Transmission, list[SeenImage]]] = []
     for moment in moments:
         if isinstance(moment, KnownState):
-            now = Window(moment.window.high_ns, moment.window.high_ns)
-            turns.append((Transmission(now, moment.sent), []))
+            end = Window(moment.window.high_ns, moment.window.high_ns)
+            turns.append((Transmission(end, moment.sent), []))
         elif isinstance(moment, Transmission):
             turns.append((moment, []))
         elif turns:
@@ -192,26 +193,28 @@ def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage
 
 
 def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
-    """Let all branches adopt the count and captured value of the first read in command mode, if any."""
-    first = next((moment for moment in waiting if moment.words[0] & MODE_CONFIG == 0), None)
-    if first is None:
-        return False
-    for branch in live:
-        branch.adopt(first.words)
-    return True
+    """Adopt the encoder count and captured value of the first read in command mode in all branches.
+
+    Return whether there is such a read.
+    """
+    for read in waiting:
+        if read.words[0] & MODE_CONFIG == 0:
+            for branch in live:
+                branch.adopt(read.words)
+            return True
+    return False
 
 
 def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[int]:
-    """Return the instants at which a transmission may act; only one if the state before it is unknown."""
-    high = sent.window.high_ns + timing.lag_ns
-    return (high,) if single else range(sent.window.low_ns, high + 1, GRID_NS)
+    """Return the instants at which a transmission may act, ns; with `single`, only the last one."""
+    last_ns = sent.window.high_ns + timing.lag_ns
+    return (last_ns,) if single else range(sent.window.low_ns, last_ns + 1, GRID_NS)
 
 
 def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
     """Return the instant from which images may still be needed, ns."""
-    return (
-        min([sent.window.low_ns, *(moment.window.low_ns for moment in waiting)]) - timing.lag_ns - 4 * GRID_NS
-    )
+    first_ns = min([sent.window.low_ns, *(read.window.low_ns for read in waiting)])
+    return first_ns - timing.lag_ns - 4 * GRID_NS
 
 
 def _spread(
@@ -228,7 +231,8 @@ def _spread(
         try:
             for instant in later:
                 branch.advance(instant)
-                children.append((branch if instant == later[-1] else branch.child(keep_from)).act(sent))
+                is_last = instant == later[-1]  # the branch itself can act then
+                children.append((branch if is_last else branch.child(keep_from)).act(sent))
         except _BROKEN:
             continue
     result.overlapping = not children
@@ -240,55 +244,62 @@ def _spread(
 def _sift(
     live: list[Branch],
     waiting: list[SeenImage],
-    limit: int | None,
+    limit_ns: int | None,
     sent: Transmission,
     timing: Timing,
     result: Search,
 ) -> tuple[list[Branch], list[SeenImage]]:
-    """Judge the reads that the next transmission can't have changed; return remaining branches and reads."""
-    due = list(takewhile(lambda each: limit is None or _end(each, sent, timing) <= limit, waiting))
-    for seen in due:
-        kept = [hypothesis for hypothesis in live if _explains(hypothesis, seen, timing)]
-        if not kept:
-            result.unexplained = seen
+    """Judge the reads that the next transmission can't have changed.
+
+    Return the branches that explain these reads, and the reads that must wait.
+    """
+
+    def is_due(read: SeenImage) -> bool:
+        return limit_ns is None or _judged_at_ns(read, sent, timing) <= limit_ns
+
+    due = list(takewhile(is_due, waiting))
+    for read in due:
+        explaining = [hypothesis for hypothesis in live if _explains(hypothesis, read, timing)]
+        if not explaining:
+            result.unexplained = read
             result.fired_anywhere = set().union(*(hypothesis.fired for hypothesis in live))
             result.instants = live[0].instants
-            result.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
+            result.shown = live[0].shown(read.window.low_ns - timing.lag_ns, read.window.high_ns)
             return [], []
-        live = kept
+        live = explaining
         result.reads += 1
         if len(live) > 1 and result.reads % MERGE_READS == 0:
-            live = _merged(live, seen.window.low_ns - timing.lag_ns - 4 * GRID_NS, limit)
+            live = _merged(live, read.window.low_ns - timing.lag_ns - 4 * GRID_NS, limit_ns)
     return live, waiting[len(due) :]
 
 
-def _end(seen: SeenImage, sent: Transmission, timing: Timing) -> int:
+def _judged_at_ns(read: SeenImage, sent: Transmission, timing: Timing) -> int:
     """Return the instant up to which the model has to run to judge a read, ns."""
-    drift = (seen.window.high_ns - sent.window.low_ns) * timing.drift_ppm // 1_000_000
-    return seen.window.high_ns + drift + 2 * (GRID_NS + SAMPLE_NS)
+    drift_ns = (read.window.high_ns - sent.window.low_ns) * timing.drift_ppm // 1_000_000
+    return read.window.high_ns + drift_ns + 2 * (GRID_NS + SAMPLE_NS)
 
 
-def _explains(branch: Branch, seen: SeenImage, timing: Timing) -> bool:
+def _explains(branch: Branch, read: SeenImage, timing: Timing) -> bool:
     try:
-        return branch.explains(seen, timing)
+        return branch.explains(read, timing)
     except _BROKEN:
         return False
 
 
-def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch]:
-    """Return one branch for each state; its fired rules are those that fired in all merged branches.
+def _merged(live: list[Branch], since_ns: int, limit_ns: int | None) -> list[Branch]:
+    """Return one branch for each state, with the rules that fired in all its merged branches.
 
     Args:
         since_ns: images from this instant on may still be needed.
-        limit: the next transmission may act from this instant on, so no branch may be later.
+        limit_ns: the next transmission may act from this instant on, so no branch may be later.
     """
     states: dict[Any, Branch] = {}
     now_ns = max(branch.now_ns for branch in live)
-    if limit is not None and now_ns > limit:
+    if limit_ns is not None and now_ns > limit_ns:
         return live
     for branch in live:
         branch.advance(now_ns)
-        equal_branch = states.setdefault(branch.state(since_ns), branch)
-        equal_branch.fired &= branch.fired
-        equal_branch.play = max(equal_branch.play, branch.play)
+        merged = states.setdefault(branch.state(since_ns), branch)
+        merged.fired &= branch.fired
+        merged.play = max(merged.play, branch.play)
     return list(states.values())

@@ -1,4 +1,4 @@
-"""What happened in a scene: words sent and images read, each with the window of time in which it happened."""
+"""The moments of a scene: words sent and images read, each with a time window."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def words_text(words: ImageWords) -> str:
 
 
 class Window(NamedTuple):
-    """The earliest and latest instant at which something happened, ns by the clock of the recording."""
+    """The earliest and latest possible instant of an event, ns by the clock of the recording."""
 
     low_ns: int
     high_ns: int
 
 
 class Transmission(NamedTuple):
-    """Output words, or levels of wired inputs, that were sent. They act at an instant in the window or later.
+    """Output words, or levels of wired inputs. They act at an instant in the window or later.
 
     Attributes:
         words: the eight output words; None if inputs were operated.
@@ -46,14 +46,14 @@ class Transmission(NamedTuple):
 
 
 class SeenImage(NamedTuple):
-    """An input image as it was read."""
+    """An input image that was read."""
 
     window: Window
     words: ImageWords
 
 
 class KnownState(NamedTuple):
-    """An image at rest in command mode, which shows the module's state. A scene may begin with it.
+    """An image at rest in command mode, which shows the module's state. A scene may begin with such an image.
 
     Attributes:
         words: the input words.
@@ -78,7 +78,7 @@ class Timing:
 
     Attributes:
         rpi_ns: the module's RPI [3601 manual, chapter 1: 2 ms].
-        scan_ns: longest time between scans of the controller, if its program passes words on.
+        scan_ns: longest time between scans of the controller, if its program copies the words.
         module_ns: the module's own scan.
         drift_ppm: largest difference between the rates of two clocks.
     """
@@ -96,12 +96,12 @@ class Timing:
 
 @dataclass(slots=True)
 class PlayedScene:
-    """A scene as it was played.
+    """A scene that was played.
 
     Attributes:
         name: name of the scene in the plan.
-        moments: in the order in which they happened.
-        note: why it ended early; "" if it did not.
+        moments: its moments in time order.
+        note: the reason if the scene ended early; otherwise "".
     """
 
     name: str
@@ -137,29 +137,26 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
         ValueError: a row is not a moment; the message has its number.
     """
     if len(rows) > MOMENTS_MAX:
-        raise ValueError(f"{len(rows):,} moments are given: must be at most {MOMENTS_MAX:,}")
+        raise ValueError(f"{len(rows):,} moments: must be at most {MOMENTS_MAX:,}")
     return [_moment(number, row) for number, row in enumerate(rows)]
 
 
 def _moment(number: int, row: Any) -> Moment:
     count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
     if make is None or len(row) != 3 + count or not all(type(cell) is int for cell in row[1:]):
-        raise ValueError(
-            f"moment {number}: {str(row)[:60]} is none: read or write with two times and 8 words"
-        )
+        rule = "must be a read or write with two times and 8 words"
+        raise ValueError(f"moment {number}: invalid moment ({str(row)[:60]}): {rule}")
     window, numbers = Window(row[1], row[2]), tuple(row[3:])
-    if window.low_ns > window.high_ns or not all(WORD_MIN <= word <= WORD_MAX for word in numbers):
-        raise ValueError(
-            f"moment {number}: a window goes from early to late, words from {WORD_MIN} to {WORD_MAX}"
-        )
+    if window.low_ns > window.high_ns:
+        raise ValueError(f"moment {number}: window {window.low_ns} to {window.high_ns} ends before it begins")
+    if not all(WORD_MIN <= word <= WORD_MAX for word in numbers):
+        raise ValueError(f"moment {number}: words must be {WORD_MIN} to {WORD_MAX}")
     return make(window, numbers)
 
 
 def _known_state(window: Window, numbers: tuple[int, ...]) -> KnownState:
-    shown, sent_words, configuration = (
-        numbers[offset : offset + WORDS] for offset in range(0, 3 * WORDS, WORDS)
-    )
-    return KnownState(window, shown, sent_words, configuration, numbers[-1] & ALL_INPUTS)
+    shown, sent, configuration = (numbers[start : start + WORDS] for start in range(0, 3 * WORDS, WORDS))
+    return KnownState(window, shown, sent, configuration, numbers[-1] & ALL_INPUTS)
 
 
 _KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | None]] = {
@@ -168,4 +165,4 @@ _KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | No
     "inputs": (1, lambda window, numbers: Transmission(window, None, numbers[0] & ALL_INPUTS)),
     "state": (3 * WORDS + 1, _known_state),
 }
-"""By kind of moment: the count of numbers after its two times, and a function that makes the moment."""
+"""By kind of moment: the count of numbers after its two times, and a function that returns the moment."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
+from itertools import count
 from pathlib import Path
 
 from scanrack.io_images.amci3601 import RULES
@@ -53,17 +54,16 @@ def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: U
     view = '<meta name="viewport" content="width=device-width">'
     with new_file(path, PAGE, used=used) as file:
         file.write(f"{head}{view}\n<style>\n{STYLE}\n</style></head><body>\n<h1>{title}</h1>\n")
-        file.writelines(f"{part}\n" for part in _parts(recorded, result, name))
+        file.writelines(f"{part}\n" for part in _body_parts(recorded, result, name))
         file.write("</body></html>\n")
 
 
-def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
+def _body_parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
     differing = _scenes_with(ConformVerdict.DIFFERS, result)
-    yield (
-        f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
-        if differing
-        else '<p class="good"><b>No difference was seen.</b></p>'
-    )
+    if differing:
+        yield f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
+    else:
+        yield '<p class="good"><b>No difference was seen.</b></p>'
     yield _table((), _facts(recorded))
     yield _verdicts(result)
     factors = factor_sentences(result)
@@ -101,7 +101,7 @@ def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: s
 
 
 def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
-    """Yield the rules that differ: rule, section, text, and what the module does instead."""
+    """Yield the rules that differ: rule, section, text, and the module's behavior."""
     for rule, finding in result.rules.items():
         if finding.verdict is ConformVerdict.DIFFERS:
             yield tuple(map(escape, (rule, RULES[rule].section, RULES[rule].text, finding.why)))
@@ -109,13 +109,11 @@ def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
 
 def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
     timing = recorded.timing
-    way = f"RPI {timing.rpi_ns / 1e6:g} ms" + (
-        f", scans of up to {timing.scan_ns / 1e6:g} ms" if timing.scan_ns else ", with a counter of scans"
-    )
+    scans = f"scans of up to {timing.scan_ns / 1e6:g} ms" if timing.scan_ns else "with a counter of scans"
     facts = {
         "module": f"AMCI 3601, slot {recorded.slot}, taken as firmware {recorded.firmware}",
         "controller": recorded.controller or "not recorded",
-        "way to the module": way,
+        "path to the module": f"RPI {timing.rpi_ns / 1e6:g} ms, {scans}",
         "date": recorded.date or "not recorded",
         "scenes": f"plan {recorded.plan}" if recorded.plan else "a recording",
         "images read": f"{recorded.reads:,}",
@@ -136,15 +134,14 @@ def _verdicts(result: ConformResult) -> str:
 def _difference(scene: SceneVerdict, result: ConformResult) -> str:
     difference = scene.difference
     shown = "" if difference is None else f"<pre>{escape(chr(10).join(difference_lines(difference)))}</pre>"
-    by = [
+    explanations = [
         *(f"{number}: {result.readings[number].why}" for number in scene.readings),
         *(f"without {rule}" for rule in scene.rules),
         *([either(scene.scales)] if scene.scales else []),
     ]
-    why = f"Explained by: {'; '.join(by)}" if by else "Nothing known explains it."
-    return (
-        f"<section><b>{escape(scene.name)}</b>, after {scene.reads:,} reads. {escape(why)}{shown}</section>"
-    )
+    why = f"Explained by: {'; '.join(explanations)}" if explanations else "No known alternative explains it."
+    head = f"<b>{escape(scene.name)}</b>, after {scene.reads:,} reads."
+    return f"<section>{head} {escape(why)}{shown}</section>"
 
 
 def _section(title: str, body: str) -> str:
@@ -159,10 +156,8 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[str]], *, numbers: bool
     """Return a table of HTML cells; with `numbers`, all columns except the first are right-aligned."""
 
     def line(cells: Iterable[str], kind: str) -> str:
-        marked = (
-            f"<{kind}{' class=n' if numbers and place else ''}>{cell}</{kind}>"
-            for place, cell in enumerate(cells)
-        )
+        classes = (" class=n" if numbers and column else "" for column in count())
+        marked = (f"<{kind}{name}>{cell}</{kind}>" for cell, name in zip(cells, classes, strict=False))
         return f"<tr>{''.join(marked)}</tr>"
 
     head = line(heads, "th") if heads else ""

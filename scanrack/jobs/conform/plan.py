@@ -17,8 +17,8 @@
     idle                                                                 for 100 ms
     '''
 
-Each scene begins with the steps of `begin`, unless it has its own `begin`. The lines are those of a
-`.steps` file; in addition, `inputs ESTOP HOME for 100 ms` energizes wired inputs.
+Each scene begins with the steps of `begin`, unless the scene has its own `begin`. Lines have the syntax of a
+`.steps` file. In addition, `inputs ESTOP HOME for 100 ms` energizes wired inputs.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ BUILT_IN = ("hour", "quick")
 """Plans that come with scanrack."""
 
 NEEDS = ("inputs", "encoder")
-"""What a scene may need in addition to the module: inputs that are wired to outputs, or an encoder."""
+"""Additional equipment that a scene may need: inputs that are wired to outputs, or an encoder."""
 
 _INPUTS = {str(bit.name): bit.value for bit in InputBit}
 
@@ -76,12 +76,12 @@ class _PlanTable(_Table):
 
 @dataclass(frozen=True, slots=True)
 class SceneStep:
-    """Words or inputs, and how long they stay in effect.
+    """Words or inputs, and the time for which they stay in effect.
 
     Attributes:
-        step: the step that gives the words; None for inputs.
+        step: the step with the words; None for inputs.
         inputs: mask of the energized inputs.
-        for_ns: how long the inputs stay, ns.
+        for_ns: time for which the inputs stay, ns.
     """
 
     step: Step | None
@@ -89,7 +89,7 @@ class SceneStep:
     for_ns: int = 0
 
     def over(self, image: Image, lasted_ns: int) -> bool:
-        """Whether the step is over, given an image and the time since the step began, ns."""
+        """Whether the step is over. `lasted_ns` is the time since the step began, ns."""
         return lasted_ns >= self.for_ns if self.step is None else self.step.ends(image, lasted_ns)
 
 
@@ -164,7 +164,7 @@ def parse_plan(text: str, name: str) -> ScenePlan:
     scenes = tuple(_scene(scene_table, table.begin, name) for scene_table in table.scene)
     for scene_name, count in Counter(scene.name for scene in scenes).items():
         if count > 1:
-            raise ValueError(f"{name}: scene {scene_name!r} is there twice")
+            raise ValueError(f"{name}: duplicate scene {scene_name!r}")
     try:
         rpi_ns, scan_ns = exact_ns(table.rpi_ms, "ms", "rpi_ms"), exact_ns(table.scan_ms, "ms", "scan_ms")
         limit_ns = exact_ns(table.limit_s, "s", "limit_s")
@@ -175,17 +175,18 @@ def parse_plan(text: str, name: str) -> ScenePlan:
 
 
 def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
-    where = f"{file}: scene {table.name!r}"
+    place = f"{file}: scene {table.name!r}"
     for need in table.needs:
         if need not in NEEDS:
-            raise ValueError(f"{where} needs {need!r}; choose from {', '.join(NEEDS)}")
-    steps = tuple(_steps(begin if table.begin is None else table.begin, where) + _steps(table.steps, where))
+            raise ValueError(f"{place} needs {need!r}; choose from {', '.join(NEEDS)}")
+    steps = tuple(_steps(begin if table.begin is None else table.begin, place) + _steps(table.steps, place))
     if not _is_configured(steps):
-        raise ValueError(f"{where}: its first words are not zero, then a configuration")
+        raise ValueError(f"{place}: the first words must be zero, and the second a configuration")
     return PlannedScene(table.name, steps, table.why, table.settles, table.needs)
 
 
-def _steps(text: str, where: str) -> list[SceneStep]:
+def _steps(text: str, place: str) -> list[SceneStep]:
+    """Parse the steps in a text; ValueErrors begin with `place`."""
     steps = []
     for number, line in enumerate(text.splitlines(), start=1):
         words = line.partition("#")[0].split()
@@ -194,9 +195,9 @@ def _steps(text: str, where: str) -> list[SceneStep]:
         try:
             steps.append(_step(words))
         except StepsError as error:
-            raise ValueError(f"{where}, line {number}: {error.reason}") from None
+            raise ValueError(f"{place}, line {number}: {error.reason}") from None
         except ValueError as error:
-            raise ValueError(f"{where}, line {number}: {error}") from None
+            raise ValueError(f"{place}, line {number}: {error}") from None
     return steps
 
 
@@ -205,23 +206,22 @@ def _step(words: list[str]) -> SceneStep:
     if words[0] != "inputs":
         step = parse_steps(" ".join(words)).steps[0]
         if step.for_ns is None and not step.rise and not step.fall:
-            raise ValueError(f"{' '.join(words)!r} has no end; for N ms, or until bits")
+            raise ValueError(f"{' '.join(words)!r} has no end; add for N ms, or until and bits")
         return SceneStep(step)
     end = words.index("for") if "for" in words else len(words)
     step = parse_steps(" ".join(["same", *words[end:]])).steps[0]
-    names = words[1:end]
-    unknown = [input_name for input_name in names if input_name not in _INPUTS]
-    if unknown or step.for_ns is None:
-        raise ValueError(f"{' '.join(words)!r} is not allowed; inputs {' '.join(_INPUTS)} for N ms")
-    return SceneStep(None, sum(map(_INPUTS.__getitem__, set(names))), step.for_ns)
+    names = set(words[1:end])
+    if names - _INPUTS.keys() or step.for_ns is None:
+        raise ValueError(f"invalid step {' '.join(words)!r}; must be inputs {' '.join(_INPUTS)} for N ms")
+    return SceneStep(None, sum(_INPUTS[name] for name in names), step.for_ns)
 
 
 def _is_configured(steps: tuple[SceneStep, ...]) -> bool:
-    """Whether the first words are zero and the second ones configure."""
-    images_written = []
+    """Whether the first words are zero and the second words are a configuration."""
+    images = []
     for step in steps[:2]:
         image = Image([1] * 8)
         if step.step is not None:
             step.step.write(image)
-        images_written.append(tuple(image))
-    return len(images_written) == 2 and not any(images_written[0]) and images_written[1][0] < 0
+        images.append(tuple(image))
+    return len(images) == 2 and not any(images[0]) and images[1][0] < 0

@@ -13,14 +13,13 @@ from .moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 from .plan import PlannedScene, ScenePlan, SceneStep
 
 STILL_NS = 20_000_000
-"""Time after which a read is kept even if it shows the same as the one before."""
+"""Time after which a read is kept even if it shows the same words as the previous read."""
 
 AHEAD_NS = 20_000_000
-"""Longest time from sending parameters to sending their command bit."""
-
+"""Longest time from sending parameters to sending their command bit, ns."""
 
 HALT_NS = 40_000_000
-"""How long each step of a halt stays in effect."""
+"""Time for which each step of a halt stays in effect, ns."""
 
 RESET, STOP = CommandMsw.RESET_ERRORS.value, CommandMsw.IMMEDIATE_STOP.value
 
@@ -42,7 +41,7 @@ class ModulePath(Protocol):
 
 
 def play(scene: PlannedScene, path: ModulePath, plan: ScenePlan) -> PlayedScene:
-    """Play a scene. If it is interrupted, zero words are written.
+    """Play a scene. If the scene is interrupted, stop the axis and write zero words.
 
     Raises:
         OSError: the path is lost.
@@ -51,20 +50,20 @@ def play(scene: PlannedScene, path: ModulePath, plan: ScenePlan) -> PlayedScene:
 
 
 def halt(path: ModulePath) -> None:
-    """Stop the axis: send Immediate Stop until an image shows no motion, then zero words.
+    """Stop the axis: send Reset Errors, Immediate Stop, and then zero words.
 
     Raises:
         OSError: the path is lost.
     """
     for command in (RESET, STOP):  # during a command error only Reset Errors is accepted
         path.write((0,) * 8)
-        _pass(path, HALT_NS)
+        _wait(path, HALT_NS)
         path.write((command, *(0,) * 7))
-        _pass(path, HALT_NS)
+        _wait(path, HALT_NS)
     path.write((0,) * 8)
 
 
-def _pass(path: ModulePath, time_ns: int) -> None:
+def _wait(path: ModulePath, time_ns: int) -> None:
     end_ns = path.now_ns() + time_ns
     while path.now_ns() < end_ns:
         path.read()
@@ -95,44 +94,47 @@ class _Player:
             window = self._path.operate(step.inputs)
             self._played.moments.append(Transmission(window, None, step.inputs))
         else:
-            before = tuple(self._outputs)
+            previous = tuple(self._outputs)
             step.step.write(self._outputs)
-            self._send(before, tuple(self._outputs))
-        begin_ns, least_ns = (
-            self._path.now_ns(),
-            2 * self._plan.timing.lag_ns,
-        )  # by then its words have acted and show
-        self._read_until(
-            lambda image, lasted: lasted >= least_ns and step.over(image, lasted), begin_ns, step
-        )
+            self._send(previous, tuple(self._outputs))
+        least_ns = 2 * self._plan.timing.lag_ns  # by then the words have acted, and images show it
+        self._read_until(lambda image, lasted_ns: lasted_ns >= least_ns and step.over(image, lasted_ns), step)
 
-    def _send(self, before: ImageWords, words: ImageWords) -> None:
+    def _send(self, previous: ImageWords, words: ImageWords) -> None:
         """Send words. Parameters are sent before a new command bit, so that a torn write does no harm."""
-        rises = words[0] & ~before[0] or words[1] & ~before[1]
-        words_before = (before[0], before[1], *words[2:])
-        if rises and words_before != before and not before[0]:
-            self._write(words_before)
-            least = self._path.now_ns()
+        has_rising_bit = words[0] & ~previous[0] or words[1] & ~previous[1]
+        parameters_only = (previous[0], previous[1], *words[2:])
+        if has_rising_bit and parameters_only != previous and not previous[0]:
+            self._write(parameters_only)
             wait_ns = min(2 * self._plan.timing.lag_ns, AHEAD_NS)
-            self._read_until(lambda _image, lasted: lasted >= wait_ns, least, None)
-        if words != before or not self._played.moments:
+            self._read_until(lambda _image, lasted_ns: lasted_ns >= wait_ns, None)
+        if words != previous or not self._played.moments:
             self._write(words)
 
     def _write(self, words: ImageWords) -> None:
         self._played.moments.append(Transmission(self._path.write(words), words))
 
-    def _read_until(self, over: Callable[[Image, int], bool], begin_ns: int, step: SceneStep | None) -> None:
-        kept: SeenImage | None = None
+    def _read_until(self, is_over: Callable[[Image, int], bool], step: SceneStep | None) -> None:
+        """Read images until a condition is true, or note that the step took too long.
+
+        Args:
+            is_over: the condition on an image and the time since now, ns.
+        """
+        begin_ns = self._path.now_ns()
+        kept: SeenImage | None = None  # the last read that was kept
         while True:
-            seen = self._path.read()
-            still = kept is not None and seen.words == kept.words
-            if not still or kept is None or seen.window.low_ns - kept.window.low_ns >= STILL_NS:
-                self._played.moments.append(seen)
-                kept = seen
-            lasted = self._path.now_ns() - begin_ns
-            if over(Image(seen.words), lasted):
+            read = self._path.read()
+            if (
+                kept is None
+                or read.words != kept.words
+                or read.window.low_ns - kept.window.low_ns >= STILL_NS
+            ):
+                self._played.moments.append(read)
+                kept = read
+            lasted_ns = self._path.now_ns() - begin_ns
+            if is_over(Image(read.words), lasted_ns):
                 return
-            if lasted > self._plan.limit_ns:
+            if lasted_ns > self._plan.limit_ns:
                 line = step.step.line if step is not None and step.step is not None else 0
                 self._played.note = f"a step took longer than {time_text(self._plan.limit_ns)} (line {line})"
                 return

@@ -1,10 +1,11 @@
-"""The result as a JSON file and as text: what was sent and read, with nothing that identifies the owner."""
+"""The result as a JSON file and as text: words sent and read, and nothing that identifies the owner."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +22,17 @@ from .rules_apart.scales import FittedScale, either
 FORMAT = "scanrack conform 1"
 
 MOST_SCENES = 40
-"""Number of scenes above which only those that are not as the manual are listed."""
+"""Number of scenes above which scenes that are as the manual are only counted."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlayedPlan:
-    """What was played, and on what, with nothing that identifies the owner.
+    """A played plan and its module, with nothing that identifies the owner.
 
     Attributes:
         slot: slot of the module.
         controller: product and revision of the controller; "" if unknown.
-        date: date by the clock of the recording; "" if it has none.
+        date: date by the clock of the recording; "" if unknown.
         plan: name of the plan; "" for a trace.
     """
 
@@ -66,7 +67,7 @@ def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
 
 
 def load_played(path: Path) -> PlayedPlan:
-    """Load what was played from a result file.
+    """Load the played plan from a result file.
 
     Raises:
         ValueError: the file is not a result, or is damaged.
@@ -75,13 +76,14 @@ def load_played(path: Path) -> PlayedPlan:
         document = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
         if not isinstance(document, dict) or document.get("format") != FORMAT:
             raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
-        timing = Timing(**{name: _whole(value) for name, value in document["timing"].items()})
+        timing = Timing(**{name: _whole_number(value) for name, value in document["timing"].items()})
         scenes = [
-            PlayedScene(str(scene_row["scene"]), from_rows(scene_row["rows"]), str(scene_row["note"]))
-            for scene_row in document["moments"]
+            PlayedScene(str(scene["scene"]), from_rows(scene["rows"]), str(scene["note"]))
+            for scene in document["moments"]
         ]
         texts = {name: str(document.get(name, "")) for name in ("controller", "date", "plan")}
-        return PlayedPlan(str(document["firmware"]), timing, scenes, _whole(document.get("slot", 1)), **texts)
+        slot = _whole_number(document.get("slot", 1))
+        return PlayedPlan(str(document["firmware"]), timing, scenes, slot, **texts)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
     except (KeyError, TypeError, AttributeError) as error:
@@ -90,9 +92,9 @@ def load_played(path: Path) -> PlayedPlan:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _whole(value: Any) -> int:
+def _whole_number(value: Any) -> int:
     if not isinstance(value, int) or not 0 <= value <= 10**12:
-        raise ValueError(f"timing has {value!r}: a whole number of ns is allowed")
+        raise ValueError(f"invalid time or slot {value!r}: must be a whole number from 0 to 10^12")
     return value
 
 
@@ -100,19 +102,16 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
     """Yield the lines of the result as text."""
     scenes = result.scenes
     if len(scenes) > MOST_SCENES:
-        scenes = [row for row in scenes if row.verdict is not ConformVerdict.AS_MANUAL]
+        scenes = [scene for scene in scenes if scene.verdict is not ConformVerdict.AS_MANUAL]
         yield f"{len(result.scenes) - len(scenes):,} scenes are as the manual"
     for scene in scenes:
         yield from _scene_lines(scene, result)
     yield ""
-    yield from _counts("rules", {rule: rule_finding.verdict for rule, rule_finding in result.rules.items()})
+    yield _counts("rules", (finding.verdict for finding in result.rules.values()))
     for rule, finding in result.rules.items():
         if finding.verdict is ConformVerdict.DIFFERS:
             yield f"    {rule} differs [{finding.scene}]: {finding.why} The manual: {RULES[rule].text}"
-    yield from _counts(
-        "interpretations",
-        {number: reading_finding.verdict for number, reading_finding in result.readings.items()},
-    )
+    yield _counts("interpretations", (finding.verdict for finding in result.readings.values()))
     for number, finding in result.readings.items():
         if finding.verdict not in UNDECIDED:
             yield f"    {number} {finding.verdict} [{finding.scene}]: {finding.why}"
@@ -120,7 +119,7 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
 
 
 def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
-    """Yield the lines of a scene: its verdict, how it differs, and what explains it."""
+    """Yield the lines of a scene: its verdict, its difference, and the explanations."""
     yield f"{scene.name}: {scene.verdict}, {scene.why or f'{scene.reads:,} reads'}"
     if scene.difference is not None:
         yield from (f"    {line}" for line in difference_lines(scene.difference))
@@ -132,9 +131,8 @@ def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
         yield f"    explained by another scale: {either(scene.scales)}"
 
 
-def _counts(kind: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
-    counts = counted(verdicts.values())
-    yield f"{kind}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+def _counts(kind: str, verdicts: Iterable[ConformVerdict]) -> str:
+    return f"{kind}: " + ", ".join(f"{count} {verdict}" for verdict, count in counted(verdicts).items())
 
 
 def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
@@ -144,7 +142,7 @@ def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
 
 
 def difference_lines(difference: Difference) -> Iterator[str]:
-    """Yield the first read that differs, and what the model shows."""
+    """Yield the first read that differs, and the images of the model."""
     yield f"{difference.at_ns / 1e6:.1f} ms after the words {words_text(difference.sent)}"
     yield f"read   {_image(difference.read)}"
     yield f"model  {_image(difference.shown[0])}"
@@ -158,64 +156,63 @@ def _image(words: ImageWords) -> str:
 
 
 def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
-    """Yield what to try next, one sentence each.
+    """Yield suggestions, one sentence each.
 
     Args:
         name: name of the result file; "" if none is written.
     """
     for scene in result.scenes:
-        if scene.verdict is ConformVerdict.DIFFERS and not _explanations(scene):
+        is_explained = scene.readings or scene.rules or scene.scales
+        if scene.verdict is ConformVerdict.DIFFERS and not is_explained:
             yield _unexplained(scene, recorded)
     widest = max((scale.high - scale.low for scale in fitted_scales(result)), default=0)
     if widest > WIDE_FACTOR:
         yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
     if any(scene.verdict is ConformVerdict.OPEN for scene in result.scenes) and recorded.timing.scan_ns:
-        yield "Scenes are open: a counter of scans in the program decides more, see --print-counter."
+        yield "Scenes are open: a counter of scans in the program settles more scenes, see --print-counter."
     if recorded.plan == "quick":
         yield "Play the plan hour: it settles rules that are not in quick."
     if recorded.plan in BUILT_IN:
-        yield from _unplayed(
-            load_plan(recorded.plan), {played_scene.name for played_scene in recorded.scenes}
-        )
+        yield from _unplayed(load_plan(recorded.plan), {scene.name for scene in recorded.scenes})
     if result.differs:
         action = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
         yield f"{action} has every word and image, and none of your names."
 
 
-def _explanations(scene: SceneVerdict) -> list[object]:
-    """Return the explanation of a scene that differs."""
-    return [*scene.readings, *scene.rules, *scene.scales]
-
-
 def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
     retry = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
     return (
-        f"{scene.name}: nothing known explains it. {retry}Does a program write the words, too, is an "
-        f"input wired, is the firmware {recorded.firmware}?"
+        f"{scene.name}: no known alternative explains it. {retry}Check whether a program also writes the "
+        f"words, whether an input is wired, and whether the firmware is {recorded.firmware}."
     )
 
 
 WIDE_FACTOR = 0.02
 """Relative uncertainty of a factor above which a longer move is suggested."""
 
-_HOW = {"inputs": "wire inputs and give --wire", "encoder": "give --encoder with one that stands still"}
+_EQUIPMENT = {
+    "inputs": "wire inputs and use --wire",
+    "encoder": "connect an encoder that does not turn, and use --encoder",
+}
+"""By need of a scene: the equipment and the option."""
 
 
 def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
-    for need, how in _HOW.items():
+    """Yield the equipment for scenes of a plan that were not played."""
+    for need, equipment in _EQUIPMENT.items():
         names = [scene.name for scene in plan.scenes if need in scene.needs and scene.name not in played]
         if names:
-            yield f"To play {', '.join(names)}: {how}."
+            yield f"To play {', '.join(names)}: {equipment}."
 
 
 def fitted_scales(result: ConformResult) -> list[FittedScale]:
-    """Return the factors that agree with the scenes; scenes that contradict each other keep their own."""
+    """Return the factors of all scenes. Scenes that agree share a factor with a narrower range."""
     scales: list[FittedScale] = []
-    for scale in (scene_scale for scene in result.scenes for scene_scale in scene.scales):
-        for place, other in enumerate(scales):
-            both = other.within(scale)
-            if both is not None:
-                scales[place] = both
+    for scale in chain.from_iterable(scene.scales for scene in result.scenes):
+        for number, earlier in enumerate(scales):
+            common = earlier.within(scale)
+            if common is not None:
+                scales[number] = common
                 break
         else:
             scales.append(scale)
@@ -223,16 +220,11 @@ def fitted_scales(result: ConformResult) -> list[FittedScale]:
 
 
 def factor_sentences(result: ConformResult) -> list[str]:
-    """Return each sentence about factors once; factors that a scene can't tell apart share one."""
+    """Return the sentences about factors, each once. Factors that a scene can't tell apart share one."""
     scales = fitted_scales(result)
-    steps = (
-        either(
-            [
-                next(other_scale for other_scale in scales if other_scale.within(scale))
-                for scale in scene.scales
-            ]
-        )
-        for scene in result.scenes
-        if scene.scales
-    )
-    return list(dict.fromkeys(steps))
+    sentences = dict[str, None]()
+    for scene in result.scenes:
+        if scene.scales:
+            fitting = [next(common for common in scales if common.within(scale)) for scale in scene.scales]
+            sentences[either(fitting)] = None
+    return list(sentences)

@@ -2,11 +2,11 @@
 
 | on | verdict | reason |
 |---|---|---|
-| a rule | as the manual | it fires in all remaining hypotheses, and a module without it is contradicted |
+| a rule | as the manual | it fires in all hypotheses left, and a read contradicts a module without it |
 | | differs | a module without it, or a rival of its reading, explains a scene that the model does not |
 | | open | it fired, or a read shows its bit, but nothing decides |
-| | not in this plan | nothing that was played involves it |
-| a reading | as read | every rival is contradicted by a scene that the model explains |
+| | not in this plan | no played scene involves it |
+| a reading | as read | for every rival, a scene that the model explains contradicts it |
 | | otherwise | a rival explains a scene that the model does not |
 | | open | a rival acts in some scene, but nothing decides |
 | | not in this plan | no rival acts in any scene |
@@ -14,7 +14,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from functools import reduce
 from operator import or_
 
@@ -31,12 +31,12 @@ from .rules_apart.without import STATEMENTS, without
 
 MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
-_SCENES = {
-    ConformVerdict.AS_MANUAL: "explained without it as well",
+_UNDECISIVE = {
+    ConformVerdict.AS_MANUAL: "also explained without it",
     ConformVerdict.DIFFERS: "not explained",
     ConformVerdict.OPEN: "open",
 }
-"""How a scene that decides nothing about a rule is described, by the scene's verdict."""
+"""By verdict: the description of a scene that decides nothing about a rule."""
 
 
 class Judge:
@@ -46,36 +46,25 @@ class Judge:
         firmware: firmware of the module.
         timing: the times of the path.
         most: number of hypotheses at a time above which a scene stays open.
+
+    Attributes:
+        result: the verdicts so far.
     """
 
     def __init__(self, firmware: str, timing: Timing, most: int = MOST) -> None:
         self._firmware, self._timing, self._most = firmware, timing, most
-        version = Firmware.parse(firmware)
-        self.result = ConformResult()
-        for rule in RULES.values():
-            if rule.applies_to(version):
-                why = rule.untestable_because and f"in no image: {rule.untestable_because}"
-                self.result.rules[rule.id] = RuleFinding(
-                    ConformVerdict.NOT_IN_PLAN, why=why or self._unseen(rule.id)
-                )
-        self._contradicted: dict[str, set[int]] = {number: set() for number in RIVALS}
-        for number in _readings():
-            why = "no scene settles it" if number in RIVALS else "no rival of it is known"
-            self.result.readings[number] = RuleFinding(ConformVerdict.NOT_IN_PLAN, why=why)
-
-    @staticmethod
-    def _unseen(rule: str) -> str:
-        return "no scene shows it" if rule in STATEMENTS else "it did not fire in any scene"
+        self._contradicted: dict[str, set[int]] = {number: set() for number in RIVALS}  # rivals by index
+        self.result = ConformResult(rules=_unplayed_rules(firmware), readings=_unplayed_readings())
 
     def judge(self, played: PlayedScene) -> SceneVerdict:
-        """Judge a scene, and note what it says about rules and readings."""
+        """Judge a scene, and note its evidence about rules and readings."""
         result = self._search(played, None)
         verdict = SceneVerdict(played.name, ConformVerdict.OPEN, result.reads, result.most, played.note)
         self.result.scenes.append(verdict)
         if result.many:
             verdict.why = _too_many(result, played, self._timing)
         elif result.overlapping:
-            verdict.why = f"{_sent(result.after)} can't have acted after what was sent before: wrong times"
+            verdict.why = f"{_sent(result.last_sent)} can't have acted after the words before: wrong times"
         elif result.unexplained is not None:
             verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(result)
             self._explain(played, verdict, result)
@@ -89,27 +78,28 @@ class Judge:
         return verdict
 
     def _note_fired(self, verdict: SceneVerdict, result: Search) -> None:
-        """Note the rules that fired and that no scene has decided yet."""
+        """Note that rules fired which no scene has settled yet."""
         for rule in result.fired_anywhere:
             finding = self.result.rules.get(rule)
             if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
                 finding.verdict, finding.scene = ConformVerdict.OPEN, verdict.name
-                finding.why = f"it may have fired in {verdict.name}, which is {_SCENES[verdict.verdict]}"
+                finding.why = f"it may have fired in {verdict.name}, which is {_UNDECISIVE[verdict.verdict]}"
 
     def _search(
         self, played: PlayedScene, alteration: Alteration | None, instants: Sequence[int] | None = None
     ) -> Search:
-        return search(played.moments, self._factory(alteration), self._timing, self._most, instants)
+        """Search for the instants of a scene, with the model or an altered model."""
 
-    def _factory(self, alteration: Alteration | None) -> Callable[[], Amci3601]:
-        if alteration is None:
-            return lambda: Amci3601(self._firmware)
-        return lambda: Altered3601(alteration, self._firmware)
+        def model() -> Amci3601:
+            return Amci3601(self._firmware) if alteration is None else Altered3601(alteration, self._firmware)
+
+        return search(played.moments, model, self._timing, self._most, instants)
 
     # -- scenes that are explained ------------------------------------------------------------
 
     def _confirm(self, played: PlayedScene, result: Search) -> None:
-        scene = _Trail(played, result, _shown_in(played))
+        """Note the rules and readings that an explained scene settles."""
+        scene = _SceneEvidence(played, result, _shown_in(played))
         for rule, finding in self.result.rules.items():
             if finding.verdict in UNDECIDED:
                 self._confirm_rule(rule, finding, scene)
@@ -118,38 +108,38 @@ class Judge:
             if finding.verdict in UNDECIDED:
                 self._confirm_reading(number, rivals, finding, scene)
 
-    def _confirm_rule(self, rule: str, finding: RuleFinding, scene: _Trail) -> None:
+    def _confirm_rule(self, rule: str, finding: RuleFinding, scene: _SceneEvidence) -> None:
         alteration = without(rule, scene.fired)
         if alteration is None:
             if rule in scene.fired:
-                finding.verdict, finding.why = ConformVerdict.OPEN, "it fired, and sets no bit"
+                finding.verdict, finding.why = ConformVerdict.OPEN, "it fired, but sets no bit"
         elif self._contradicts(scene, alteration):
             finding.verdict, finding.scene = ConformVerdict.AS_MANUAL, scene.played.name
             finding.why = f"contradicted: {alteration.sentence}"
         elif rule in scene.fired:
             finding.verdict = ConformVerdict.OPEN
-            finding.why = "it fired, and a module without it shows the same"
+            finding.why = "it fired, but a module without it shows the same"
 
     def _confirm_reading(
-        self, number: str, rivals: Sequence[Alteration], finding: RuleFinding, scene: _Trail
+        self, number: str, rivals: Sequence[Alteration], finding: RuleFinding, scene: _SceneEvidence
     ) -> None:
-        places = self._contradicted[number]
-        for place, rival in enumerate(rivals):
-            if place not in places and self._contradicts(scene, rival):
-                places.add(place)
+        contradicted = self._contradicted[number]
+        for index, rival in enumerate(rivals):
+            if index not in contradicted and self._contradicts(scene, rival):
+                contradicted.add(index)
                 finding.scene = scene.played.name
-            if finding.verdict is ConformVerdict.NOT_IN_PLAN and scene.touches(rival):
+            if finding.verdict is ConformVerdict.NOT_IN_PLAN and scene.may_show(rival):
                 finding.verdict = ConformVerdict.OPEN
                 finding.why = "a module of the other interpretation shows the same"
-        if len(places) == len(rivals):
+        if len(contradicted) == len(rivals):
             finding.verdict = ConformVerdict.AS_MANUAL
             finding.why = "contradicted: " + " ".join(rival.sentence for rival in rivals)
-        elif places:
-            finding.why = f"{len(places)} of its {len(rivals)} rivals are contradicted"
+        elif contradicted:
+            finding.why = f"{len(contradicted)} of its {len(rivals)} rivals are contradicted"
 
-    def _contradicts(self, scene: _Trail, alteration: Alteration) -> bool:
-        """Whether no instants explain a scene with an alteration; those of the model are tried first."""
-        if not scene.touches(alteration):
+    def _contradicts(self, scene: _SceneEvidence, alteration: Alteration) -> bool:
+        """Whether no instants explain a scene with an alteration. The model's instants are tried first."""
+        if not scene.may_show(alteration):
             return False
         if self._search(scene.played, alteration, scene.instants).explains_all:
             return False
@@ -158,23 +148,25 @@ class Judge:
     # -- scenes that differ -------------------------------------------------------------------
 
     def _explain(self, played: PlayedScene, verdict: SceneVerdict, result: Search) -> None:
-        suspect = _Trail(played, result, _differing(result))
-        for number, alteration in _all_rivals():
-            if self._may_explain(played, alteration, suspect, result):
-                verdict.readings.append(number)
-                self._differs_by(number, alteration, played, result)
+        """Note the rival readings that explain a scene; if there are none, rules, and then scales."""
+        evidence = _SceneEvidence(played, result, _differing(result))
+        for number, rivals in RIVALS.items():
+            for rival in rivals:
+                if self._explains(played, rival, evidence, result):
+                    verdict.readings.append(number)
+                    self._note_rival(number, rival, played, result)
         if verdict.readings:
             return
         fired = result.fired_anywhere
-        for name in [*sorted(fired), *(statement for statement in STATEMENTS if statement not in fired)]:
-            without_it = without(name, fired) if name in self.result.rules else None
-            if without_it is not None and self._may_explain(played, without_it, suspect, result):
-                verdict.rules.append(name)
-                self._differs(self.result.rules[name], played.name, without_it.sentence)
+        for rule in [*sorted(fired), *(rule for rule in STATEMENTS if rule not in fired)]:
+            without_rule = without(rule, fired) if rule in self.result.rules else None
+            if without_rule is not None and self._explains(played, without_rule, evidence, result):
+                verdict.rules.append(rule)
+                self._differs(self.result.rules[rule], played.name, without_rule.sentence)
         if not verdict.rules and _moves(result):
             verdict.scales += fitted(lambda alteration: self._search(played, alteration))
 
-    def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, result: Search) -> None:
+    def _note_rival(self, number: str, alteration: Alteration, played: PlayedScene, result: Search) -> None:
         """Note, for a reading and its rules that fired, that an altered module explains a scene."""
         self._differs(self.result.readings[number], played.name, alteration.sentence)
         for name in result.fired_anywhere & self.result.rules.keys():
@@ -182,24 +174,23 @@ class Judge:
                 self._differs(self.result.rules[name], played.name, f"{number}: {alteration.sentence}")
 
     def conclude(self) -> ConformResult:
-        """Return the result once all scenes are judged; only together do they show which factors remain."""
-        scenes = [scene_result for scene_result in self.result.scenes if scene_result.scales]
-        for scene, scales_left in zip(
-            scenes, without_lesser([scene_result.scales for scene_result in scenes]), strict=True
-        ):
-            scene.scales = scales_left
-            for scale in scales_left:
-                self._differs(self.result.rules[scale.rule], scene.name, either(scales_left))
+        """Return the result of all scenes, without the factors that other scenes rule out. Call it last."""
+        scenes = [scene for scene in self.result.scenes if scene.scales]
+        remaining = without_lesser([scene.scales for scene in scenes])
+        for scene, scales in zip(scenes, remaining, strict=True):
+            scene.scales = scales
+            for scale in scales:
+                self._differs(self.result.rules[scale.rule], scene.name, either(scales))
         return self.result
 
-    def _may_explain(
-        self, played: PlayedScene, alteration: Alteration, suspect: _Trail, result: Search
+    def _explains(
+        self, played: PlayedScene, alteration: Alteration, evidence: _SceneEvidence, result: Search
     ) -> bool:
-        """Whether an alteration explains a scene; one without effect before the difference is not run."""
-        if not suspect.touches(alteration):
+        """Whether an alteration explains a scene; one without effect at the difference is not searched."""
+        if not evidence.may_show(alteration):
             return False
-        once = self._search(played, alteration, result.instants)
-        if once.unexplained is result.unexplained and once.shown == result.shown:
+        trial = self._search(played, alteration, result.instants)
+        if trial.unexplained is result.unexplained and trial.shown == result.shown:
             return False
         return self._search(played, alteration).explains_all
 
@@ -208,11 +199,11 @@ class Judge:
         finding.verdict, finding.scene, finding.why = ConformVerdict.DIFFERS, scene, why
 
 
-class _Trail:
-    """A quick test of whether an alteration may show in a scene, before the scene is run with it.
+class _SceneEvidence:
+    """The evidence of a scene: a quick test of whether an alteration may show in it.
 
     Args:
-        bits: status bits that may be affected.
+        bits: status bits that an alteration must hide to show.
     """
 
     def __init__(self, played: PlayedScene, result: Search, bits: int) -> None:
@@ -224,7 +215,7 @@ class _Trail:
         }
         self._bits, self._fired_anywhere = bits, result.fired_anywhere
 
-    def touches(self, alteration: Alteration) -> bool:
+    def may_show(self, alteration: Alteration) -> bool:
         """Whether an alteration may show in the scene."""
         if alteration.hidden:
             return bool(alteration.hidden & self._bits)
@@ -237,26 +228,27 @@ class _Trail:
 
 
 def _moves(result: Search) -> bool:
-    """Return whether module or model moves around the first read that differs."""
+    """Whether the module or the model moves around the first read that differs."""
     assert result.unexplained is not None
     return any(words[0] & MOVING for words in (result.unexplained.words, *result.shown))
 
 
 def _too_many(result: Search, played: PlayedScene, timing: Timing) -> str:
-    """Return why a scene has too many hypotheses: the time, what was sent, and how to have fewer."""
-    transmission = result.after
-    assert transmission is not None
-    at_ns = transmission.window.low_ns - played.moments[0].window.low_ns
-    width_ns = transmission.window.high_ns - transmission.window.low_ns + timing.lag_ns
-    fewer = "a counter of scans, see --print-counter," if timing.scan_ns else "a longer wait at rest before"
+    """Return why a scene has too many hypotheses: the time, the words sent, and a remedy."""
+    sent = result.last_sent
+    assert sent is not None
+    at_ns = sent.window.low_ns - played.moments[0].window.low_ns
+    width_ns = sent.window.high_ns - sent.window.low_ns + timing.lag_ns
+    remedy = "use a counter of scans, see --print-counter" if timing.scan_ns else "wait longer at rest before"
     return (
-        f"too many hypotheses: {result.many:,} after {at_ns / 1e9:.3f} s, with {_sent(transmission)}, "
-        f"which may act within {width_ns / 1e6:.1f} ms; it is number {result.moving} since the axis "
-        f"was at rest; {fewer} leaves fewer"
+        f"too many hypotheses: {result.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, "
+        f"which may act within {width_ns / 1e6:.1f} ms; it is change {result.moving} since the axis "
+        f"was at rest; {remedy}"
     )
 
 
 def _sent(sent: Transmission | None) -> str:
+    """Return the words of a transmission for a message."""
     if sent is None or sent.words is None:
         return "the inputs"
     return f"the words {words_text(sent.words)}"
@@ -264,9 +256,8 @@ def _sent(sent: Transmission | None) -> str:
 
 def _shown_in(played: PlayedScene) -> int:
     """Return the status bits that any read of a scene shows."""
-    return reduce(
-        or_, (_status(moment.words) for moment in played.moments if isinstance(moment, SeenImage)), 0
-    )
+    reads = (moment for moment in played.moments if isinstance(moment, SeenImage))
+    return reduce(or_, (_status(read.words) for read in reads), 0)
 
 
 def _differing(result: Search) -> int:
@@ -277,26 +268,36 @@ def _differing(result: Search) -> int:
 
 
 def _status(words: ImageWords) -> int:
+    """Return the status bits of an image, with word 1 in the upper 16 bits."""
     return words[0] & 0xFFFF | (words[1] & 0xFFFF) << 16
 
 
 def _difference(result: Search) -> Difference:
-    seen, transmission = result.unexplained, result.after
-    assert seen is not None
-    assert transmission is not None
-    shown = (result.shown[0], result.shown[-1]) if result.shown else (seen.words, seen.words)
-    return Difference(
-        seen.window.low_ns - transmission.window.low_ns, transmission.words or (), seen.words, shown
-    )
+    read, sent = result.unexplained, result.last_sent
+    assert read is not None
+    assert sent is not None
+    shown = (result.shown[0], result.shown[-1]) if result.shown else (read.words, read.words)
+    return Difference(read.window.low_ns - sent.window.low_ns, sent.words or (), read.words, shown)
 
 
-def _all_rivals() -> Iterator[tuple[str, Alteration]]:
-    for number, rivals in RIVALS.items():
-        for rival in rivals:
-            yield number, rival
+def _unplayed_rules(firmware: str) -> dict[str, RuleFinding]:
+    """Return the findings on the rules for a firmware before any scene is played."""
+    findings = {}
+    version = Firmware.parse(firmware)
+    for rule in RULES.values():
+        if rule.applies_to(version):
+            why = "no scene shows it" if rule.id in STATEMENTS else "it did not fire in any scene"
+            if rule.untestable_because:
+                why = f"in no image: {rule.untestable_because}"
+            findings[rule.id] = RuleFinding(ConformVerdict.NOT_IN_PLAN, why=why)
+    return findings
 
 
-def _readings() -> list[str]:
-    """Return the readings that rules name or that have rivals, by number."""
-    named = {number for rule in RULES.values() for number in rule.reading} | set(RIVALS)
-    return sorted(named, key=lambda number: (int(number[2:].rstrip("ab")), number))
+def _unplayed_readings() -> dict[str, RuleFinding]:
+    """Return the findings on all readings, in numerical order, before any scene is played."""
+    readings = RIVALS.keys() | {number for rule in RULES.values() for number in rule.reading}
+    findings = {}
+    for number in sorted(readings, key=lambda number: (int(number[2:].rstrip("ab")), number)):
+        why = "no scene settles it" if number in RIVALS else "no rival is known"
+        findings[number] = RuleFinding(ConformVerdict.NOT_IN_PLAN, why=why)
+    return findings

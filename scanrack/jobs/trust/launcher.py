@@ -105,7 +105,7 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
 def _ticket(resource: Handed, pid: int) -> Ticket:
     """Return a ticket with which another process can open a shared memory or socket."""
     if isinstance(resource, SharedMemory):
-        return resource.size, resource.place
+        return resource.size, resource.handle
     if sys.platform == "win32":
         place: int | bytes = resource.share(pid)
     else:

@@ -1,1 +1,1 @@
-"""Reconstructs any scan of a session: images, tags, power, events, lanes and the strip."""
+"""Reconstruction of any scan of a session: images, tags, power, events, lanes and the strip."""

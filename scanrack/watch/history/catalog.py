@@ -1,4 +1,4 @@
-"""Describes a program for pages: routines, rungs and tags for the first message, and the shown routine."""
+"""A ladder program for pages: routines, rungs and tags for the first message, and drawings of a routine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from scanrack.runtime.loop.faults import Fault
 Json = dict[str, Any]
 
 MOST_HITS = 200
-"""Largest number of hits that a search lists."""
+"""Maximum number of hits of a search."""
 
 COLUMNS = range(40, 161)
 """Allowed widths of a rung, in columns."""
@@ -42,15 +42,15 @@ COLUMNS = range(40, 161)
 
 @dataclass(frozen=True, slots=True)
 class PageRoutine:
-    """A routine that a page shows."""
+    """The contents of a routine on a page."""
 
     name: str
     rungs: Mapping[int, Rung]  # rungs by number; empty for structured text
-    lines: tuple[int, ...]  # numbers of its lines of structured text
-    names: tuple[str, ...]  # its tags
+    lines: tuple[int, ...]  # line numbers of structured text
+    names: tuple[str, ...]  # tags
 
     def power(self, truths: Truths) -> dict[str, str]:
-        """Return the power in its rungs and lines, see `ladder.draw.power`."""
+        """Return the power in the rungs and lines by `ROUTINE.NUMBER`, see `ladder.draw.power`."""
         name = self.name.upper()
         powers = {}
         for number, rung in self.rungs.items():
@@ -62,7 +62,7 @@ class PageRoutine:
 
 
 def kind_of(routine: Routine) -> str:
-    """Return the language of a routine."""
+    """Return the language of a routine for pages."""
     if routine.chart is not None:
         return "sfc"
     if routine.statements is None:
@@ -82,7 +82,7 @@ class Catalog:
         self._layout = self._lowered.layout
         self._resolver = Resolver(self._layout)
         self._captions = captions_of(program)
-        self._known = WatchedEngine(program.build(), program.scanner).tags
+        self._tags = WatchedEngine(program.build(), program.scanner).tags
 
     def routines(self) -> list[Json]:
         """Return the routines for `hello`, each with the routines that it calls."""
@@ -103,7 +103,7 @@ class Catalog:
         ]
 
     def tags(self) -> list[Json]:
-        """Return all single values and aliases for `hello`; array elements are requested by name."""
+        """Return all single values and aliases for `hello`. Pages request array elements by name."""
         comments = {
             declaration.name.upper(): declaration.comment
             for declaration in self._layout.declarations.values()
@@ -127,14 +127,10 @@ class Catalog:
     def _aliases(self) -> Iterator[Json]:
         """Yield the aliases of single values; an alias of an image word or bit has its address."""
         for declaration in self._layout.declarations.values():
-            place = (
-                self._resolver.address(Address(declaration.name)) if isinstance(declaration, Alias) else None
-            )
-            if (
-                not isinstance(declaration, Alias)
-                or not isinstance(place, Place)
-                or not self.has(declaration.name)
-            ):
+            if not isinstance(declaration, Alias) or not self.has(declaration.name):
+                continue
+            place = self._resolver.address(Address(declaration.name))
+            if not isinstance(place, Place):
                 continue
             address_field = {} if place.address is None else {"address": place.address}
             described = declaration.comment or str(declaration.target)
@@ -142,7 +138,7 @@ class Catalog:
             yield row | {"writable": not address_field} | address_field
 
     def _groups(self) -> Iterator[Json]:
-        """Yield the structures; `tags` has only their members."""
+        """Yield the structures, since `tags` has only their members."""
         for declaration in self._layout.declarations.values():
             if (
                 isinstance(declaration, Tag)
@@ -156,7 +152,7 @@ class Catalog:
                 }
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the names under which tags are forced, where these differ: an address, or an alias's tag."""
+        """Return the names that forces use instead, where different: an address, or an alias's tag."""
         addresses = {name: self._forced_as(name) for name in names}
         return {name: address for name, address in addresses.items() if address not in (None, name)}
 
@@ -166,17 +162,15 @@ class Catalog:
         return None
 
     def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
-        """Return a routine's contents, and the answer that draws it; for `operands`, see `live_rung`.
+        """Return a routine's contents, and the answer with its drawing; for `operands` see `live_rung`.
 
         Raises:
-            ValueError: there is no such routine.
+            ValueError: no such routine.
         """
-        routine = next(
-            (candidate for candidate in self._program.routines if candidate.name.upper() == name.upper()),
-            None,
-        )
+        routines = {routine.name.upper(): routine for routine in self._program.routines}
+        routine = routines.get(name.upper())
         if routine is None:
-            names = ", ".join(candidate.name for candidate in self._program.routines)
+            names = ", ".join(routine.name for routine in self._program.routines)
             raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
             page_routine, answer = self._chart(routine, routine.chart)
@@ -202,7 +196,7 @@ class Catalog:
         def tag_of(text: str) -> tuple[str, bool] | None:
             try:
                 address = parse_expression(text)
-            except LadderError:  # a pin has an odd name that is not a tag
+            except LadderError:  # the name of a pin need not be a tag
                 return None
             name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
             if name is None or not isinstance(address, Address):
@@ -235,7 +229,7 @@ class Catalog:
         return page_routine, {"routine": routine.name, "rungs": drawn}
 
     def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
-        """Draw a rung of a routine; `ident` is the prefix of its elements' ids."""
+        """Draw a rung of a routine; the ids of its elements begin with `ident`."""
         program = program_of(routine)
         resolver = Resolver(self._layout, program)
         names = lambda address: self._name_of(resolver, program, address)  # noqa: E731
@@ -257,7 +251,7 @@ class Catalog:
     def _names_in(self, text: str, program: str) -> list[str]:
         names: dict[str, None] = {}
         for name in _words(text):
-            qualified = self._full(program, name)
+            qualified = self._qualified(program, name)
             if qualified is not None and self._is_single(qualified):
                 names[qualified] = None
         return list(names)
@@ -269,20 +263,20 @@ class Catalog:
             return None
         if isinstance(place, Group):
             return None
-        qualified = self._full(program, address.name) or address.name
+        qualified = self._qualified(program, address.name) or address.name
         return str(Address(qualified, address.steps))
 
-    def _full(self, program: str, name: str) -> str | None:
-        scoped_name = scoped(program, name) if program else name
+    def _qualified(self, program: str, name: str) -> str | None:
+        """Return the full name of a tag or member of a program or controller; None if not declared."""
         declared = self._layout.declarations
         stem = name.partition(".")[0].partition("[")[0]
         if program and scoped(program, stem).upper() in declared:
-            return scoped_name
+            return scoped(program, name)
         return name if stem.upper() in declared else None
 
     def _is_single(self, name: str) -> bool:
         try:
-            return isinstance(self._known[name], (bool, int, float, str))
+            return isinstance(self._tags[name], (bool, int, float, str))
         except ValueError:
             return False
 
@@ -292,7 +286,7 @@ class Catalog:
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return the uses of a tag; raise ValueError if there is no such tag."""
+        """Return the uses of a tag; raise ValueError for an unknown tag."""
         return [
             {"text": str(use), "rung": f"{use.site.routine}.{use.site.rung}", "tag": tag}
             for use in self.cross_reference.of(tag)
@@ -318,28 +312,27 @@ class Catalog:
     def tags_of_fault(self, fault: Fault) -> list[str]:
         """Return the tags that the rung or line of a major fault reads."""
         routine, rung = element_of(self._program.routines, fault.site)
-        place = (routine or "").upper(), rung
-        names = (
-            use.text
-            for use in self.cross_reference
-            if use.reads and (use.site.routine.upper(), use.site.rung) == place and self.has(use.text)
-        )
+        uses = (use for use in self.cross_reference if use.reads and self.has(use.text))
+        fault_site = (routine or "").upper(), rung
+        names = (use.text for use in uses if (use.site.routine.upper(), use.site.rung) == fault_site)
         return list(dict.fromkeys(names))
 
     def has(self, name: str) -> bool:
         """Return whether the tag exists."""
-        return name in self._known
+        return name in self._tags
 
     def type_of(self, name: str) -> str | None:
-        """Return the type of a tag; "" for a structure or array; None if there is no such tag."""
-        place = self._known.where(name) if self.has(name) else None
-        return None if place is None else place.type.name if isinstance(place, Place) else ""
+        """Return the type of a tag; "" for a structure or array; None for an unknown tag."""
+        if not self.has(name):
+            return None
+        place = self._tags.where(name)
+        return place.type.name if isinstance(place, Place) else ""
 
 
 def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     r"""Return the tags whose name or description contains a text, ignoring case.
 
-    The best matches come first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins
+    The best matches come first: the same name, a program's tag `\Main.Step` for `Step`, a name that begins
     with the text, a name that contains it, a description.
     """
     folded, hits = text.casefold(), []
@@ -373,7 +366,7 @@ def value_of(tags: Tags, name: str) -> Any:
 
 
 def shown_value(value: object) -> Any:
-    """Return a value for JSON; a number that JSON lacks is text."""
+    """Return a value for JSON; an infinity or NaN becomes text."""
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, dict):

@@ -1,11 +1,11 @@
-"""Keeps the events of a session or recording, and the states of each scan.
+"""The events of a session or trace, and the states in each scan.
 
-events    all events, in order; the latest are kept
+events    the latest events, in order
 faults    of the CPU
 forces    by the first scan in which they were in effect
 lines     by the first scan in which a sequence waited there
-pressed   by the first scan after an order that set an input or a tag
-rules     the rule that last set each bit
+pressed   by the first scan after an action that set an input or a tag
+rules     the latest rule that set each bit
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ Json = dict[str, Any]
 
 KEPT = 2000
 FIRST = 200
-"""Number of past events for a new page."""
+"""Number of events that a new page gets."""
 
 LAST_SCAN = 1 << 32
-"""More than the number of any scan."""
+"""Greater than the number of any scan."""
 
 STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 
 STATES = 10_000
-"""Least number of kept changes for each kind of state: forces, lines, rules."""
+"""Minimum number of changes that are kept for each kind of state: forces, lines, rules."""
 
 STORED, NAMES_MOST = 500, 100
-"""Least number of kept changes for tags that clients write, and largest number of these tags."""
+"""Minimum number of changes that are kept for tags that clients write, and maximum number of these tags."""
 
 SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
 
@@ -45,7 +45,7 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 
 
 class States(Protocol):
-    """The states as of a given scan."""
+    """The states in any scan."""
 
     @property
     def formats(self) -> NumberFormats:
@@ -53,7 +53,7 @@ class States(Protocol):
 
     @property
     def version(self) -> tuple[int, ...]:
-        """A value that changes with each newly known event."""
+        """A value that changes when more events are known."""
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
@@ -65,7 +65,7 @@ class States(Protocol):
         """Return the rule that last set each bit, up to a scan."""
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return what orders last set up to a scan, and by whom: `{"Start": [true, "panel, page 1"]}`."""
+        """Return the values that actions last set up to a scan, and by whom: `{"Start": [true, "panel"]}`."""
 
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the CPU's faults up to the end of a scan."""
@@ -74,24 +74,24 @@ class States(Protocol):
         """Return the latest events up to a scan, in order."""
 
     def missing(self) -> int:
-        """Return the number of unread chunks of a recording, or of events that are no longer kept."""
+        """Return the number of unread chunks of a trace, or of events that are no longer kept."""
 
 
 class EventLog:
-    """The events, in the order in which they were reported.
+    """The events, in the order of their reports.
 
     Attributes:
-        begin: number of the first kept event.
-        formats: number formats of modules whose configuration selects them, as far as events report them.
+        begin: number of the first event that is kept.
+        formats: number formats of modules whose configuration selects them, from the events.
         earlier: the states before the first event, or None.
     """
 
-    def __init__(self, kept: int = KEPT) -> None:
-        self._kept = kept
+    def __init__(self, keep: int = KEPT) -> None:
+        self._keep = keep
         self.clear()
 
     def clear(self) -> None:
-        """Drop all events: another session begins."""
+        """Drop all events when another session begins."""
         self.begin = 0
         self.earlier: States | None = None
         self._first = LAST_SCAN  # scan of the first event
@@ -122,21 +122,21 @@ class EventLog:
         return max(self.begin, self.end - FIRST)
 
     def since(self, number: int) -> Sequence[Json]:
-        """Return the kept events from the given number."""
+        """Return the kept events from a number on."""
         return self._events[max(0, number - self.begin) :]
 
     def take_all(self, events: Iterable[TraceEvent]) -> None:
-        """Add the events of a recording."""
+        """Add the events of a trace."""
         for event in events:
             self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
 
     def take(self, event: Mapping[str, Any]) -> None:
-        """Add an event: scan, t, topic and its fields."""
+        """Add an event, with its scan, t and topic in the fields."""
         topic, scan = event["topic"], event["scan"]
         self._first = min(self._first, scan)
         if topic == FORCES:
-            self.forced(scan, event)
-        if topic in STATED and not self._is_news(topic, event):
+            self.add_forces(scan, event)
+        if topic in STATED and not self._is_change(topic, event):
             return
         if topic == SEQUENCES:
             self._take_line(event)
@@ -149,49 +149,51 @@ class EventLog:
         if topic == FAULTS:
             self._faults.append(_fault_of(event))
         self._events.append(_row_of(event))
-        if len(self._events) > 2 * self._kept:
-            self.begin += self._kept
-            del self._events[: self._kept]
+        if len(self._events) > 2 * self._keep:
+            self.begin += self._keep
+            del self._events[: self._keep]
 
-    def _is_news(self, topic: str, event: Mapping[str, Any]) -> bool:
-        """Return whether a state has changed; a recording has only changes."""
+    def _is_change(self, topic: str, event: Mapping[str, Any]) -> bool:
+        """Return whether a state has changed, since a session repeats states."""
         fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
-        before, self._stated[topic] = self._stated.get(topic), fields
-        return before != fields
+        previous, self._stated[topic] = self._stated.get(topic), fields
+        return previous != fields
 
-    def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
-        """Record the forces that are in effect from a scan."""
+    def add_forces(self, scan: int, forces: Mapping[str, Any]) -> None:
+        """Add the forces that are in effect from a scan on."""
         images = {key: value for key, value in forces.items() if key not in _NOT_FORCED}
-        self._forces.note(scan, {**images, **forces.get("tags", {})})
+        self._forces.add(scan, {**images, **forces.get("tags", {})})
 
     def _take_line(self, event: Mapping[str, Any]) -> None:
-        place = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
-        self._lines.note(event["scan"], {**self._lines.latest, event["sequence"]: place})
+        wait = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
+        self._lines.add(event["scan"], {**self._lines.latest, event["sequence"]: wait})
 
     def _take_press(self, scan: int, text: str) -> None:
         try:
-            order = action_of(parsed(text), RECORDED)
+            action = action_of(parsed(text), RECORDED)
         except ValueError:
-            return  # from a recording of another source
-        match order:
+            return  # a trace from elsewhere
+        match action:
             case Press(slot, name, on, by):
-                self._pressed.put(scan, f"{slot}.input.{name}", [on, by])
+                self._pressed.set_value(scan, f"{slot}.input.{name}", [on, by])
             case Write(tag, value, by):
-                self._pressed.put(scan, tag, [value, by])
+                self._pressed.set_value(scan, tag, [value, by])
             case Store(tag=tag, client=client, part=part):
-                store = self._pressed if tag + part in self._pressed.latest else self._stored
-                store.put(scan, tag + part, [None, client])
+                history = self._pressed if tag + part in self._pressed.latest else self._stored
+                history.set_value(scan, tag + part, [None, client])
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
-            rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
-            details = {
+            rule = {
+                "slot": event.get("slot", 0),
+                "bit": bit,
+                "rule": event.get("name", ""),
                 "text": event.get("text", ""),
                 "section": event.get("section", ""),
                 "scan": event["scan"],
             }
-            self._rules.append(rule | details)
-            self._latest_rules[rule["slot"], bit] = rule | details
+            self._rules.append(rule)
+            self._latest_rules[rule["slot"], bit] = rule
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
@@ -202,15 +204,15 @@ class EventLog:
         own_events = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
         if len(own_events) == most or self.earlier is None or self.begin:
             return own_events
-        before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
-        return [*self.earlier.up_to(before, most - len(own_events)), *own_events]
+        earlier_scan = min(scan, self._events[0]["scan"] - 1) if self._events else scan
+        return [*self.earlier.up_to(earlier_scan, most - len(own_events)), *own_events]
 
     def missing(self) -> int:
-        """Return how many events are no longer kept, or chunks of an earlier recording not read yet."""
+        """Return how many events are no longer kept, or how many chunks of the trace are not read yet."""
         return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
-    def _before(self, scan: int | None) -> int:
-        """Return the scan up to which earlier states apply: a growing recording repeats our events."""
+    def _earlier_scan(self, scan: int | None) -> int:
+        """Return a scan for `earlier`, before the events of this log, which a growing trace also has."""
         return self._first if scan is None else min(scan, self._first)
 
     def faults_at(self, scan: int | None) -> list[Fault]:
@@ -220,29 +222,29 @@ class EventLog:
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        forces = self._forces.at(LAST_SCAN if scan is None else scan)
+        forces = self._forces.state_in(LAST_SCAN if scan is None else scan)
         if forces is None and self.earlier is not None:
-            return self.earlier.forces_at(self._before(scan))
+            return self.earlier.forces_at(self._earlier_scan(scan))
         return forces or {}
 
     def reported_forces(self, scan: int) -> Json | None:
-        """Return the last reported forces up to a scan; None if there are none."""
-        return self._forces.at(scan)
+        """Return the latest reported forces up to a scan, or None."""
+        return self._forces.state_in(scan)
 
     def lines_at(self, scan: int | None) -> Json:
         """Return the waiting lines of the sequences in a scan, by name."""
-        earlier = {} if self.earlier is None else self.earlier.lines_at(self._before(scan))
-        return earlier | (self._lines.at(LAST_SCAN if scan is None else scan) or {})
+        earlier = {} if self.earlier is None else self.earlier.lines_at(self._earlier_scan(scan))
+        return earlier | (self._lines.state_in(LAST_SCAN if scan is None else scan) or {})
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return the values that orders last set up to a scan, and by whom."""
-        earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
+        """Return the values that actions last set up to a scan, and by whom."""
+        earlier = {} if self.earlier is None else self.earlier.pressed_at(self._earlier_scan(scan))
         until = LAST_SCAN if scan is None else scan
-        return earlier | (self._stored.at(until) or {}) | (self._pressed.at(until) or {})
+        return earlier | (self._stored.state_in(until) or {}) | (self._pressed.state_in(until) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        earlier = [] if self.earlier is None else self.earlier.rules_at(self._before(scan))
+        earlier = [] if self.earlier is None else self.earlier.rules_at(self._earlier_scan(scan))
         if scan is None:
             own_rules: Iterable[Json] = self._latest_rules.values()
         else:
@@ -253,8 +255,8 @@ class EventLog:
 class _StateHistory:
     """States by the first scan in which they were in effect."""
 
-    def __init__(self, kept: int = STATES, names_most: int | None = None) -> None:
-        self._kept, self._names_most = kept, names_most
+    def __init__(self, keep: int = STATES, names_most: int | None = None) -> None:
+        self._keep, self._names_most = keep, names_most
         self._scans: list[int] = []
         self._states: list[Json] = []
 
@@ -262,36 +264,36 @@ class _StateHistory:
     def latest(self) -> Json:
         return self._states[-1] if self._states else {}
 
-    def note(self, scan: int, state: Json) -> None:
+    def add(self, scan: int, state: Json) -> None:
         self._scans.append(scan)
         self._states.append(state)
-        if len(self._scans) > 2 * self._kept:
-            del self._scans[: self._kept], self._states[: self._kept]
+        if len(self._scans) > 2 * self._keep:
+            del self._scans[: self._keep], self._states[: self._keep]
 
-    def put(self, scan: int, name: str, value: Any) -> None:
-        """Record a name's value if it has changed; if there are too many names, drop the one set first."""
+    def set_value(self, scan: int, name: str, value: Any) -> None:
+        """Add a state with another value of a name; with too many names, drop the one that was set first."""
         if self.latest.get(name) != value:
-            values = {key: kept_value for key, kept_value in self.latest.items() if key != name} | {
-                name: value
-            }
+            values = dict(self.latest)
+            values.pop(name, None)  # the latest name comes last
+            values[name] = value
             if self._names_most is not None and len(values) > self._names_most:
                 del values[next(iter(values))]
-            self.note(scan, values)
+            self.add(scan, values)
 
-    def at(self, scan: int) -> Json | None:
-        place = bisect_right(self._scans, scan) - 1
-        return self._states[place] if place >= 0 else None
+    def state_in(self, scan: int) -> Json | None:
+        index = bisect_right(self._scans, scan) - 1
+        return self._states[index] if index >= 0 else None
 
 
 def _fault_of(event: Mapping[str, Any]) -> Fault:
     cause = next((candidate for candidate in Cause if candidate.value == event.get("cause")), Cause.PROGRAM)
-    place, text = str(event.get("where", "")), str(event.get("text", ""))
+    where, text = str(event.get("where", "")), str(event.get("text", ""))
     site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
-    return Fault(event["scan"], event["t"], cause, place, text, site)
+    return Fault(event["scan"], event["t"], cause, where, text, site)
 
 
 def _row_of(event: Mapping[str, Any]) -> Json:
-    """Return an event as the page lists it."""
+    """Return the row of an event in the page."""
     return {
         "scan": event["scan"],
         "t": event["t"],

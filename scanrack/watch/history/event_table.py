@@ -1,8 +1,8 @@
-"""Returns the events up to a scan, without hidden kinds, in pieces from the latest backwards.
+"""Tables of events: pieces up to a scan, without hidden kinds, from the latest event backwards.
 
 events     rule  move  indicator  indicator  rule  stimulus        up to the scan of the page
 hidden                 x          x
-piece      <- skip + most ......................... skip, most     from the remaining events
+piece      the remaining events, without the latest `skip`, at most `most`
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from scanrack.io_images.module_words import ModuleWords
 Json = dict[str, Any]
 
 ERROR = "error"
-"""Additional kind of an event that reports an error bit."""
+"""Another kind of events that report an error bit."""
 
 
 class EventTable(NamedTuple):
-    """Events, with their kinds as numbers."""
+    """Events with their kinds."""
 
-    version: tuple[int, ...]  # version of the events in the table
+    version: tuple[int, ...]  # see `States.version`
     events: Sequence[Json]
     scans: np.ndarray[Any, Any]
     kinds: Sequence[frozenset[str]]  # the distinct sets of kinds
-    of: np.ndarray[Any, Any]  # number of the set of kinds, for each event
+    kind_indexes: np.ndarray[Any, Any]  # for each event the index of its kinds
 
 
 def kinds_of(event: Mapping[str, Any], words: Mapping[int, ModuleWords]) -> frozenset[str]:
@@ -40,26 +40,25 @@ def table_of(
     version: tuple[int, ...], events: Sequence[Json], words: Mapping[int, ModuleWords]
 ) -> EventTable:
     """Return a table of events."""
-    numbers: dict[frozenset[str], int] = {}
-    of = [numbers.setdefault(kinds_of(event, words), len(numbers)) for event in events]
-    return EventTable(
-        version, events, np.array([event["scan"] for event in events]), [*numbers], np.array(of, int)
-    )
+    indexes: dict[frozenset[str], int] = {}
+    kind_indexes = [indexes.setdefault(kinds_of(event, words), len(indexes)) for event in events]
+    scans = np.array([event["scan"] for event in events])
+    return EventTable(version, events, scans, [*indexes], np.array(kind_indexes, int))
 
 
 def piece_of(
     table: EventTable, scan: int, hidden: Collection[str], skip: int, most: int
 ) -> tuple[list[Json], int]:
-    """Return a piece of the events up to a scan, in order, and the total number.
+    """Return a piece of the events up to a scan, in order, and the number of all events that are not hidden.
 
     Args:
-        hidden: hidden kinds; an event is left out if all its kinds are hidden.
+        hidden: hidden kinds; an event is hidden if all its kinds are.
         skip: number of latest events to skip.
-        most: largest number of events to return.
+        most: maximum number of events to return.
     """
     is_shown = np.array([not kinds <= set(hidden) for kinds in table.kinds], bool)
     end = int(np.searchsorted(table.scans, scan, "right"))
-    places = np.flatnonzero(is_shown[table.of[:end]]) if end else table.of[:0]
-    total = len(places)
-    piece_places = places[max(0, total - skip - most) : max(0, total - skip)]
-    return [table.events[place] for place in piece_places.tolist()], total
+    indexes = np.flatnonzero(is_shown[table.kind_indexes[:end]]) if end else table.kind_indexes[:0]
+    total = len(indexes)
+    piece = indexes[max(0, total - skip - most) : max(0, total - skip)]
+    return [table.events[index] for index in piece.tolist()], total

@@ -1,7 +1,7 @@
-"""Runs a recorded program once and takes regular snapshots, so that any scan can be shown at once.
+"""A run of a recorded program with regular snapshots, so that any scan can be shown quickly.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
-values    *             *           *            the replica continues from here, in at most 60 ms
+values    *             *           *            from here the replica reaches any scan within 60 ms
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SLICE = 1000
 
 
 def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
-    """Return the programs that can be repeated from the first scan, and the last such scan."""
+    """Return the programs whose scans can be repeated, and the last scan that can be."""
     programs: list[LadderLogic] = []
     for stretch in stretches:
         if not isinstance(stretch.logic, LadderLogic) or stretch.logic.functions:
@@ -40,10 +40,10 @@ def indexable(stretches: Sequence[Stretch]) -> tuple[list[LadderLogic], int]:
 
 
 class Indexer:
-    """Runs a program on recorded images, scan by scan from the first.
+    """A run of a program on recorded images, from the first scan on.
 
     Args:
-        programs: the program and its edited versions; none may have routines in Python.
+        programs: the program and its edited versions, without routines in Python.
     """
 
     def __init__(
@@ -68,15 +68,15 @@ class Indexer:
         return self._replay.scan + 1
 
     def run(self, rows: Rows) -> bool:
-        """Run successive scans, which begin with `next`; return whether a snapshot was stored."""
-        before, first, last = self._notes.given, self.next, int(rows["scan"][-1])
+        """Run successive scans from `next` on; return whether a snapshot was stored."""
+        latest_snapshot, first, last = self._notes.sent_scan, self.next, int(rows["scan"][-1])
         links = {slot: self._recorded.links(slot, first, last) for slot in self._slots}
-        self._replay.expect(self._recorded.orders(first, last), links)
+        self._replay.set_pending(self._recorded.orders(first, last), links)
         for scan in scans_in(rows):
             edits = len(self._debugger.edits)
             self._replay.give_orders(scan)
             if not scan.number or edits != len(self._debugger.edits):
-                self._notes.give(scan.number)
+                self._notes.send_values(scan.number)
             self._replay.run(scan)
             self._notes.note(scan.number)
-        return self._notes.given != before
+        return self._notes.sent_scan != latest_snapshot

@@ -1,15 +1,15 @@
-"""Makes lanes of tags for the timing strip: the value after each scan, in few points that show every change.
+"""Lanes of tags for the timing strip: values after each scan, in few points that show every change.
 
     BOOL       [t, 0 or 1]                    at each edge
                [t, level, edges]              per stretch of scans, if there are many
     text       [t, text]                      at each change
     number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
-    unknown    [t, None]                      the value is unknown from then on
+    unknown    [t, None]                      the value is unknown from this time on
 
-A piece of lanes has the times between which it is valid.
+A piece of lanes has the times between which its points are valid.
 
-Scans of a ladder program are repeated, so no pulse is missed. A Python program is not repeated: its values
-come from the recording if the rack file records them, or else from about 30 reads per second.
+Scans of a ladder program are repeated, so no pulse is missed. A Python program is not repeated. Its values
+come from the trace if the rack file records them, otherwise from about 30 reads per second.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from .strip import values_at
 from .timeline import Timeline
 
 MOST_LANES = 16
-"""Largest number of tags in a page's strip."""
+"""Maximum number of tags in a page's strip."""
 
 MOST_POINTS = 400
-"""Largest number of points of one tag in a frame or answer."""
+"""Maximum number of points of a tag in a frame or answer."""
 
 LIVE_SCANS = 1024
-"""Largest number of scans repeated for a frame; values before them are unknown."""
+"""Maximum number of scans that are repeated for a frame. Values before these scans are unknown."""
 
 ANSWER_SCANS = 4096
-"""Largest number of scans in an answer; a page requests the rest separately."""
+"""Maximum number of scans in an answer. A page requests the others separately."""
 
 MOST_KEPT = 4000
-"""Largest number of kept changes of one Python value."""
+"""Minimum number of changes that are kept of a Python value."""
 
 Json = dict[str, Any]
 Point = list[Any]
@@ -50,30 +50,32 @@ Series = tuple[list[int], dict[str, list[Any]]]
 UNKNOWN = object()
 
 
-def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN) -> list[Point]:
+def points_of(times: Sequence[int], values: Sequence[Any], previous: Any = UNKNOWN) -> list[Point]:
     """Return the points of one tag.
 
     Args:
         values: values after the scans at `times`.
-        before: the value before the first scan; UNKNOWN = begin with a point for the first value.
+        previous: the value before the first scan; UNKNOWN = begin with a point for the first value.
     """
-    changes = _changes(values, before)
+    changes = _changes(values, previous)
     if len(changes) <= MOST_POINTS:
-        return [_point(times[place], values[place]) for place in changes]
-    if all(_is_number(values[place]) for place in changes):
-        return _stretches(times, values, changes, lambda some: [min(some), max(some), some[-1]])
-    if all(isinstance(values[place], bool) for place in changes):
-        return _stretches(times, values, changes, _counted)
+        return [_point(times[index], values[index]) for index in changes]
+    changed_values = [values[index] for index in changes]
+    if all(map(_is_number, changed_values)):
+        return _stretches(times, values, changes[0], _envelope)
+    if all(isinstance(value, bool) for value in changed_values):
+        return _stretches(times, values, changes[0], _counted)
     unknown = [times[changes[0]], None]
-    return [unknown, *(_point(times[place], values[place]) for place in changes[1 - MOST_POINTS :])]
+    return [unknown, *(_point(times[index], values[index]) for index in changes[1 - MOST_POINTS :])]
 
 
-def _changes(values: Sequence[Any], before: Any) -> list[int]:
+def _changes(values: Sequence[Any], previous: Any) -> list[int]:
+    """Return the indexes of the values that differ from the value before them."""
     changes = []
-    for place, value in enumerate(values):
-        if before is UNKNOWN or not same(value, before) or type(value) is not type(before):
-            changes.append(place)
-            before = value
+    for index, value in enumerate(values):
+        if previous is UNKNOWN or not same(value, previous) or type(value) is not type(previous):
+            changes.append(index)
+            previous = value
     return changes
 
 
@@ -88,14 +90,16 @@ def _point(time: int, value: Any) -> Point:
 
 
 def _stretches(
-    times: Sequence[int],
-    values: Sequence[Any],
-    changes: Sequence[int],
-    summarize: Callable[[Sequence[Any]], Point],
+    times: Sequence[int], values: Sequence[Any], first: int, summarize: Callable[[Sequence[Any]], Point]
 ) -> list[Point]:
-    starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
+    """Return a point for each of `MOST_POINTS` stretches of the values from index `first` on."""
+    starts = [first + number * (len(values) - first) // MOST_POINTS for number in range(MOST_POINTS)]
     ends = [*starts[1:], len(values)]
     return [[times[start], *summarize(values[start:end])] for start, end in zip(starts, ends, strict=True)]
+
+
+def _envelope(stretch: Sequence[float]) -> Point:
+    return [min(stretch), max(stretch), stretch[-1]]
 
 
 def _counted(stretch: Sequence[bool]) -> Point:
@@ -115,7 +119,7 @@ class ValueHistory:
         self._changes.clear()
 
     def take(self, scan: int, values: dict[str, Any]) -> None:
-        """Record changed values."""
+        """Add changed values."""
         for name, value in values.items():
             changes = self._changes.setdefault(name, [])
             changes.append((scan, value))
@@ -123,22 +127,22 @@ class ValueHistory:
                 del changes[:MOST_KEPT]
 
     def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
-        """Return the scan of a value's last change up to a scan, and the old value; None if there is none."""
+        """Return the scan of a value's last change up to a scan, and the old value; None without a change."""
         changes = [change for change in self._changes.get(name, []) if change[0] <= scan]
         return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
 
     def points(self, name: str, first: int, last: int) -> list[Point]:
         """Return the points of a value between two scans; the first point may be from an earlier read."""
         changes = self._changes.get(name, [])
-        before = [change for change in changes if change[0] < first][-1:]
-        within = [change for change in changes if first <= change[0] <= last]
-        starts = [(first, value) for _, value in before if not within or within[0][0] > first]
-        shown = [*starts, *within]
+        shown = [(scan, value) for scan, value in changes if first <= scan <= last]
+        earlier_values = [value for scan, value in changes if scan < first]
+        if earlier_values and (not shown or shown[0][0] > first):
+            shown.insert(0, (first, earlier_values[-1]))
         return points_of([scan * self.period_ns for scan, _ in shown], [value for _, value in shown])
 
 
 class TagLanes:
-    """Returns points of tags for any scans."""
+    """The points of tags for any scans."""
 
     def __init__(
         self,
@@ -151,31 +155,29 @@ class TagLanes:
         self._timeline, self._replica, self._history = timeline, replica, history
         self._address, self._layout = address, layout
         self._period_ns = history.period_ns
-        self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
+        self._latest_series: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None  # by request
 
     def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Json:
-        """Return a piece of the latest scans; if there are too many, only of the last ones.
+        """Return a piece of the latest scans, at most `LIVE_SCANS`.
 
         Args:
-            all_names: tags of all pages, so that pages with the same scans share one repetition.
+            all_names: tags of all pages, since pages with the same scans share one repetition.
         """
-        images, plain_names = self._parted(names)
+        images, plain_names = self._split(names)
         if self._replica is None or self._replica.is_impure:
             return self._with_images(self._observed(plain_names, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
-        distinct = tuple(dict.fromkeys(self._parted(all_names)[1]))
-        piece = (
-            self._piece(plain_names, *self._repeated(distinct, start, last))
-            if distinct
-            else self._observed((), start, last)
-        )
+        distinct = tuple(dict.fromkeys(self._split(all_names)[1]))
+        if not distinct:
+            return self._with_images(self._observed((), start, last), images)
+        piece = self._piece(plain_names, *self._repeated(distinct, start, last))
         return self._with_images(piece, images)
 
     def past(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
-        """Return a piece of past scans, and the scan of the next piece; None at the end."""
+        """Return a piece of past scans, and the first scan of the next piece; None at the end."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
-        images, plain_names = self._parted(names)
+        images, plain_names = self._split(names)
         return self._with_images(self._past(plain_names, first, end), images), following
 
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
@@ -192,14 +194,14 @@ class TagLanes:
             piece["tags"][name] = [point for point in points if point[0] < piece["to"]]
         return piece
 
-    def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
-        """Split names into words and bits of images, and all others."""
+    def _split(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
+        """Split names into words and bits of images, with their addresses, and other names."""
         addresses = {name: self._address(name) for name in names}
         images = {name: address for name, address in addresses.items() if address is not None}
         return images, [name for name in addresses if name not in images]
 
     def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
-        """Return a piece with words and bits of images added; every row has these."""
+        """Return a piece with lanes of words and bits of images, which every row has."""
         if not piece or not images:
             return piece
         first, last = piece["from"] // self._period_ns, piece["to"] // self._period_ns - 1
@@ -213,14 +215,14 @@ class TagLanes:
         return {**piece, "tags": piece["tags"] | lanes}
 
     def _piece(self, names: Iterable[str], times: list[int], values: Mapping[str, list[Any]]) -> Json:
-        """Return the piece for scans with the given values; an empty piece without scans."""
+        """Return a piece with the given values; empty without times."""
         if not times:
             return {}
         tags = {name: points_of(times, values[name]) for name in names if name in values}
         return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
 
     def _observed(self, names: Iterable[str], first: int, last: int) -> Json:
-        """Return the piece for scans with values that were read at intervals."""
+        """Return a piece with values that were read at intervals."""
         begin = first * self._period_ns
         tags = {}
         for name in names:
@@ -230,10 +232,11 @@ class TagLanes:
 
     def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
         """Repeat scans and return the values after each."""
-        wish = first, last, names
-        if self._known is None or self._known[0] != wish or not self._known[1][0]:
-            self._known = wish, self._repeat(names, first, last)
-        return self._known[1]
+        request = first, last, names
+        latest = self._latest_series
+        if latest is None or latest[0] != request or not latest[1][0]:
+            latest = self._latest_series = request, self._repeat(names, first, last)
+        return latest[1]
 
     def _repeat(self, names: tuple[str, ...], first: int, last: int) -> Series:
         replica = self._replica

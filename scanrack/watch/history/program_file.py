@@ -1,4 +1,4 @@
-"""Handles the file of a ladder program: its digest, and writing edited rungs into it."""
+"""The file of a ladder program: its digest, and changes of its rungs."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from scanrack.traces.files.guard import FileKind
 from scanrack.traces.files.locking import NO_LINK
 from scanrack.traces.files.newfile import new_file, sync_folder
 
-PROGRAM = FileKind("a program", lambda _content: True)  # the caller compares all of it
+PROGRAM = FileKind("a program", lambda _content: True)  # callers compare the contents themselves
 
 
 Specs = Mapping[str, Spec]
 
 
 def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], specs: Specs) -> Rewritten:
-    """Return the file of a program with edited rungs; raise ValueError if it lacks one of the rungs."""
+    """Return a program's file with edited rungs; raise ValueError if the file lacks one of the rungs."""
     suffix = Path(name).suffix
     if suffix in L5X_SUFFIXES:
         from scanrack.rockwell.l5x.rewriting import rewritten_l5x
@@ -40,7 +40,7 @@ def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], s
 
 
 def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -> RungEdit:
-    """Return an edit of a program's file; in an .SLC, it may use addresses of RSLogix 500."""
+    """Return an edit of a program's file. Rungs of an .SLC file may use addresses of RSLogix 500."""
     routine, number, texts = edit
     if Path(name).suffix in SLC_SUFFIXES:
         from scanrack.rockwell.slc.rewriting import program_text
@@ -50,34 +50,29 @@ def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -
 
 
 def declares_tags(program: Path) -> bool:
-    """Return whether a program's file can declare new tags; an .SLC has data files from RSLogix 500."""
+    """Return whether a program's file can declare new tags. The data files of an .SLC are fixed."""
     return program.suffix not in SLC_SUFFIXES
 
 
-def why_not(program: Path) -> str:
-    """Return why drawn rungs of a program's file can't be edited; "" if they can."""
+def why_not_editable(program: Path) -> str:
+    """Return why the drawn rungs of a program's file can't be edited; "" if they can."""
     if program.suffix in (SUFFIX, *L5X_SUFFIXES, *SLC_SUFFIXES):
         return ""
-    instead = _INSTEAD.get(program.suffix, "")
-    return f"the rungs of a {program.suffix} file are not edited in their picture{instead}"
+    return f"the drawn rungs of a {program.suffix} file can't be edited{_REMEDIES.get(program.suffix, '')}"
 
 
-_INSTEAD = {
-    ".py": ", since Python makes them: edit that",
-    ".steps": ", since steps make them: edit those",
-}
-"""Text about what to do instead, by suffix."""
+_REMEDIES = {".py": "; edit the Python code", ".steps": "; edit the steps"}
 
 
 def save(file: Path, data: bytes) -> Path:
-    """Write a program's file; keep the old file beside it and return its new path.
+    """Write a program's file; return the path of the backup of the old file.
 
-    If the file is a link, its target is written and the link stays.
+    If the file is a link, its target is written.
 
     Raises:
-        OSError: the file can't be copied or written; it is unchanged.
+        OSError: the file can't be copied or written, and is unchanged.
     """
-    backup = _kept(file.resolve())
+    backup = _backed_up(file.resolve())
     write(file, data)
     return backup
 
@@ -88,12 +83,12 @@ def write(file: Path, data: bytes) -> None:
         output.write(data)
 
 
-def _kept(file: Path) -> Path:
-    """Copy a file to the first free name of NAME.bak, NAME.bak2 and so on; return the copy's path."""
+def _backed_up(file: Path) -> Path:
+    """Copy a file to the first unused name of NAME.bak, NAME.bak2 and so on; return the copy's path."""
     for number in count(1):
         backup = file.with_name(f"{file.name}.bak{number if number > 1 else ''}")
         try:
-            copy = open(backup, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
+            copy = open(backup, "xb", opener=_private)  # noqa: SIM115 - the next name follows if this one exists
         except FileExistsError:
             continue
         with copy, file.open("rb") as source:

@@ -1,10 +1,10 @@
-"""Repeats the scans of a ladder program in the monitor, to show tags and power in any scan.
+"""A replica of a ladder program in the monitor, which repeats scans to show tags and power in any of them.
 
     values      before scan 512                          before scan 768
     rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
     engine      512 ... 600 compiled, 601 traced          tags and power of scan 601
 
-Most questions are about the latest scan, so the engine continues from its current scan.
+Most requests are about the latest scan, so the engine continues from its present scan.
 """
 
 from __future__ import annotations
@@ -39,26 +39,28 @@ from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_INPUTS = 50_000
-"""Largest number of notes about other inputs; a program that writes its inputs has one per scan."""
+"""Minimum number of notes that are kept about other inputs; a
+program that writes its inputs has one per scan.
+"""
 
 MOST_REPEATED = 8192
-"""Largest number of scans repeated to reach a scan; this takes a tenth of a second for most programs."""
+"""Maximum number of scans that are repeated to reach a scan, in about 0.1 s for most programs."""
 
 CHAPTERS = 120
-"""Number of stretches that are searched for a change: half a minute at 2 ms per scan."""
+"""Number of stretches between snapshots that are searched for a change: half a minute at 2 ms per scan."""
 
 _SIZE_BYTES = 4
 _FIRST = int(ScanFlag.FIRST_SCAN)
 
 
 class ValueFile:
-    """Stores values of programs in an unnamed file, which disappears with the process."""
+    """An unnamed file with values of programs, which disappears with the process."""
 
     def __init__(self) -> None:
         self._file: IO[bytes] | None = None
 
     def add(self, values: object) -> int | None:
-        """Write values; return their place, or None if the disk is full."""
+        """Write values; return their offset, or None if the disk is full."""
         data = zstandard.compress(pickle.dumps(values, pickle.HIGHEST_PROTOCOL), 1)
         data = len(data).to_bytes(_SIZE_BYTES, "little") + data
         with suppress(OSError):
@@ -70,58 +72,58 @@ class ValueFile:
                 return offset
         return None
 
-    def read(self, at: int) -> Any:
-        """Return the values at a place."""
+    def read(self, offset: int) -> Any:
+        """Return the values at an offset."""
         assert self._file is not None
-        self._file.seek(at)
+        self._file.seek(offset)
         size = int.from_bytes(self._file.read(_SIZE_BYTES), "little")
         return pickle.loads(zstandard.decompress(self._file.read(size)))
 
 
 class SnapshotStore:
-    """The scan process's notes about one program, see `watched_program`.
+    """The notes of the scan process about one program, see `watched_program`.
 
-    The values are kept in a file, so that even in a long session there is a snapshot shortly before any scan.
+    Values are in a file, so that even a long session has a snapshot shortly before any scan.
     """
 
     def __init__(self, file: ValueFile | None = None) -> None:
         self.scans = array("q")
-        self._file, self._places = file or ValueFile(), array("q")
+        self._file, self._offsets = file or ValueFile(), array("q")  # an offset for each of `scans`
         self.inputs: dict[int, Inputs] = {}
-        self._forced: list[int] = []
+        self._input_scans: list[int] = []  # the scans of `inputs`, in order
 
     def take(self, record: Values | Inputs) -> None:
-        """Store a note unless it contains nothing new."""
+        """Store a note, unless it has no new information."""
         scan = record.scan
         if isinstance(record, Values):
-            place = self._file.add((record.values, record.truths))
-            if place is not None:
-                position = bisect_right(self.scans, scan)
-                self.scans.insert(position, scan)
-                self._places.insert(position, place)
+            offset = self._file.add((record.values, record.truths))
+            if offset is not None:
+                index = bisect_right(self.scans, scan)
+                self.scans.insert(index, scan)
+                self._offsets.insert(index, offset)
         elif scan in self.inputs:
             self.inputs[scan] = record
         elif record.writes or record.images is not None or record.forces != self._known_forces(scan):
-            self._forced.insert(bisect_right(self._forced, scan), scan)
+            self._input_scans.insert(bisect_right(self._input_scans, scan), scan)
             self.inputs[scan] = record
-            if len(self._forced) > 2 * MOST_INPUTS:
-                for old_scan in self._forced[:MOST_INPUTS]:
+            if len(self._input_scans) > 2 * MOST_INPUTS:
+                for old_scan in self._input_scans[:MOST_INPUTS]:
                     del self.inputs[old_scan]
-                del self._forced[:MOST_INPUTS]
+                del self._input_scans[:MOST_INPUTS]
 
-    def place(self, scan: int) -> int | None:
-        """Return the place of the last values for a scan or an earlier one; None if there are none."""
-        place = bisect_right(self.scans, scan) - 1
-        return None if place < 0 else place
+    def index_for(self, scan: int) -> int | None:
+        """Return the index in `scans` of the latest values up to a scan; None without values."""
+        index = bisect_right(self.scans, scan) - 1
+        return None if index < 0 else index
 
-    def values(self, place: int) -> dict[str, Any]:
-        """Return the values at a place."""
-        values: dict[str, Any] = self._file.read(self._places[place])[0]
+    def values(self, index: int) -> dict[str, Any]:
+        """Return the values with an index in `scans`."""
+        values: dict[str, Any] = self._file.read(self._offsets[index])[0]
         return values
 
-    def truths(self, place: int) -> Truths:
-        """Return the power in the previous scan, if it was stored with the values."""
-        truths: Truths | None = self._file.read(self._places[place])[1]
+    def truths(self, index: int) -> Truths:
+        """Return the power that was stored with the values, from the previous scan; {} without power."""
+        truths: Truths | None = self._file.read(self._offsets[index])[1]
         return truths or {}
 
     def forces(self, scan: int) -> Forces:
@@ -129,17 +131,17 @@ class SnapshotStore:
         return self._known_forces(scan) or {}
 
     def _known_forces(self, scan: int) -> Forces | None:
-        place = bisect_left(self._forced, scan) - 1
-        return self.inputs[self._forced[place]].forces if place >= 0 else None
+        index = bisect_left(self._input_scans, scan) - 1
+        return self.inputs[self._input_scans[index]].forces if index >= 0 else None
 
 
 class SessionScans(Source):
-    """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
+    """Snapshots and inputs of a program in a session; see `ladder.debug.replay.Source`."""
 
     def __init__(
-        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, store: SnapshotStore
     ) -> None:
-        self._timeline, self._kept = timeline, kept
+        self._timeline, self._store = timeline, store
         self._is_impure = bool(program.functions)
         layout = program.build().layout
         images = [int(leaf.slot or 0) for leaf in layout.images if not leaf.output]
@@ -148,14 +150,14 @@ class SessionScans(Source):
 
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the scans with values, backwards from a scan; none if scans can't be repeated."""
-        place = None if self._is_impure else self._kept.place(scan)
-        return iter(()) if place is None else (self._kept.scans[index] for index in range(place, -1, -1))
+        latest = None if self._is_impure else self._store.index_for(scan)
+        return iter(()) if latest is None else (self._store.scans[index] for index in range(latest, -1, -1))
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
         """Return the values before a scan, and the forces in it."""
-        place = self._kept.place(scan)
-        assert place is not None
-        return self._kept.values(place), self._kept.forces(scan)
+        index = self._store.index_for(scan)
+        assert index is not None
+        return self._store.values(index), self._store.forces(scan)
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
         """Return the number of successive rows from the first scan, and their inputs."""
@@ -167,58 +169,55 @@ class SessionScans(Source):
         return len(rows), map(self._inputs, scans_in(rows))
 
     def _inputs(self, scan: RecordedScan) -> ScanInputs:
-        known_inputs = self._kept.inputs.get(scan.number)
+        noted = self._store.inputs.get(scan.number)
         images: Sequence[bytes] | None = None
         if runs_logic(scan.flags):
-            images = None if known_inputs is None else known_inputs.images
+            images = None if noted is None else noted.images
             images = images or [scan.memory[image] for image in self._images]
-        first = bool(scan.flags & _FIRST)
-        if known_inputs is None:
-            return ScanInputs(scan.now_ns, first, images)
+        is_first = bool(scan.flags & _FIRST)
+        if noted is None:
+            return ScanInputs(scan.now_ns, is_first, images)
         writes = tuple(
             (self._leaves[ident], index, value)
-            for ident, index, value in known_inputs.writes
+            for ident, index, value in noted.writes
             if ident in self._leaves  # may be missing after an edit
         )
-        return ScanInputs(scan.now_ns, first, images, writes, known_inputs.forces)
+        return ScanInputs(scan.now_ns, is_first, images, writes, noted.forces)
 
 
 class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(
-        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, store: SnapshotStore
     ) -> None:
         engine = TracedEngine(program.build(), program.scanner)
-        super().__init__(engine, SessionScans(program, rack, timeline, kept), MOST_REPEATED, CHAPTERS)
-        self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
-        self._kept = kept
+        super().__init__(engine, SessionScans(program, rack, timeline, store), MOST_REPEATED, CHAPTERS)
+        self.is_impure = bool(program.functions)  # routines in Python: scans can't be repeated
+        self._store = store
 
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the scans with values, backwards from a scan."""
-        return (
-            iter(())
-            if self.is_impure
-            else (snapshot_scan for snapshot_scan in self.source.snapshots(scan) if snapshot_scan <= scan)
-        )
+        scans = iter(()) if self.is_impure else self.source.snapshots(scan)
+        return (snapshot_scan for snapshot_scan in scans if snapshot_scan <= scan)
 
     def keep(self, scan: int) -> None:
-        """Store the current values as a snapshot before a scan, from which the scan is repeated."""
-        place = self._kept.place(scan)
-        if not self.is_impure and (place is None or self._kept.scans[place] < scan):
-            self._kept.take(Values(scan, snapshot(self.engine.memory), 0))
+        """Store the present values as a snapshot before a scan."""
+        index = self._store.index_for(scan)
+        if not self.is_impure and (index is None or self._store.scans[index] < scan):
+            self._store.take(Values(scan, snapshot(self.engine.memory), 0))
 
     @override
     def show(self, scan: int) -> bool:
         return self._show_values(scan) if self.is_impure else super().show(scan)
 
     def _show_values(self, scan: int) -> bool:
-        """Show the latest stored values and power of a program that can't be repeated."""
-        place = self._kept.place(scan + 1)
-        if place is None:
+        """Show the latest stored values and power of a program whose scans can't be repeated."""
+        index = self._store.index_for(scan + 1)
+        if index is None:
             return False
-        restore(self.engine.memory, self._kept.values(place))
-        self.truths = self._kept.truths(place)
+        restore(self.engine.memory, self._store.values(index))
+        self.truths = self._store.truths(index)
         self.at = scan
         return True
 
@@ -226,6 +225,6 @@ class ProgramReplica(Replayer):
 def scans_in(rows: Rows) -> Iterator[RecordedScan]:
     """Return a scan for each row."""
     memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
-    blocks = (memory[place : place + size] for place in range(0, len(memory), size))
+    blocks = (memory[offset : offset + size] for offset in range(0, len(memory), size))
     columns = (rows[name].tolist() for name in ("scan", "now_ns", "flags"))
     return map(as_scan, zip(*columns, blocks, strict=True))

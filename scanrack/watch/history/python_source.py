@@ -1,4 +1,4 @@
-"""Prepares the text of a Python program or list of steps for pages, with the kinds of its tokens."""
+"""The text of a Python program or list of steps for pages, with the kinds of its tokens."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scanrack.runtime.loop.faults import Fault
 from .catalog import Json, PageRoutine
 
 Span = tuple[int, int, str]
-"""Start, end and kind of a part of a line; positions are in UTF-16 units, as in a browser."""
+"""Start, end and kind of a token in a line. Positions are in UTF-16 units, as in a browser."""
 
 _KINDS = {tokenize.COMMENT: "comment", tokenize.NUMBER: "number", tokenize.STRING: "string"}
 _F_STRING = {
@@ -23,36 +23,37 @@ _F_STRING = {
 
 
 def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
-    """Return the spans of each line by number, from 1; stop at a place that can't be tokenized."""
+    """Return the spans of each line by number, from 1; stop at text that can't be tokenized."""
     spans: dict[int, list[Span]] = {}
     for token, kind in _tokens(lines):
         (first, begin), (last, end) = token.start, token.end
         for number in range(first, last + 1):
             text = lines[number - 1]
-            left = _units(text, begin) if number == first else 0
-            right = _units(text, end) if number == last else _units(text, len(text))
-            if left < right:
-                spans.setdefault(number, []).append((left, right, kind))
+            span_start = _units(text, begin) if number == first else 0
+            span_end = _units(text, end) if number == last else _units(text, len(text))
+            if span_start < span_end:
+                spans.setdefault(number, []).append((span_start, span_end, kind))
     return spans
 
 
 def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
-    before = ""
+    previous = ""
     try:
         for token in tokenize.generate_tokens((f"{line}\n" for line in lines).__next__):
             kind = "string" if token.type in _F_STRING else _KINDS.get(token.type, "")
-            if token.type == tokenize.NAME:
-                is_keyword = keyword.iskeyword(token.string)
-                kind = "keyword" if is_keyword else "defined" if before in ("def", "class") else ""
+            if token.type == tokenize.NAME and keyword.iskeyword(token.string):
+                kind = "keyword"
+            elif token.type == tokenize.NAME and previous in ("def", "class"):
+                kind = "defined"
             if kind:
                 yield token, kind
-            before = token.string
+            previous = token.string
     except (tokenize.TokenError, SyntaxError):
         return
 
 
 def _units(text: str, letters: int) -> int:
-    """Return the number of UTF-16 units in the first letters of a text."""
+    """Return the number of UTF-16 units in the first `letters` characters of a text."""
     return len(text[:letters].encode("utf-16-le", "surrogatepass")) // 2
 
 
@@ -67,7 +68,7 @@ class PythonSource:
             self._lines = []
 
     def routines(self) -> list[Json]:
-        """Return the file as the one routine that `hello` lists."""
+        """Return the file as a single routine for `hello`."""
         kind = "steps" if self._name.endswith(".steps") else "python"
         return [{"name": self._name, "kind": kind, "comment": "", "lines": len(self._lines)}]
 
@@ -87,8 +88,8 @@ class PythonSource:
     def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
         """Return the program's values that the line of a fault reads, matched by their last names."""
         place = self.place_of_fault(fault)
-        line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
-        names = {name for text in line for name in _names_in(text)}
+        number = int(place.rpartition(".")[2]) if place else 0
+        names = set(_names_in(self._lines[number - 1])) if 0 < number <= len(self._lines) else set()
         return [value for value in values if value.rpartition(".")[2] in names]
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
@@ -123,15 +124,15 @@ def uses_in(text: str) -> dict[int, list[str]]:
 
 
 def _dotted(node: ast.expr) -> str:
-    """Return a name with its attributes; "" for anything else."""
+    """Return a name with its attributes, such as `line.step`; "" for another expression."""
     if isinstance(node, ast.Attribute):
         stem = _dotted(node.value)
-        return stem and f"{stem}.{node.attr}"
+        return f"{stem}.{node.attr}" if stem else ""
     return node.id if isinstance(node, ast.Name) else ""
 
 
 def _names_in(line: str) -> Iterator[str]:
-    """Yield the names and attributes that a line of Python reads; none if it is not a whole statement."""
+    """Yield the names and attributes that a line of Python reads; none for an incomplete statement."""
     statement = line.strip()
     try:
         tree = ast.parse(f"{statement} pass" if statement.endswith(":") else statement)

@@ -1,4 +1,4 @@
-"""Keeps the latest rows of a session, by scan number."""
+"""The latest rows of a session, by scan number."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ import numpy as np
 from scanrack.runtime.live.ring import Rows
 
 KEPT = 1 << 16
-"""Least number of kept rows in a long session."""
+"""Minimum number of rows that are kept in a long session."""
 
 
 class RecentRows:
-    """The latest rows in scan order, `KEPT` to twice as many."""
+    """The latest rows in scan order, at most twice `KEPT`."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype = dtype
-        self._rows = np.zeros(0, dtype)  # allocated with the first rows; a recording has none
+        self._rows = np.zeros(0, dtype)  # allocated with the first rows; a trace has none
         self._length = 0
         self.count = 0
-        """Number of rows added so far; a row's place counts from the first row ever added."""
+        """Number of rows added so far; positions count from the first row ever added."""
 
     @property
     def rows(self) -> Rows:
@@ -28,7 +28,7 @@ class RecentRows:
 
     @property
     def begin(self) -> int:
-        """Place of the first kept row."""
+        """Position of the first kept row."""
         return self.count - self._length
 
     def add(self, rows: Rows) -> None:
@@ -51,13 +51,13 @@ class RecentRows:
         self.count += len(rows)
 
     def clear(self) -> None:
-        """Drop all rows: another session begins."""
+        """Drop all rows when another session begins."""
         self._length = 0
-        self.count += 1  # no earlier place remains valid
+        self.count += 1  # so that earlier positions are no longer valid
 
-    def since(self, place: int) -> Rows:
-        """Return the kept rows from a place."""
-        return self.rows[max(0, place - self.begin) :]
+    def since(self, position: int) -> Rows:
+        """Return the kept rows from a position on."""
+        return self.rows[max(0, position - self.begin) :]
 
     def find(self, scan: int) -> int | None:
         """Return the index of a scan in `rows`, or None."""

@@ -1,15 +1,15 @@
-"""Reads the events of a recording, first around a page's scan, then backwards in the background.
+"""The events of a trace, read first around a page's scan, then backwards in the background.
 
 chunks     0    1    2    3    4    5    6    7
 read                      *    *    *              a page shows a scan of chunk 5
-background           <----                         older states are known a moment later
+background           <----                         older states are known later
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.jobs.record.edits_and_forces import is_edit
 from scanrack.jobs.record.link_losses import INDICATORS, LinkChange, link_changes
@@ -24,49 +24,60 @@ from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 Json = dict[str, Any]
 
 AT_ONCE = 4
-"""Number of chunks read at once for a new scan; further chunks are read between frames."""
+"""Number of chunks that are read at once for a new scan. Other chunks are read between frames."""
 
 MOST_EVENTS = 200_000
-"""Largest number of events read in the background."""
+"""Maximum number of events that are read in the background."""
+
+
+class _LatestStates(NamedTuple):
+    """The states in the scan of the latest request."""
+
+    scan: int | None
+    log_count: int  # number of known chunks up to the scan
+    lines: Json
+    rules: list[Json]
+    pressed: Json
 
 
 class RecordedEvents:
-    """The events of a recording.
+    """The events of a trace.
 
     Args:
-        trace: the recording; if it is growing, its owner follows it.
+        trace: the trace; its owner follows it while it grows.
     """
 
     def __init__(self, trace: Trace) -> None:
         self._trace = trace
-        self._known: dict[int, EventLog] = {}
+        self._logs: dict[int, EventLog] = {}  # the events that were read, by index of their chunk
         self._last_scan = -1
-        self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
-        self.read = 0
+        self._latest_states = _LatestStates(None, 0, {}, [], {})
+        self.read = 0  # number of events that were read
         self.formats = NumberFormats.of(trace)
         self.edits: set[int] = set()  # known scans before which the program was edited
-        self._find()
+        self._find_chunks()
 
-    def _find(self) -> None:
-        sections = self._trace.sections
-        self._sections = len(sections)
-        self._telling = [place for place, section in enumerate(sections) if self._trace.may_contain(section)]
-        self._forcing = [
-            place for place in self._telling if self._trace.may_contain(sections[place], {FORCES})
+    def _find_chunks(self) -> None:
+        """Find the indexes of the chunks with events, and of those with forces."""
+        chunks = self._trace.sections
+        self._chunk_count = len(chunks)
+        self._with_events = [index for index, chunk in enumerate(chunks) if self._trace.may_contain(chunk)]
+        self._with_forces = [
+            index for index in self._with_events if self._trace.may_contain(chunks[index], {FORCES})
         ]
 
     def tick(self) -> bool:
         """Read one more chunk; return whether there may be more."""
-        self._go_on()
+        self._follow_trace()
         missing = self._missing()
         if not missing or self.read >= MOST_EVENTS:
             return False
-        before = bisect_right(missing, self._trace.place_of(self._last_scan))
-        self._log(missing[before - 1])
+        next_after = bisect_right(missing, self._trace.place_of(self._last_scan))
+        self._log(missing[next_after - 1])  # the one before it, or the last one if there is none
         return len(missing) > 1
 
     def _missing(self) -> list[int]:
-        return [place for place in self._telling if place not in self._known]
+        return [index for index in self._with_events if index not in self._logs]
 
     def missing(self) -> int:
         """Return how many chunks with events are not read yet."""
@@ -75,11 +86,11 @@ class RecordedEvents:
     @property
     def version(self) -> tuple[int, ...]:
         """A value that changes with each chunk that is read."""
-        return len(self._known), self.read
+        return len(self._logs), self.read
 
-    def known(self) -> Iterator[Json]:
-        """Yield the known events, in order."""
-        return (event for place in sorted(self._known) for event in self._known[place].since(0))
+    def known_events(self) -> Iterator[Json]:
+        """Yield the events that were read, in order."""
+        return (event for index in sorted(self._logs) for event in self._logs[index].since(0))
 
     # --- states of a scan
 
@@ -93,36 +104,36 @@ class RecordedEvents:
         return events[-most:]
 
     def forces_at(self, scan: int | None) -> Json:
-        """Return the forces in effect in a scan, from the last message up to it."""
-        self._go_on()
+        """Return the forces in effect in a scan, which the latest message up to it has reported."""
+        self._follow_trace()
         scan = LAST_SCAN if scan is None else scan
-        for place in reversed(self._up_to(self._forcing, scan)):
-            forces = self._log(place).reported_forces(scan)
+        for index in reversed(self._up_to(self._with_forces, scan)):
+            forces = self._log(index).reported_forces(scan)
             if forces is not None:
                 return forces
         return {}
 
     def lines_at(self, scan: int | None) -> Json:
         """Return the known waiting lines of the sequences in a scan, by name."""
-        return self._stood(scan)[0]
+        return self._states_in(scan).lines
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the known rules that last set each bit, up to a scan."""
-        return self._stood(scan)[1]
+        return self._states_in(scan).rules
 
     def pressed_at(self, scan: int | None) -> Json:
-        """Return the values that known orders last set up to a scan, and by whom."""
-        return self._stood(scan)[2]
+        """Return the values that known actions last set up to a scan, and by whom."""
+        return self._states_in(scan).pressed
 
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the known faults of the CPU up to the end of a scan."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
         return [fault for log in logs for fault in log.faults_at(scan)]
 
-    def _stood(self, scan: int | None) -> tuple[Json, list[Json], Json]:
-        """Return lines, rules and presses in a scan, from the known chunks up to its own."""
+    def _states_in(self, scan: int | None) -> _LatestStates:
+        """Return the states in a scan, from the known chunks up to its own."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
-        if self._latest[:2] != (scan, len(logs)):
+        if self._latest_states[:2] != (scan, len(logs)):
             lines: Json = {}
             pressed: Json = {}
             rules: dict[tuple[int, str], Json] = {}
@@ -131,11 +142,11 @@ class RecordedEvents:
                 pressed = log.pressed_at(scan) | pressed
                 for rule in log.rules_at(scan):
                     rules.setdefault((rule["slot"], rule["bit"]), rule)
-            self._latest = scan, len(logs), lines, list(rules.values()), pressed
-        return self._latest[2:]
+            self._latest_states = _LatestStates(scan, len(logs), lines, list(rules.values()), pressed)
+        return self._latest_states
 
     def orders(self, first: int, last: int) -> list[RecordedOrder]:
-        """Return the orders of a session before the scans from `first` to `last`, inclusive."""
+        """Return the actions before the scans from `first` to `last`, inclusive."""
         return orders_of(self._between(first, last, ORDERS.name))
 
     def links(self, slot: int, first: int, last: int) -> list[LinkChange]:
@@ -145,37 +156,37 @@ class RecordedEvents:
     def _between(self, first: int, last: int, topic: str) -> Iterator[TraceEvent]:
         trace, topics = self._trace, {topic}
         begin, end = max(0, trace.place_of(first) - 1), trace.place_of(last)
-        sections = [
-            section for section in trace.sections[begin : end + 1] if trace.may_contain(section, topics)
-        ]
-        matches = (event for section in sections for event in trace.events_in(section, topics))
-        return (event for event in matches if first <= event.scan <= last)
+        chunks = [chunk for chunk in trace.sections[begin : end + 1] if trace.may_contain(chunk, topics)]
+        events = (event for chunk in chunks for event in trace.events_in(chunk, topics))
+        return (event for event in events if first <= event.scan <= last)
 
-    def _go_on(self) -> None:
-        if len(self._trace.sections) != self._sections:
-            self._find()
+    def _follow_trace(self) -> None:
+        if len(self._trace.sections) != self._chunk_count:
+            self._find_chunks()
 
-    def _up_to(self, places: list[int], scan: int) -> list[int]:
-        return places[: bisect_right(places, self._trace.place_of(scan))]
+    def _up_to(self, indexes: list[int], scan: int) -> list[int]:
+        """Return the chunk indexes up to the chunk of a scan."""
+        return indexes[: bisect_right(indexes, self._trace.place_of(scan))]
 
     def _back_from(self, scan: int) -> Iterator[EventLog]:
-        """Yield the events of a scan's chunk and of earlier ones; stop after a few that have to be read."""
-        self._go_on()
-        budget = 0 if scan == self._last_scan else AT_ONCE
+        """Yield the events of a scan's chunk, then of earlier chunks; read at most `AT_ONCE` chunks."""
+        self._follow_trace()
+        unread_most = 0 if scan == self._last_scan else AT_ONCE
         self._last_scan = scan
-        for place in reversed(self._up_to(self._telling, scan)):
-            budget -= place not in self._known
-            if budget < 0:
+        for index in reversed(self._up_to(self._with_events, scan)):
+            unread_most -= index not in self._logs
+            if unread_most < 0:
                 return
-            yield self._log(place)
+            yield self._log(index)
 
-    def _log(self, place: int) -> EventLog:
-        if place not in self._known:
-            events = list(self._trace.events_in(self._trace.sections[place]))
-            log = self._known[place] = EventLog(kept=MOST_EVENTS)
+    def _log(self, index: int) -> EventLog:
+        """Return the events of a chunk; read it if necessary."""
+        if index not in self._logs:
+            events = list(self._trace.events_in(self._trace.sections[index]))
+            log = self._logs[index] = EventLog(keep=MOST_EVENTS)
             log.take_all(events)
             self.read += log.end
             self.edits.update(event.scan for event in events if is_edit(event))
             for event in events:
                 self.formats.note(event.scan, event.fields)
-        return self._known[place]
+        return self._logs[index]

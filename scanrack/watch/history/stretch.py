@@ -1,8 +1,8 @@
-"""The programs of a session, by scan: each edit begins a new stretch.
+"""The programs of a session by scan; each edit begins another stretch.
 
 scan       0 ................ 4,010 ................. 9,200 ....
 stretch    number 0           number 1                number 2
-power      only from its own program
+power      each scan with its own program
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ Json = dict[str, Any]
 
 @dataclass(eq=False)
 class Stretch:
-    """A program and the scans that it ran, beginning with `first`.
+    """A program and its scans, from `first` on.
 
     Attributes:
-        logic: the program's logic; None if it is unknown or must not be run.
-        lacks: why it can't be shown; "" if it can.
+        logic: the program; None if it is unknown or must not run.
+        lacks: why the program can't be shown; "" if it can.
         history: values that were read from a Python program.
-        kept: stored values of a ladder program.
+        store: stored values of a ladder program.
         catalog: the rungs and tags of a ladder program; None for any other program.
         source: the text of a Python program; None for a ladder program.
         hints: suggestions for unknown names, see `panels.bindings`.
@@ -58,7 +58,7 @@ class Stretch:
     words: Mapping[int, ModuleWords]
     timeline: Timeline
     history: ValueHistory
-    kept: SnapshotStore
+    store: SnapshotStore
     hints: dict[tuple[str, int], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -68,18 +68,18 @@ class Stretch:
 
     @cached_property
     def rung_index(self) -> RungIndex:
-        """The index against which edits of its rungs are checked."""
+        """The index for checks of edited rungs."""
         return RungIndex(self.ladder)
 
     @property
     def ladder(self) -> LadderLogic:
-        """The ladder program; there must be one."""
+        """The program, which must be a ladder program."""
         assert isinstance(self.logic, LadderLogic)
         return self.logic
 
     @cached_property
     def digest(self) -> str:
-        """A digest that identifies the contents of its file, see `online`."""
+        """Digest of the program's file, see `online`; "" without a readable file."""
         try:
             return "" if self.file is None else digest(self.file.read_bytes())
         except OSError:
@@ -92,17 +92,17 @@ class Stretch:
 
     @cached_property
     def live(self) -> ProgramReplica | None:
-        """The replica that repeats the latest scans; None if the program can't be repeated."""
+        """The replica for the latest scans; None for a program without rungs."""
         return self._replica()
 
     @cached_property
     def past(self) -> ProgramReplica | None:
-        """The replica that repeats any scan; None if the program can't be repeated."""
+        """The replica for any scan; None for a program without rungs."""
         return self._replica()
 
     @cached_property
     def lanes(self) -> TagLanes:
-        """The source of the points of tags in the timing strip."""
+        """The lanes of tags in the timing strip."""
         return TagLanes(self.timeline, self._replica(), self.history, self.address, self.layout)
 
     def address(self, name: str) -> Address | None:
@@ -110,7 +110,7 @@ class Stretch:
         with suppress(ValueError):
             return parse_address(name, self.words)
         address = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
-        with suppress(ValueError):  # a connection fault is not a word
+        with suppress(ValueError):  # an alias of a connection fault is not a word
             return None if address is None else parse_address(address, self.words)
         return None
 
@@ -138,7 +138,7 @@ class Stretch:
     def _replica(self) -> ProgramReplica | None:
         if not isinstance(self.logic, LadderLogic):
             return None
-        return ProgramReplica(self.logic, self.layout, self.timeline, self.kept)
+        return ProgramReplica(self.logic, self.layout, self.timeline, self.store)
 
     def described(self, values: Mapping[str, object]) -> Json:
         """Return routines, tags and stubs for a page."""
@@ -184,14 +184,14 @@ class Stretches:
         self.clear()
 
     def clear(self) -> None:
-        """Drop all programs: another session begins."""
+        """Drop all programs when another session begins."""
         self.all: list[Stretch] = []
-        self._kept: dict[int, SnapshotStore] = {}
+        self._stores: dict[int, SnapshotStore] = {}
         self._file = ValueFile()
 
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan."""
-        number, store = len(self.all), self.kept(len(self.all))
+        number, store = len(self.all), self.store(len(self.all))
         stretch = Stretch(
             number, first, logic, file, lacks, self._words, self._timeline, self._history, store
         )
@@ -199,13 +199,13 @@ class Stretches:
         return stretch
 
     def lose(self, first: int) -> None:
-        """Show no program from a scan, since an unknown one ran there."""
+        """Show no program from a scan on, since an unknown one ran there."""
         self.all = [stretch for stretch in self.all if stretch.first < first]
-        self.add(first, None, None, "The recording does not bring the program of this scan.")
+        self.add(first, None, None, "The trace does not contain the program of this scan.")
 
-    def kept(self, number: int) -> SnapshotStore:
-        """Return the stored values for a program number; they may arrive before the program."""
-        return self._kept.setdefault(number, SnapshotStore(self._file))
+    def store(self, number: int) -> SnapshotStore:
+        """Return the stored values of a program by its number; they may arrive before the program."""
+        return self._stores.setdefault(number, SnapshotStore(self._file))
 
     @property
     def latest(self) -> Stretch:
@@ -219,7 +219,7 @@ class Stretches:
         return next((stretch for stretch in reversed(self.all) if stretch.first <= scan), self.all[0])
 
     def end_of(self, program: Stretch) -> int:
-        """Return the last scan that a program may have run."""
+        """Return the last scan of a program; `LAST_SCAN` for the latest one."""
         later = self.all[program.number + 1 :]
         return later[0].first - 1 if later else LAST_SCAN
 

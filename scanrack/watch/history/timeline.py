@@ -1,9 +1,9 @@
-"""Returns the scans of a session or recording by number: the latest from the ring, the rest from the trace.
+"""The scans of a session or trace by number: the latest from the ring, the others from the trace.
 
     scan     0 ............................ 229,374 ............. 300,000
     from     the trace, a chunk at a time   the ring, in memory
 
-A row from a trace has no figures and no wall-clock time, since these are not recorded.
+A row from a trace has no figures and no wall time, since these are not recorded.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from scanrack.traces.read.reader import Trace, open_trace
 from .recent import RecentRows
 
 WINDOWS = 4
-"""Number of windows of a trace kept in memory."""
+"""Number of windows of a trace in memory."""
 
 WINDOW = 8192
 """Number of scans in a window."""
@@ -36,13 +36,13 @@ class Timeline:
         self.recent = recent
         self.path = path
         self._trace: Trace | None = None
-        self._windows: dict[int, tuple[int, Rows]] = {}  # rows, with the size of the trace when read
+        self._windows: dict[int, tuple[int, Rows]] = {}  # by number: size of the trace when read, rows
         self._extent: tuple[int, int] | None = None
-        self._known: tuple[int, dict[str, Any]] | None = None
+        self._latest_tags: tuple[int, dict[str, Any]] | None = None  # of the scan of the latest request
 
     @property
     def extent(self) -> tuple[int, int] | None:
-        """The first and the last scan; None if there is none."""
+        """The first and the last scan; None without scans."""
         numbers = self.recent.rows["scan"]
         if not len(numbers):
             return self._recorded()
@@ -63,25 +63,23 @@ class Timeline:
         begins = int(rows["scan"][0]) if len(rows) else last + 1
         if self.path is None or len(rows) == last - first + 1:
             return rows
-        if begins <= first:  # rows are lost if the session runs faster than the monitor
+        if begins <= first:  # recent rows may have gaps, if the session runs faster than the monitor
             stored_rows = self._read(first, last)
-            return (
-                np.concatenate([stored_rows, rows[rows["scan"] > stored_rows["scan"][-1]]])
-                if len(stored_rows)
-                else rows
-            )
+            if not len(stored_rows):
+                return rows
+            return np.concatenate([stored_rows, rows[rows["scan"] > stored_rows["scan"][-1]]])
         return np.concatenate([self._read(first, begins - 1), rows])
 
     def apart(self, first: int, last: int) -> Rows:
-        """Return rows of the trace for a single use, without changing the kept windows."""
+        """Return rows of the trace for a single use, without loading windows."""
         return self._columns(Selection(first, last))
 
     def values(self, scan: int) -> dict[str, Any]:
-        """Return the recorded tags in a scan, by name; empty if there are none."""
-        if self._known is None or self._known[0] != scan:
+        """Return the recorded tags in a scan, by name."""
+        if self._latest_tags is None or self._latest_tags[0] != scan:
             trace = self.opened()
-            self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
-        return self._known[1]
+            self._latest_tags = scan, {} if trace is None else _recorded_tags(trace, scan)
+        return self._latest_tags[1]
 
     def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
         """Return the times, ns, of the scans from `first` to `last`, and the values of each recorded tag."""
@@ -113,20 +111,20 @@ class Timeline:
         return grown
 
     def opened(self) -> Trace | None:
-        """Return the opened trace; None if there is none, or before its first chunk."""
+        """Return the opened trace; None without a trace, or before its first chunk."""
         if self._trace is None and self.path is not None:
             try:
                 self._trace = open_trace(self.path)
             except TraceError:
-                return None  # nothing has been written yet
+                return None  # no chunk has been written yet
         return self._trace
 
     def use(self, trace: Trace) -> None:
-        """Use an open trace."""
+        """Use a trace that is already open."""
         self._trace = trace
 
     def forget(self, path: Path | None) -> None:
-        """Begin with another trace."""
+        """Continue with another trace."""
         self.close()
         self.path = path
 
@@ -134,7 +132,7 @@ class Timeline:
         """Close the trace."""
         if self._trace is not None:
             self._trace.close()
-        self._trace, self._extent, self._known = None, None, None
+        self._trace, self._extent, self._latest_tags = None, None, None
         self._windows.clear()
 
     # --- the trace
@@ -154,7 +152,7 @@ class Timeline:
         return rows[int(low) : int(high)]
 
     def _window(self, number: int, last: int) -> Rows:
-        """Return a window; read it again if the trace has grown since, and the scans are needed."""
+        """Return a window; read it again if it lacks scans up to `last` and the trace has grown."""
         start, end = number * WINDOW, (number + 1) * WINDOW - 1
         size, rows = self._windows.pop(number, (-1, self.recent.rows[:0]))
         if not len(rows) or rows["scan"][-1] < min(end, last):
@@ -190,7 +188,7 @@ def columns_of(rows: Rows) -> Columns:
 
 
 def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
-    """Return the tags in a scan for a page: enums by name, texts, arrays as lists."""
+    """Return the tags in a scan for a page: enums by name, texts, arrays as lists and by element."""
     plan = trace.head.tags
     rows = None if plan is None else read_columns(trace, Selection(scan, scan), tags=True).tags
     if plan is None or rows is None or not len(rows):

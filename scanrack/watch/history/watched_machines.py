@@ -1,4 +1,4 @@
-"""Reads numbers of a rack's machines, in addition to the images."""
+"""Numbers of a rack's machines, in addition to the images."""
 
 from __future__ import annotations
 
@@ -13,48 +13,46 @@ from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 
 PER_SLOT = 4
-"""Numbers per slot: shaft, encoder, mask of energized inputs, place of position 0 on the shaft's scale."""
+"""Numbers per slot: shaft, encoder, mask of energized inputs, shaft position of position 0."""
 
 
 @dataclass(slots=True)
 class _Zero:
-    """The place of a module's position 0 on the shaft's scale, steps from the place at power-up.
+    """The shaft position at which a module's position is 0, steps from the shaft position at power-up.
 
-    Only homing and presets change the place, so lost steps stay visible as the distance between the shaft and
-    the module's position.
+    Only homing and presets change it, so lost steps stay visible as the difference between the shaft and the
+    module's position.
     """
 
     words: ModuleWords
-    at: int = 0
+    shaft_of_zero: int = 0
     position: int = 0
     shaft: int = 0
     resting: bool = True
     invalid: bool = True
 
     def read(self, image: Image, shaft: int, format: NumberFormat) -> int:
-        """Update the place from an input image and shaft position; return it.
+        """Update it from an input image and the shaft position, and return it.
 
         Args:
             format: format of the position if the module's configuration selects it.
         """
         inputs, quantity = list(image), self.words.quantity("position")
         if quantity is None or self.words.configures("I", inputs):
-            return self.at  # in configuration mode, the words are a mirror
+            return self.shaft_of_zero  # in configuration mode the words mirror the configuration
         high, low = inputs[quantity.word : quantity.word + 2]
         position = (quantity.format or format).reported(high, low)
-        resting, invalid = (
-            not self._on(inputs, "MOVING_CW", "MOVING_CCW"),
-            self._on(inputs, "POSITION_INVALID"),
-        )
-        preset = resting and self.resting and shaft == self.shaft and position != self.position
-        if preset or (self.invalid and (resting or not invalid)):
-            self.at = shaft - position
+        resting = not self._any_on(inputs, "MOVING_CW", "MOVING_CCW")
+        invalid = self._any_on(inputs, "POSITION_INVALID")
+        was_preset = resting and self.resting and shaft == self.shaft and position != self.position
+        if was_preset or (self.invalid and (resting or not invalid)):
+            self.shaft_of_zero = shaft - position
         self.position, self.shaft, self.resting, self.invalid = position, shaft, resting, invalid
-        return self.at
+        return self.shaft_of_zero
 
-    def _on(self, inputs: Sequence[int], *names: str) -> bool:
-        places = filter(None, map(self.words.place, names))
-        return any(inputs[place.word] >> place.bit & 1 for place in places)
+    def _any_on(self, inputs: Sequence[int], *names: str) -> bool:
+        bits = filter(None, map(self.words.place, names))
+        return any(inputs[bit.word] >> bit.bit & 1 for bit in bits)
 
 
 class _WatchedMachine(NamedTuple):
@@ -70,7 +68,7 @@ class _WatchedMachine(NamedTuple):
 
 
 class MachineFigures:
-    """Reads the machines of a rack; see `runtime.live.tap.Figures`."""
+    """The machines of a rack, as `runtime.live.tap.Figures`."""
 
     def __init__(self, rack: Rack) -> None:
         self._machines: list[_WatchedMachine] = []

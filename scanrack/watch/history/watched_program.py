@@ -1,9 +1,9 @@
-"""Makes notes with which a monitor repeats the scans of a program: inputs, and regular snapshots.
+"""Notes with which a monitor repeats the scans of a ladder program: inputs, and regular snapshots.
 
     scan          n         n+1       n+2  ...  n+1023
     notes         values    -         writes    -          values before n, writes before n+2
 
-The other inputs of a scan, images, times and flags, are in the ring.
+The other inputs of a scan are in the ring: images, times and flags.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ EVERY = 1024
 """Scans between two snapshots."""
 
 IMPURE_NS = 30_000_000
-"""Time between snapshots of a program with Python routines, whose scans can't be repeated, ns."""
+"""Time between two snapshots of a program with Python routines, whose scans can't be repeated, ns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Values:
 
     Attributes:
         values: values by variable identifier, see `ladder.state.snapshots`.
-        truths: power in the previous scan, for a program with Python routines, which is always interpreted.
+        truths: power in the previous scan, only for a program with Python routines.
     """
 
     scan: int
@@ -61,13 +61,13 @@ class Inputs:
 
 
 class LadderNotes:
-    """Writes a ladder program's notes; see `runtime.live.tap.Notes`.
+    """The notes of a ladder program, as `runtime.live.tap.Notes`.
 
     Args:
         every: number of scans between two snapshots.
 
     Attributes:
-        given: the scan of the latest snapshot.
+        sent_scan: the scan of the latest snapshot.
     """
 
     def __init__(
@@ -76,20 +76,22 @@ class LadderNotes:
         self._debugger, self._write, self._every = debugger, write, every
         self._entry: ScanInputs | None = None
         self._forces: object = None
-        self._due_ns, self._news, self.given = 0, -1, -every
+        self._due_ns = 0  # when the next snapshot of an interpreted program is due
+        self._noted_version = -1  # `Debugger.news` at the latest note
+        self.sent_scan = -every
 
-    def news(self) -> bool:
-        """Return whether the latest scan had inputs beyond its images."""
-        return self._debugger.news != self._news
+    def must_note(self) -> bool:
+        """Return whether the latest scan had other inputs than its images."""
+        return self._debugger.news != self._noted_version
 
     def note(self, scan: int) -> None:
-        """Write the inputs of a scan beyond its images; at intervals, also write the values after it."""
+        """Write the other inputs of a scan; at intervals, also write the values after it."""
         debugger = self._debugger
-        if debugger.news != self._news:
+        if debugger.news != self._noted_version:
             self._note(debugger, scan)
-        if scan >= self.given + self._every or (debugger.interpreted and wall_ns() >= self._due_ns):
+        if scan >= self.sent_scan + self._every or (debugger.interpreted and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
-            self.give(scan + 1)
+            self.send_values(scan + 1)
 
     def _note(self, debugger: Debugger, scan: int) -> None:
         entry, forces = debugger.latest, debugger.engine.memory.forces
@@ -97,14 +99,14 @@ class LadderNotes:
         is_written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
         if is_written or forces is not self._forces:
             self._write(_inputs_of(debugger, scan))
-        self._entry, self._forces, self._news = entry, forces, debugger.news
+        self._entry, self._forces, self._noted_version = entry, forces, debugger.news
 
-    def give(self, scan: int) -> None:
+    def send_values(self, scan: int) -> None:
         """Write the values before a scan."""
         debugger, engine = self._debugger, self._debugger.engine
         truths = engine.truths if debugger.interpreted else None
         self._write(Values(scan, snapshot(engine.memory), len(debugger.edits), truths))
-        self._forces, self._news, self.given = None, -1, scan
+        self._forces, self._noted_version, self.sent_scan = None, -1, scan
 
 
 def written_to(records: Records) -> Callable[[Values | Inputs], object]:

@@ -1,6 +1,6 @@
-"""Sends the values of a Python program to a monitor about 30 times per second.
+"""Values of a Python program, which a monitor gets about 30 times per second.
 
-A Python program may do anything, so its scans are not repeated: its values are read while it runs.
+Scans of a Python program are not repeated, since it may have side effects. Its values are read while it runs.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ FIND_EVERY = 32
 """Number of reads between two searches for new values."""
 
 MOST = 200
-"""Largest number of values that are shown."""
+"""Maximum number of values."""
 
 ALL = ("*",)
 
 
 class PythonNotes:
-    """Sends the values of a Python program to a monitor, see `runtime.live.tap.Notes`.
+    """The values of a Python program, as `runtime.live.tap.Notes`.
 
     Args:
-        logic: returns the program, which an edit may replace.
+        logic: returns the running program, which an edit may replace.
         patterns: the values that the rack file records; empty = all.
     """
 
@@ -38,17 +38,17 @@ class PythonNotes:
         self,
         logic: Callable[[], ScanLogic],
         patterns: Sequence[str],
-        tell: Callable[[Mapping[str, object]], object],
+        send: Callable[[Mapping[str, object]], object],
     ) -> None:
-        self._tell, self._patterns = tell, patterns or ALL
+        self._send, self._patterns = send, patterns or ALL
         self._codes: dict[str, CodeType] = {}
-        self._known: dict[str, object] = {}
-        self._due_ns = self._looks = 0
+        self._sent: dict[str, object] = {}
+        self._due_ns = self._reads = 0
         self._logic = logic
         self._namespace: dict[str, Any] = {}
 
-    def news(self) -> bool:
-        """Return False: values are sent at intervals."""
+    def must_note(self) -> bool:
+        """Return False, since values are sent at intervals."""
         return False
 
     def note(self, scan: int) -> None:
@@ -56,16 +56,16 @@ class PythonNotes:
         now = wall_ns()
         if now >= self._due_ns:
             self._due_ns = now + EVERY_NS
-            self._look(scan)
+            self._read(scan)
 
-    def give(self, scan: int) -> None:
+    def send_values(self, scan: int) -> None:
         """Send all values."""
-        self._known = {}
-        self._looks = 0
-        self._look(scan - 1)
+        self._sent = {}
+        self._reads = 0
+        self._read(scan - 1)
 
     def _find(self) -> None:
-        """Find the current values: a running program may create new ones."""
+        """Find the values of the program, which may create new ones while it runs."""
         try:
             self._namespace = namespace_of(self._logic())
             values = named_values(self._namespace, self._patterns)[:MOST]
@@ -73,26 +73,23 @@ class PythonNotes:
             return  # no values yet
         self._codes = {value.name: compile(value.name, "<watched>", "eval") for value in values}
 
-    def _look(self, scan: int) -> None:
-        if self._looks % FIND_EVERY == 0:
+    def _read(self, scan: int) -> None:
+        if self._reads % FIND_EVERY == 0:
             self._find()
-        self._looks += 1
+        self._reads += 1
         values = {name: self._value(code) for name, code in self._codes.items()}
-        known_values = self._known
+        sent, self._sent = self._sent, values
         new_values = {
-            name: value
-            for name, value in values.items()
-            if name not in known_values or value != known_values[name]
+            name: value for name, value in values.items() if name not in sent or value != sent[name]
         }
-        self._known = values
         if new_values:
-            self._tell({"values": {"scan": scan, "values": new_values}})
+            self._send({"values": {"scan": scan, "values": new_values}})
 
     def _value(self, code: CodeType) -> object:
         """Return a value for a page; None if it can't be read now."""
         try:
             value = eval(code, self._namespace)
-        except Exception:  # a user's property raises: there is no value
+        except Exception:  # a user's property may raise anything
             return None
         if isinstance(value, Enum):
             return value.name

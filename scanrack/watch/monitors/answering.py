@@ -1,4 +1,4 @@
-"""The process for a long question: it prints one line of JSON, the answer or `{"refused"}`."""
+"""The process of a long question. It prints a line of JSON: the answer, or `{"refused": TEXT}`."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import pickle
 import sys
 from importlib import import_module
 
-MODESTY = 10
-"""Increment of niceness, for a lower priority than scans and frames, see nice(2)."""
+NICENESS = 10
+"""Increment of niceness, so that scans and frames have a higher priority, see nice(2)."""
 
 
 def main(module: str) -> None:
-    """Call `answer` of a module with pickled arguments from standard input; a ValueError refuses."""
+    """Call `answer` of a module with pickled arguments from standard input; its ValueError is a refusal."""
     if hasattr(os, "nice"):
-        os.nice(MODESTY)
+        os.nice(NICENESS)
     try:
         result = import_module(module).answer(*pickle.load(sys.stdin.buffer))
     except ValueError as error:

@@ -1,8 +1,8 @@
-"""Makes the chain of causes for an answer to a page: its links as JSON, each with its rung or line."""
+"""Cause chains for answers to pages: links as JSON, each with its rung or line."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from scanrack.io_images.addresses import parse_address
@@ -21,10 +21,10 @@ from ..history.timeline import columns_of
 from .monitor import BACK, Json, Monitor
 
 MOST_LINKS = 60
-"""Largest number of links that a page receives, the closest first."""
+"""Maximum number of links that a page gets, the closest first."""
 
 DEEPEST = 40
-"""Largest depth of a chain: no one reads further back, and each link costs a scan."""
+"""Maximum depth of a chain, since each link takes the time of a scan."""
 
 _TOPICS = {
     "rule": "/events",
@@ -37,12 +37,12 @@ _TOPICS = {
 
 
 def chain_of(monitor: Monitor, causes: Causes, tag: str, scan: int) -> CauseLink | None:
-    """Return the chain of a ladder program's tag after a scan; None if nothing is known about it."""
+    """Return the chain of a ladder program's tag after a scan; None without a known cause."""
     return next(iter(_chains(monitor, causes, [tag], scan)), None)
 
 
 def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequence[str]) -> list[Json]:
-    """Return the chain of a major fault; its causes are the tags that its rung read."""
+    """Return the links of a major fault. Its causes are the tags that its rung read."""
     groups = [(chain,) for chain in _chains(monitor, causes, tags, fault.scan)]
     root = linked(
         groups,
@@ -65,7 +65,7 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
     words = monitor.subject.words
     slots = tuple(
         SlotInfo(slot.number, slot.module, words=words[slot.number])
-        for slot in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
+        for slot in sorted(monitor.subject.spec.slot, key=lambda slot: slot.number)
     )
     known_events = monitor.states.up_to(scan, BACK)
     events = tuple(_event(event, monitor.states.forces_at(event["scan"])) for event in known_events)
@@ -75,15 +75,15 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
         return Chains(causes.engine.lowered, causes, deep, most=DEEPEST, **hooks)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
-    answers = []
+    tag_chains = []
     for tag in tags:
         try:
             bits = Bits.at(parse_address(tag, words))
         except ValueError:
-            answers.append(rack.of_tag(tag, last))
+            tag_chains.append(rack.of_tag(tag, last))
         else:
-            answers.append(rack.of_bits(bits, tag, last))
-    return [chain for chain in answers if chain is not None]
+            tag_chains.append(rack.of_bits(bits, tag, last))
+    return [chain for chain in tag_chains if chain is not None]
 
 
 def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
@@ -96,7 +96,7 @@ def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
 
 
 def links_of(chain: CauseLink) -> list[Json]:
-    """Return the links of a chain for a page: scan, time, name, text, the rung or line, causes by number."""
+    """Return the links of a chain for a page, each with the numbers of its causes in the list."""
     links = list(chain.walk())[:MOST_LINKS]
     numbers = {link: number for number, link in enumerate(links)}
     return [
@@ -106,22 +106,24 @@ def links_of(chain: CauseLink) -> list[Json]:
             "kind": link.kind,
             "name": link.name,
             "text": link_text(link),
-            "at": _at(link),
-            "causes": [
-                [numbers[key] for key in group if key in numbers]
-                for group in link.causes
-                if any(key in numbers for key in group)
-            ],
+            "at": _place_of(link),
+            "causes": [group for group in _cause_groups(link, numbers) if group],
         }
         for link in links
     ]
 
 
-def _at(link: CauseLink) -> str | None:
-    """Return the rung or line in a page's notation: `Main.3`, `line.py.12`."""
+def _cause_groups(link: CauseLink, numbers: Mapping[CauseLink, int]) -> Iterator[list[int]]:
+    """Yield the numbers of the causes of a link, by group, without causes beyond `MOST_LINKS`."""
+    for group in link.causes:
+        yield [numbers[cause] for cause in group if cause in numbers]
+
+
+def _place_of(link: CauseLink) -> str | None:
+    """Return the rung or line of a link in a page's notation: `Main.3`, `line.py.12`."""
     site = link.site
     if site is None:
         return None
-    return (
-        f"{site.routine}.{site.rung}" if site.routine else f"{site.file}.{site.line}" if site.file else None
-    )
+    if site.routine:
+        return f"{site.routine}.{site.rung}"
+    return f"{site.file}.{site.line}" if site.file else None

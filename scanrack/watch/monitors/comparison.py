@@ -1,10 +1,10 @@
-"""Compares a page's recording with another one: shows the same scan of both, and the differences.
+"""Comparison of a page's trace with another one: the same scan of both, and its differences.
 
-    page       scan 480   words  power  tags          of the session or recording that is watched
-    other      scan 480   words  power  tags          of a recording in the same folder
-    frame      other: { there, known, words, power, tags }    the other's values where they differ
+    page       scan 480   words  power  tags          of the session or trace of the page
+    other      scan 480   words  power  tags          of a trace in the same folder
+    frame      other: { there, known, words, power, tags }    values of the other trace that differ
 
-Scans with equal numbers are compared. A branch is also a recording.
+Scans with equal numbers are compared. The other trace may be a branch of this one.
 """
 
 from __future__ import annotations
@@ -27,36 +27,36 @@ from .monitor import Json, Monitor
 from .page import Page
 
 MOST_LISTED = 100
-"""Largest number of recordings that a page is offered; the newest are kept."""
+"""Maximum number of traces in a page's list, the newest first."""
 
 PIECE, MOST_SEARCHED = 4096, 65_536
-"""Number of scans compared at once, and the most for one question."""
+"""Number of scans that are compared at once, and maximum number for a question."""
 
 
 class OpenedBeside(NamedTuple):
-    """Another recording: its monitor, and a function that closes its files."""
+    """Another trace: its monitor, and a function that closes its files."""
 
     monitor: Monitor
     close: Callable[[], None]
 
 
 def recordings_beside(record: Path) -> list[str]:
-    """Return the names of the other recordings in the folder of a recording or rack file."""
+    """Return the names of the other traces in the folder of a trace or rack file."""
     rows = []
     for file in record.parent.glob("*.mcap"):
-        with suppress(OSError):  # the file is gone, or belongs to someone else
+        with suppress(OSError):  # the file no longer exists, or can't be accessed
             if file.is_file() and file.resolve() != record.resolve():
                 rows.append((file.stat().st_mtime_ns, file.name))
     return [name for _, name in sorted(rows, reverse=True)[:MOST_LISTED]]
 
 
-def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json | None:
-    """Return an entry for a page's list of recordings; None if it is of another rack or can't be read.
+def described(path: Path, rack: RackSpec, page_trace: Path, parent: str | None) -> Json | None:
+    """Return an entry of a page's list of traces; None if it is of another rack or can't be read.
 
     Args:
         rack: rack of the page.
-        own: recording of the page.
-        parent: name of the recording from which it branches.
+        page_trace: trace of the page.
+        parent: name of the trace from which the page's trace branches, or None.
     """
     try:
         with open_trace(path) as trace:
@@ -66,96 +66,94 @@ def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json
         return None
     if metadata.get("name") != rack.name or slots != sorted((slot.number, slot.module) for slot in rack.slot):
         return None
-    branches = metadata.get("parent") == own.name
+    is_branch = metadata.get("parent") == page_trace.name
     return {
         "name": path.name,
         "date": datetime.fromtimestamp(changed_s).astimezone().isoformat(timespec="seconds"),
-        "relation": "parent" if path.name == parent else "branch" if branches else "",
-        "scan": int(metadata.get("parent_scan", 0)) if branches else None,
+        "relation": "parent" if path.name == parent else "branch" if is_branch else "",
+        "scan": int(metadata.get("parent_scan", 0)) if is_branch else None,
     }
 
 
 class Comparison:
-    """A comparison that a page shows.
+    """A comparison on a page.
 
     Attributes:
-        name: name of the other recording.
-        other: monitor of the other recording.
+        name: name of the other trace.
+        other: monitor of the other trace.
 
     Args:
-        own: the monitor of the page.
+        monitor: the monitor of the page.
     """
 
-    def __init__(self, own: Monitor, name: str, opened: OpenedBeside) -> None:
-        self.name, self._own, (self.other, self._close) = name, own, opened
+    def __init__(self, monitor: Monitor, name: str, opened: OpenedBeside) -> None:
+        self.name, self._own, (self.other, self._close) = name, monitor, opened
         self._page, self._routine = Page(), ""
 
     def close(self) -> None:
-        """Close the other recording."""
+        """Close the other trace."""
         self._close()
 
     def tick(self) -> bool:
-        """Run more scans of the other program; return whether more remain."""
+        """Run more scans of the other program; return whether more scans remain."""
         return self.other.tick()
 
     def differences(self, page: Page, picture: Json) -> Json:
-        """Return the other recording's values in the scan of a picture, where they differ."""
+        """Return the other trace's values that differ in the scan of a picture."""
         scan = int(picture["scan"])
         if self.other.subject.timeline.row(scan) is None:
             return {"there": False, "words": {}, "power": {}, "tags": {}}
         self._follow(page, scan)
-        recorded_picture = self.other.whole(self._page)
+        other = self.other.picture(self._page)
+        words = {
+            slot: _differing_words(words, other["words"].get(slot))
+            for slot, words in picture["words"].items()
+        }
         return {
             "there": True,
-            "known": recorded_picture.get("known", True) and picture.get("known", True),
-            **{
-                part: _differing(picture.get(part, {}), recorded_picture.get(part, {}))
-                for part in ("power", "tags")
-            },
-            "words": {
-                slot: differing
-                for slot, words in picture["words"].items()
-                if (differing := _words(words, recorded_picture["words"].get(slot)))
-            },
+            "known": other.get("known", True) and picture.get("known", True),
+            "power": _differing(picture.get("power", {}), other.get("power", {})),
+            "tags": _differing(picture.get("tags", {}), other.get("tags", {})),
+            "words": {slot: differing for slot, differing in words.items() if differing},
         }
 
     def _follow(self, page: Page, scan: int) -> None:
-        """Make the other recording show the same scan, routine and tags."""
+        """Show the same scan, routine and tags of the other trace."""
         own_page, program = self._page, self.other.subject.programs.at(scan)
         own_page.past = scan
         if own_page.program is not program or self._routine != page.shown.name:
             own_page.program, self._routine = program, page.shown.name
             routine = NOTHING_SHOWN
             if program.catalog is not None and self._routine:
-                with suppress(ValueError):  # the other program has no such routine
+                with suppress(ValueError):  # the other program may lack the routine
                     routine, _ = program.catalog.show(self._routine, COLUMNS)
             own_page.show(routine)
         own_page.watch(page.watched)
 
-    def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
+    def next_difference(self, scan: int, direction: int) -> tuple[int | None, int]:
         """Return the next scan in which the set of differing words changes, and the last searched scan.
 
         Args:
             scan: scan from which to search, not included.
-            way: 1 forwards, -1 backwards.
+            direction: 1 forwards, -1 backwards.
         """
         searched, low = scan, self._common()[0]
-        for first, last in self._pieces(scan, way):
-            scans, differs = self._differing_words(first - 1, last)
+        for first, last in self._pieces(scan, direction):
+            scans, differs = self._word_differences(first - 1, last)
             if len(scans) and scans[0] == low:  # before the first scan nothing differs
                 scans, differs = np.insert(scans, 0, low - 1), np.insert(differs, 0, False, axis=0)
             is_new = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
             change_rows = np.flatnonzero(is_new & (np.diff(scans) == 1)) + 1
             matches = [int(scans[index]) for index in change_rows if first <= scans[index] <= last]
             if matches:
-                return (matches[0] if way > 0 else matches[-1]), searched
-            searched = last if way > 0 else first
+                return (matches[0] if direction > 0 else matches[-1]), searched
+            searched = last if direction > 0 else first
         return None, searched
 
-    def _pieces(self, scan: int, way: int) -> Iterator[tuple[int, int]]:
-        """Yield the first and last scan of each piece that both recordings have, beginning next to a scan."""
+    def _pieces(self, scan: int, direction: int) -> Iterator[tuple[int, int]]:
+        """Yield the first and last scan of each piece that both traces may have, from a scan on."""
         low, high = self._common()
-        if way > 0:
+        if direction > 0:
             for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
                 yield first, min(first + PIECE - 1, high)
         else:
@@ -163,38 +161,31 @@ class Comparison:
                 yield max(last - PIECE + 1, low), last
 
     def _common(self) -> tuple[int, int]:
-        """Return the first and last scan that both recordings may have; 0 and -1 if there are none."""
-        extents = [monitor.subject.timeline.extent for monitor in (self._own, self.other)]
-        known_extents = [extent for extent in extents if extent is not None]
-        if len(known_extents) < len(extents):
+        """Return the first and last scan that both traces may have; 0 and -1 without common scans."""
+        own, other = self._own.subject.timeline.extent, self.other.subject.timeline.extent
+        if own is None or other is None:
             return 0, -1
-        return max(extent[0] for extent in known_extents), min(extent[1] for extent in known_extents)
+        return max(own[0], other[0]), min(own[1], other[1])
 
-    def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Return the scans of a stretch that both have, with a row of flags for each: which words differ."""
+    def _word_differences(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Return the common scans of a stretch, and for each scan a row of flags: which words differ."""
         first = max(first, 0)
-        own_rows, other_rows = (
-            monitor.subject.timeline.between(first, last) for monitor in (self._own, self.other)
-        )
-        scans, own_indices, other_indices = np.intersect1d(
+        own_rows = self._own.subject.timeline.between(first, last)
+        other_rows = self.other.subject.timeline.between(first, last)
+        scans, own_indexes, other_indexes = np.intersect1d(
             own_rows["scan"], other_rows["scan"], return_indices=True
         )
-        pair = [
-            rows["words"][indices][:, self._columns(monitor)]
-            for rows, indices, monitor in (
-                (own_rows, own_indices, self._own),
-                (other_rows, other_indices, self.other),
-            )
-        ]
-        return scans.astype(np.int64), pair[0] != pair[1]
+        own_words = own_rows["words"][own_indexes][:, self._columns(self._own)]
+        other_words = other_rows["words"][other_indexes][:, self._columns(self.other)]
+        return scans.astype(np.int64), own_words != other_words
 
     def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
-        """Return the places of words in a monitor's rows, for slots of equal size in both recordings."""
-        own_places, other_places = (side.subject.spec.layout.places for side in (self._own, self.other))
+        """Return the columns of words in a monitor's rows, for slots of equal size in both traces."""
+        own_images, other_images = self._own.subject.spec.layout.places, self.other.subject.spec.layout.places
         slots = [
             slot
-            for slot, own_place in own_places.items()
-            if slot in other_places and _sizes(own_place) == _sizes(other_places[slot])
+            for slot, images in own_images.items()
+            if slot in other_images and _sizes(images) == _sizes(other_images[slot])
         ]
         all_columns = np.arange(monitor.subject.spec.layout.words)
         word_columns = [all_columns[monitor.subject.spec.layout.places[slot].words] for slot in slots]
@@ -202,29 +193,30 @@ class Comparison:
 
 
 COLUMNS = 88
-"""Width for which routines of the other program are laid out, columns; the layout is not shown."""
+"""Width of routines of the other program, columns. Their drawing is not used."""
 
 
-def _sizes(places: ImagePlaces) -> tuple[int, ...]:
-    return tuple(place.stop - place.start for place in places)
+def _sizes(images: ImagePlaces) -> tuple[int, ...]:
+    return tuple(image.stop - image.start for image in images)
 
 
-def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
-    return {name: others[name] for name, value in mine.items() if name in others and others[name] != value}
+def _differing(own: Mapping[str, Any], other: Mapping[str, Any]) -> Json:
+    return {name: other[name] for name, value in own.items() if name in other and other[name] != value}
 
 
-def _words(mine: list[int], others: list[int] | None) -> Json:
-    """Return the other's words that differ, by place, inputs before outputs; none if the sizes differ."""
-    same_size = others is not None and len(others) == len(mine)
-    pairs = enumerate(zip(mine, others or (), strict=True)) if same_size else ()
-    return {str(place): other_word for place, (own_word, other_word) in pairs if own_word != other_word}
+def _differing_words(own: list[int], other: list[int] | None) -> Json:
+    """Return the other slot's words that differ, by index, inputs before outputs; none for another size."""
+    if other is None or len(other) != len(own):
+        return {}
+    pairs = enumerate(zip(own, other, strict=True))
+    return {str(index): other_word for index, (own_word, other_word) in pairs if own_word != other_word}
 
 
 # --- questions
 
 
 def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
-    """List the recordings of this rack with which a page may compare, newest first."""
+    """List the traces of this rack with which a page may compare, newest first."""
     record, trace = _record_of(monitor), monitor.subject.timeline.opened()
     parent = None if trace is None else trace.head.metadata.get("parent")
     rack = monitor.subject.spec
@@ -233,13 +225,13 @@ def recordings(monitor: Monitor, _page: Page, _question: Question) -> Json:
 
 
 def compare(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Start comparing with another recording in the same folder, or stop comparing."""
+    """Begin or end a comparison with another trace in the same folder."""
     name, record = question.get("with"), _record_of(monitor)
     if name is None:
         page.compare(None)
         return {"with": None}
     if monitor.opener is None or name not in recordings_beside(record):
-        raise ValueError(f"no recording {str(name)[:60]!r} beside this one")
+        raise ValueError(f"no recording {str(name)[:60]!r} in the same folder")
     try:
         page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
     except (OSError, TraceError) as error:
@@ -254,13 +246,13 @@ def difference(_monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def beside(_monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return the strip of past scans of the other recording, as far as available."""
+    """Return the strip of past scans of the other trace, as far as available."""
     return {"strip": strip_in(_comparison(page).other, question)}
 
 
 def _comparison(page: Page) -> Comparison:
     if not isinstance(page.compared, Comparison):
-        raise ValueError("this page compares with no recording")
+        raise ValueError("this page does not compare with a recording")
     return page.compared
 
 

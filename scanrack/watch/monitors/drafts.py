@@ -1,7 +1,7 @@
-"""Answers questions about edited rungs: their mistakes, their drawing, and what they would have done.
+"""Answers to questions about edited rungs: their mistakes, their drawing, and their effects on past scans.
 
-The page has the draft and sends it with each question. Here it is checked against the running program, beside
-the scans. The scan process takes it over.
+The page has the draft, and sends it with each question. The monitor checks it against the running program.
+The scan process accepts it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scanrack.ladder.model.tags import scoped
 from scanrack.runtime.live.actions import Online, action_of
 
 from ..history.catalog import Catalog
-from ..history.program_file import declares_tags, read_edit, why_not
+from ..history.program_file import declares_tags, read_edit, why_not_editable
 from ..history.stretch import Stretch
 from .fields import Question, columns_in
 from .monitor import Json, Monitor
@@ -24,21 +24,20 @@ from .question_process import effects
 from .stretched import ReplayPackage
 
 LOOKED_BACK_NS = 10_000_000_000
-"""Time before the latest scan for which an edit is tried, ns."""
+"""Time before the latest scan in which an edit is tried, ns."""
 
 MOST_SCANS = 20_000
-"""Largest number of scans in this time: a rack may run faster than real time."""
+"""Maximum number of scans in this time, since a rack may run faster than real time."""
 
 
 def words(monitor: Monitor, _page: Page, _question: Question) -> Json:
-    """Return the elements from which rungs can be built, and a digest of the edited program."""
+    """Return the instructions and types for rungs, and a digest of the program."""
     program, _catalog = _edited(monitor)
-    logic, _ = program.ladder, program.rung_index  # created before the first edit
+    logic, _ = program.ladder, program.rung_index  # create the index before the first edit needs it
     instructions = [
         {
             "name": spec.name,
-            "operands": [str(caption) for caption in spec.captions]
-            or [use.name.lower() for use in spec.uses],
+            "operands": list(map(str, spec.captions)) or [use.name.lower() for use in spec.uses],
             "presets": spec.operands.count(Use.PRESET),
             "bits": bool(spec.symbol),
         }
@@ -88,14 +87,13 @@ def _row_of(mistake: Mistake) -> Json:
 
 
 def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
-    """Return the draft of an earlier program, adapted to the running program."""
+    """Return a draft for an earlier program, adapted to the running program."""
     program, _catalog = _edited(monitor)
     draft = _parsed(question)
-    base_program = next(
-        (candidate for candidate in monitor.subject.programs.all if candidate.digest == draft.base), None
-    )
+    programs = {earlier.digest: earlier for earlier in reversed(monitor.subject.programs.all)}
+    base_program = programs.get(draft.base)
     if base_program is None or base_program.catalog is None:
-        raise ValueError("the program that was edited is no longer known")
+        raise ValueError("the program on which the draft is based is no longer known")
     rebased = moved(base_program.ladder, program.ladder, [RungEdit(*rung) for rung in draft.rungs])
     declared = program.ladder.build().layout.declarations
     tags = [tag for tag in draft.tags if scoped(tag[2], tag[0]).upper() not in declared]
@@ -104,7 +102,7 @@ def rebase(monitor: Monitor, _page: Page, question: Question) -> Json:
 
 
 def would(monitor: Monitor, page: Page, question: Question) -> None:
-    """Start a process that compares what edited rungs would have done in the last 10 s with what happened."""
+    """Start a process that finds what edited rungs would have changed in the last 10 s."""
     program, _catalog = _edited(monitor)
     draft, row = _draft(program, question), monitor.latest
     ran = monitor.ran
@@ -112,25 +110,26 @@ def would(monitor: Monitor, page: Page, question: Question) -> None:
         raise ValueError("no scan has run yet")
     last = int(row["scan"])
     first_requested = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
-    place = program.kept.place(max(first_requested, program.first))
-    start = place if place is not None else 0 if program.kept.scans else None
-    if start is None or program.kept.scans[start] > last:
-        raise ValueError("the values of the last scans are not known yet")
-    first = program.kept.scans[start]
+    start = program.store.index_for(max(first_requested, program.first))
+    if start is None:
+        start = 0  # the first snapshot, if there is one
+    if start >= len(program.store.scans) or program.store.scans[start] > last:
+        raise ValueError("the values of the latest scans are not known yet")
+    first = program.store.scans[start]
     rows = monitor.subject.timeline.between(first, last)
-    inputs = [scan_inputs for scan, scan_inputs in program.kept.inputs.items() if first <= scan <= last]
+    inputs = [scan_inputs for scan, scan_inputs in program.store.inputs.items() if first <= scan <= last]
     package = ReplayPackage(
-        first, program.kept.values(start), program.kept.forces(first), inputs, rows,
+        first, program.store.values(start), program.store.forces(first), inputs, rows,
         monitor.subject.spec.layout, ran, draft.rungs, draft.tags,
     )  # fmt: skip
-    monitor.processes.ask(page, question.get("id"), effects(package))
+    monitor.processes.start(page, question.get("id"), effects(package))
 
 
 def _draft(program: Stretch, question: Question, more: Sequence[str] = ()) -> Online:
-    """Return the draft in a question; raise ValueError if it is not one, or not of the running program."""
+    """Return the draft in a question; raise ValueError if it is not based on the running program."""
     draft = _parsed(question, more)
     if draft.base != program.digest:
-        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+        raise ValueError("the program has changed meanwhile; edit the one that runs now")
     return draft
 
 
@@ -148,7 +147,6 @@ def _edited(monitor: Monitor) -> tuple[Stretch, Catalog]:
         raise ValueError("this session is read-only: nothing is edited")
     if program.catalog is None or program.file is None:
         raise ValueError("the program has no rungs")
-    lacks = why_not(program.file)
-    if lacks:
-        raise ValueError(lacks)
+    if obstacle := why_not_editable(program.file):
+        raise ValueError(obstacle)
     return program, program.catalog

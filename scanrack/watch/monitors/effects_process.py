@@ -1,9 +1,9 @@
-"""Finds what an edit would have done in the last scans, in its own process.
+"""The process that finds what an edit would have changed in the latest scans.
 
-    values before scan n      inputs n, n + 1, ...      the running program      what happened
-                              the same                  the edited one           what would have
+    values before scan n      inputs n, n + 1, ...      the running program      its values
+                              the same                  the edited program       other values
 
-Both run on the recorded inputs, so the result ignores that a machine would have moved differently.
+Both programs run on the recorded inputs, so the result ignores that the machine would have moved differently.
 """
 
 from __future__ import annotations
@@ -32,104 +32,106 @@ from ..history.watched_program import Inputs, Values
 from .stretched import ReplayPackage
 
 MOST_GROUPS, MOST_MEMBERS = 60, 20
-"""Largest number of instances, and of members per instance, that a page receives."""
+"""Maximum number of tags, and of members per tag, that a page gets."""
 
 
 class EditEffect(NamedTuple):
-    """A value that would have differed from a scan."""
+    """A value that would have differed."""
 
     path: str
     output: bool
     scan: int
 
 
-def answer(given: ReplayPackage) -> dict[str, Any]:
-    """Return the values that would have differed, grouped by tag; raise ValueError if they are unknown."""
+def answer(package: ReplayPackage) -> dict[str, Any]:
+    """Return the values that would have differed, by tag; raise ValueError if the edit can't be tried."""
     with tempfile.TemporaryDirectory() as folder:
-        old, new = _programs(given, Path(folder))
+        old, new = _programs(package, Path(folder))
+    effects = differences(package, old, new)
+    effects.sort(key=lambda effect: (not effect.output, effect.scan))
     groups: dict[str, dict[str, Any]] = {}
-    for difference in sorted(differences(given, old, new), key=lambda each: (not each.output, each.scan)):
-        name = tag_in(difference.path)
-        new_group = {"name": name, "output": difference.output, "scan": difference.scan, "members": []}
+    for effect in effects:
+        name = tag_in(effect.path)
+        new_group = {"name": name, "output": effect.output, "scan": effect.scan, "members": []}
         group = groups.setdefault(name, new_group)
-        member = difference.path[len(name) :].lstrip(".")
-        group["members"] += [member] if member and len(group["members"]) < MOST_MEMBERS else []
+        member = effect.path[len(name) :].lstrip(".")
+        if member and len(group["members"]) < MOST_MEMBERS:
+            group["members"].append(member)
     listed = list(groups.values())
-    scans = int(given.rows["scan"][-1]) - given.first + 1
+    scans = int(package.rows["scan"][-1]) - package.first + 1
     return {"groups": listed[:MOST_GROUPS], "more": max(0, len(listed) - MOST_GROUPS), "scans": scans}
 
 
-def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
-    edited_folder = folder / "edited"
-    copytree(given.ran.place, edited_folder)
-    file = edited_folder / given.ran.program.partition(":")[0]
-    old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
+def _programs(package: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
+    """Return the running and the edited program."""
+    edited_folder, running = folder / "edited", package.ran
+    copytree(running.place, edited_folder)
+    file = edited_folder / running.program.partition(":")[0]
+    old = load_files(Path(running.place), running.rack, running.program).logic
     assert isinstance(old, LadderLogic)
-    edits, tags = (
-        [normalized(read_edit(file.name, rung, old.specs), old) for rung in given.rungs],
-        [NewTag(*tag) for tag in given.tags],
-    )
+    edits = [normalized(read_edit(file.name, rung, old.specs), old) for rung in package.rungs]
+    tags = [NewTag(*tag) for tag in package.tags]
     file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs).data)
-    new = load_files(edited_folder, given.ran.rack, given.ran.program).logic
+    new = load_files(edited_folder, running.rack, running.program).logic
     if not isinstance(new, LadderLogic) or old.functions or new.functions:
-        raise ValueError("a program with routines in Python is not tried on earlier scans")
+        raise ValueError("a program with routines in Python can't be tried on earlier scans")
     return old, new
 
 
-def _both_runs(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
-    """Return a replica of either program that repeats the scans; the new one takes the old one's values."""
-    engines = [WatchedEngine(program.build(), program.scanner) for program in (old, new)]
-    restore(engines[0].memory, given.values)
-    engines[0].scans = given.first
-    carry_over(*engines)
-    values = given.values, snapshot(engines[1].memory)
-    return [_replica(given, *pair) for pair in zip((old, new), values, strict=True)]
+def _both_runs(package: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[ProgramReplica]:
+    """Return replicas of both programs that begin with the same values."""
+    old_engine, new_engine = (WatchedEngine(program.build(), program.scanner) for program in (old, new))
+    restore(old_engine.memory, package.values)
+    old_engine.scans = package.first
+    carry_over(old_engine, new_engine)
+    new_values = snapshot(new_engine.memory)
+    return [_replica(package, old, package.values), _replica(package, new, new_values)]
 
 
-def _common_cells(memory: Memory, other: Memory) -> list[tuple[str, CellType, CellType]]:
-    return [(ident, cell, other.cells[ident]) for ident, cell in memory.cells.items() if ident in other.cells]
+def _common_cells(old: Memory, new: Memory) -> list[tuple[str, CellType, CellType]]:
+    return [(ident, cell, new.cells[ident]) for ident, cell in old.cells.items() if ident in new.cells]
 
 
-def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
-    """Run both programs on the same inputs; return each value that differs once."""
-    first, last = given.first, int(given.rows["scan"][-1])
-    runs = _both_runs(given, old, new)
+def differences(package: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
+    """Run both programs on the same inputs; return each value that differs, with the first such scan."""
+    first, last = package.first, int(package.rows["scan"][-1])
+    runs = _both_runs(package, old, new)
     memories = [run.engine.memory for run in runs]
     pairs, cells = _pairs(*memories), _common_cells(*memories)
     effects: dict[str, EditEffect] = {}
-    reported: set[str] = set()
+    reported: set[str] = set()  # cells that have differed
     walks = (run.walk(first, last) for run in runs)
     for scan, _ in enumerate(zip(*walks, strict=False), first):
         unequal = {
             ident
-            for ident, *pair in cells
-            if ident not in reported and _contents(pair[0]) != _contents(pair[1])
+            for ident, old_cell, new_cell in cells
+            if ident not in reported and _contents(old_cell) != _contents(new_cell)
         }
         if not unequal and scan < last:
             continue
         reported |= unequal
-        for name, leaf in _unequal(memories, pairs):
-            effects.setdefault(name, EditEffect(name, leaf.output, scan))
+        for path, leaf in _unequal(memories, pairs):
+            effects.setdefault(path, EditEffect(path, leaf.output, scan))
     return list(effects.values())
 
 
 def _unequal(
     memories: Sequence[Memory], pairs: Iterable[tuple[str, Leaf, Leaf]]
 ) -> Iterator[tuple[str, Leaf]]:
-    """Yield the names of values that differ now."""
-    for path, leaf, twin in pairs:
-        for index in range(leaf.size):
-            if not same(memories[0].read(leaf, index), memories[1].read(twin, index)):
-                yield f"{path}[{index}]" if leaf.size > 1 else path, leaf
+    """Yield the paths of values that differ now."""
+    for path, old_leaf, new_leaf in pairs:
+        for index in range(old_leaf.size):
+            if not same(memories[0].read(old_leaf, index), memories[1].read(new_leaf, index)):
+                yield f"{path}[{index}]" if old_leaf.size > 1 else path, old_leaf
 
 
-def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
-    snapshots, rows = SnapshotStore(), RecentRows(given.rows.dtype)
-    rows.add(given.rows)
-    snapshots.take(Values(given.first, dict(values), 0))
-    for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):
-        snapshots.take(record)
-    return ProgramReplica(program, given.layout, rows, snapshots)
+def _replica(package: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
+    store, rows = SnapshotStore(), RecentRows(package.rows.dtype)
+    rows.add(package.rows)
+    store.take(Values(package.first, dict(values), 0))
+    for inputs in (Inputs(package.first - 1, (), package.forces, None, 0), *package.inputs):
+        store.take(inputs)
+    return ProgramReplica(program, package.layout, rows, store)
 
 
 def _contents(cell: CellType) -> Any:
@@ -138,12 +140,13 @@ def _contents(cell: CellType) -> Any:
 
 
 def _pairs(old: Memory, new: Memory) -> list[tuple[str, Leaf, Leaf]]:
-    """Return the values that both programs have."""
-    return [
-        (leaf.path, leaf, other_leaf)
-        for leaf in old.layout.leaves.values()
-        if "~" not in leaf.path
-        and (other_leaf := new.layout.leaves.get(leaf.path.upper())) is not None
-        and (leaf.type, leaf.size) == (other_leaf.type, other_leaf.size)
-        and all(memory.has(side_leaf) for memory, side_leaf in ((old, leaf), (new, other_leaf)))
-    ]
+    """Return the path and both leaves of each value that both programs have, without internal ones."""
+    pairs = []
+    for leaf in old.layout.leaves.values():
+        new_leaf = new.layout.leaves.get(leaf.path.upper())
+        if "~" in leaf.path or new_leaf is None:
+            continue
+        is_same_kind = (leaf.type, leaf.size) == (new_leaf.type, new_leaf.size)
+        if is_same_kind and old.has(leaf) and new.has(new_leaf):
+            pairs.append((leaf.path, leaf, new_leaf))
+    return pairs

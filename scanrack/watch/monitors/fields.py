@@ -1,4 +1,4 @@
-"""Reads the fields of a page's questions; a ValueError describes a mistake in a question."""
+"""Fields of a page's questions. A ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from .monitor import Json, Monitor
 from .page import Page
 
 Question = Mapping[str, Any]
-"""A question."""
+"""A question of a page: an object with the keys id and do, and fields."""
 
 SCANS_MOST = 50_000
-"""Largest number of scans in a question."""
+"""Maximum number of scans in a question."""
 
 ENVELOPE_STEPS = 500
-"""Number of points of a position in a past window."""
+"""Number of points of a position in a window of past scans."""
 
 
 def program_of(monitor: Monitor, page: Page) -> Stretch:
@@ -26,8 +26,8 @@ def program_of(monitor: Monitor, page: Page) -> Stretch:
     return page.program or monitor.subject.programs.latest
 
 
-def own_name(monitor: Monitor, page: Page, tag: str) -> str:
-    """Return a tag by a name for a ladder program: the address instead of `slot1.status.IN_HOME`."""
+def name_in_program(monitor: Monitor, page: Page, tag: str) -> str:
+    """Return the name of a tag in a ladder program: an address instead of `slot1.status.IN_HOME`."""
     catalog = program_of(monitor, page).catalog
     if catalog is None or catalog.has(tag):
         return tag
@@ -37,16 +37,19 @@ def own_name(monitor: Monitor, page: Page, tag: str) -> str:
 def addresses_in(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str, str]:
     """Return the addresses of the tags that refer to a word or bit of an image."""
     program = program_of(monitor, page)
-    places = {tag: program.address(tag) for tag in tags}
-    faults = {} if program.catalog is None else program.catalog.addresses(tags)
-    return faults | {tag: str(place) for tag, place in places.items() if place is not None}
+    addresses = {} if program.catalog is None else program.catalog.addresses(tags)
+    for tag in tags:
+        address = program.address(tag)
+        if address is not None:
+            addresses[tag] = str(address)
+    return addresses
 
 
 def text_in(question: Question, key: str) -> str:
     """Return a text in a question."""
     value = question.get(key)
     if not _is_name(value):
-        raise ValueError(f"{key} is text of 1 to 400 characters")
+        raise ValueError(f"{key} must be text of 1 to 400 characters")
     return str(value)
 
 
@@ -72,14 +75,14 @@ def scans_in(question: Question) -> tuple[int, int]:
 
 def step_in(question: Question) -> tuple[int, int]:
     """Return the scan from which a question searches, and the direction: 1 forwards, -1 backwards."""
-    scan, way = question.get("from"), question.get("way")
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
-    return scan, way
+    scan, direction = question.get("from"), question.get("way")
+    if type(scan) is not int or direction not in (1, -1):
+        raise ValueError("from must be a scan number, and way 1 or -1")
+    return scan, direction
 
 
 def columns_in(question: Question) -> int:
-    """Return the width for which rungs are drawn, columns."""
+    """Return the width of drawn rungs, columns."""
     columns = question.get("columns", 88)
     if type(columns) is not int or columns not in COLUMNS:
         raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")

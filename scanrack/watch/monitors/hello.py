@@ -1,4 +1,4 @@
-"""Describes the rack for the first message to a page: slots, words, bits, inputs, machines, incidents."""
+"""The rack in the first message to a page: slots, words, bits, inputs, machines, faults to inject."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ NAMES = {
     "amci-drive": "networked drive",
     **{name: f"AMCI {model.title}" for name, model in MODELS.items()},
 }
-"""Titles of modules; a card's title is its catalog number."""
+"""Titles of modules. The title of a card is its catalog number."""
 
 SECTIONS = {
     "command": "chapter 5, Command Words",
     "status": "chapter 6, Status Bits",
 }
-"""The manual's section about the bits of each group."""
+"""The section of the manual about the bits of a group."""
 
 
 def slots_of(spec: RackSpec) -> list[Json]:
@@ -57,8 +57,8 @@ def slot_of(slot: SlotSpec) -> Json:
         "values": described_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
-            {"name": name, "title": name, "word": place.word, "bit": place.bit}
-            for name, place in words.groups.get("output", {}).items()
+            {"name": name, "title": name, "word": bit_place.word, "bit": bit_place.bit}
+            for name, bit_place in words.groups.get("output", {}).items()
         ],
         "machine": machine_of(slot.machine) if slot.has(Trait.MACHINE) and not slot.is_live else None,
     }
@@ -74,17 +74,17 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
     rows = []
     stepper = words if is_stepper(words) else None
     for group, names in words.groups.items():
-        for name, place in names.items():
+        for name, bit_place in names.items():
             rows.append(
                 {
                     "name": name,
-                    "address": f"Local:{slot}:{place.image}.Data[{place.word}].{place.bit}",
+                    "address": f"Local:{slot}:{bit_place.image}.Data[{bit_place.word}].{bit_place.bit}",
                     "meaning": f"slot{slot}.{group}.{name}",
                     "section": SECTIONS.get(group, "") if stepper and name not in stepper.further else "",
-                    "word": place.word,
-                    "bit": place.bit,
-                    "output": place.image == "O",
-                    "error": place.image == "I" and name in words.errors,
+                    "word": bit_place.word,
+                    "bit": bit_place.bit,
+                    "output": bit_place.image == "O",
+                    "error": bit_place.image == "I" and name in words.errors,
                 }
             )
     return rows
@@ -109,7 +109,7 @@ def addresses_of(spec: RackSpec) -> list[Json]:
 
 
 def inputs_of(slot: SlotSpec) -> list[Json]:
-    """Return the inputs of a module: those that a person presses, and those that a machine operates."""
+    """Return the inputs of a module, which a person presses or a machine operates."""
     if slot.is_live:
         return []
     wired = slot.words.groups.get("input")
@@ -122,10 +122,10 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
                 "title": name,
                 "kind": "button" if name in buttons else "cam",
                 "rest": isinstance(closed, list | tuple) and name in closed,
-                "word": place.word,
-                "bit": place.bit,
+                "word": bit_place.word,
+                "bit": bit_place.bit,
             }
-            for name, place in wired.items()
+            for name, bit_place in wired.items()
         ]
     if not slot.has(Trait.MACHINE):
         return []
@@ -133,22 +133,24 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
     stationed = {input_name(station.input) for station in slot.machine.stations}
     kinds = dict.fromkeys(stationed, "station") | dict.fromkeys(switched, "switch")
     return [
-        {"name": name, "title": _titled(name, own_title), "kind": kinds.get(name, "button"), "rest": False}
-        for name, own_title in slot.record.machine_inputs(slot.options).items()
+        {
+            "name": name,
+            "title": f"{TITLES[name]} ({terminal})" if terminal else TITLES[name],
+            "kind": kinds.get(name, "button"),
+            "rest": False,
+        }
+        for name, terminal in slot.record.machine_inputs(slot.options).items()
     ]
-
-
-def _titled(name: str, own: str) -> str:
-    return f"{TITLES[name]} ({own})" if own else TITLES[name]
 
 
 def machine_of(machine: MachineSpec) -> Json:
-    """Return the rail of a machine: the items along it, and its ends."""
-    places = [
-        place for switch in machine.switches for place in (switch.first, switch.last) if place is not None
-    ]
-    places += [station.position for station in machine.stations] + [jam.at for jam in machine.jams] + [0]
-    low, high = min(places), max(places)
+    """Return the rail of a machine for a page: the items along it, and its ends."""
+    positions = [0]
+    for switch in machine.switches:
+        positions += [position for position in (switch.first, switch.last) if position is not None]
+    positions += [station.position for station in machine.stations]
+    positions += [jam.at for jam in machine.jams]
+    low, high = min(positions), max(positions)
     margin = max((high - low) // 20, 200)
     return {
         "min": low - margin,
@@ -171,31 +173,31 @@ def machine_of(machine: MachineSpec) -> Json:
 
 
 _TITLES = {
-    FaultKind.POWER_CYCLE: "Power goes and comes back",
-    FaultKind.LINK_LOST: "Link to the module lost",
-    FaultKind.REMOVED: "Module taken out",
-    FaultKind.FATAL_ERROR: "Module fails",
-    FaultKind.ASIC_LOST: "Backplane interface fails",
-    FaultKind.TORN_UPDATE: "Torn update of the outputs",
-    FaultKind.LINE_DOWN: "Line to the controller open",
-    FaultKind.REPLIES_LOST: "Replies of the controller lost",
-    FaultKind.REPLIES_DAMAGED: "Replies of the controller damaged",
-    FaultKind.CONTROLLER_POWER_CYCLE: "Controller's power goes and comes back",
+    FaultKind.POWER_CYCLE: "Module power cycle",
+    FaultKind.LINK_LOST: "Module link lost",
+    FaultKind.REMOVED: "Module removed",
+    FaultKind.FATAL_ERROR: "Module failure",
+    FaultKind.ASIC_LOST: "Backplane interface failure",
+    FaultKind.TORN_UPDATE: "Torn output update",
+    FaultKind.LINE_DOWN: "Line to controller open",
+    FaultKind.REPLIES_LOST: "Controller replies lost",
+    FaultKind.REPLIES_DAMAGED: "Controller replies damaged",
+    FaultKind.CONTROLLER_POWER_CYCLE: "Controller power cycle",
 }
 
 
 def incidents_of(spec: RackSpec) -> list[Json]:
-    """Return the incidents of a rack, each with the slots to which it can happen."""
+    """Return the faults that a page can inject, each with its slots."""
     rows = []
     for kind, title in _TITLES.items():
-        slots = [slot.number for slot in spec.slot if not slot.is_live and _can(kind, slot)]
+        slots = [slot.number for slot in spec.slot if not slot.is_live and _applies(kind, slot)]
         if slots:
             rows.append({"name": kind.value, "title": title, "fields": _fields_of(kind, spec, slots)})
     return [*rows, *_conditions_of(spec)]
 
 
 def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Json]:
-    """Return the fields of an incident that a page can set."""
+    """Return the fields of an injected fault that a page can set."""
     fields: list[Json] = [
         {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
     ]
@@ -209,20 +211,25 @@ def _fields_of(kind: FaultKind, spec: RackSpec, slots: Sequence[int]) -> list[Js
 
 
 def _conditions_of(spec: RackSpec) -> Iterator[Json]:
-    """Yield the conditions around modules that can be set: named states as choices, others as text."""
-    slots = [
-        slot_spec.number for slot_spec in spec.slot if not slot_spec.is_live and slot_spec.record.conditions
-    ]
+    """Yield the conditions of modules that a page can set, with named states as choices."""
+    slots = [slot for slot in spec.slot if not slot.is_live and slot.record.conditions]
     if not slots:
         return
-    conditions = next(slot_spec.record.states() for slot_spec in spec.slot if slot_spec.number == slots[0])
+    conditions, numbers = slots[0].record.states(), [slot.number for slot in slots]
     choices = [f"{name}={state}" for name, states in conditions.items() for state in states]
-    slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
-    state = {"name": "state", "title": "State", "kind": "text", "choices": choices}
-    yield {"name": FaultKind.CONDITION.value, "title": "Condition of a drive", "fields": [slot, state]}
+    slot_field = {
+        "name": "slot",
+        "title": "Slot",
+        "kind": "choice",
+        "default": numbers[0],
+        "choices": numbers,
+    }
+    state_field = {"name": "state", "title": "State", "kind": "text", "choices": choices}
+    fields = [slot_field, state_field]
+    yield {"name": FaultKind.CONDITION.value, "title": "Drive condition", "fields": fields}
 
 
-def _can(kind: FaultKind, slot: SlotSpec) -> bool:
+def _applies(kind: FaultKind, slot: SlotSpec) -> bool:
     if kind in TROUBLES:
         return slot.has(Trait.STOPS_ANSWERING)
     return kind not in ON_THE_LINE or slot.has(Trait.LINE)

@@ -1,6 +1,6 @@
-"""Finds the executed lines of a Python program, in its own process, since the program runs again.
+"""The process that finds the executed lines of a Python program, which it runs again.
 
-The recording may still be growing, so its latest scans come with the question.
+The trace may still be growing, so the question includes its latest scans.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, first: int, last: int, more: Columns, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the lines that were executed in scans of a recording.
+    """Return the lines that were executed in scans of a trace.
 
     Args:
-        more: the latest scans, which may not be written yet.
-        latest: orders, see `lines_of_trace`.
+        more: the latest scans, which may not be in the trace yet.
+        latest: the latest actions, see `lines_of_trace`.
 
     Raises:
         ValueError: the trace can't be used, or lacks the scans.

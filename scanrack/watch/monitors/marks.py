@@ -1,4 +1,4 @@
-"""Finds the marks of a whole recording: errors, faults, rules, mode changes, restarts.
+"""The marks of a trace: errors, faults, rules, mode changes, restarts.
 
 scans      0 ... 32,767   32,768 ...        columns of the images and flags, a piece per tick
 events     one chunk per tick               see `recorded_events`
@@ -22,18 +22,18 @@ from ..history.timeline import Timeline
 from .troubles import ErrorBit, ErrorWatch
 
 PIECE = 32_768
-"""Number of scans that are searched at once; this takes about 10 ms."""
+"""Number of scans that are searched at once, in about 10 ms."""
 
 SAME_SCANS = 2
-"""An error bit comes on at most this many scans after its rule is reported."""
+"""Maximum number of scans between the report of a rule and its error bit."""
 
 KINDS = ("fault", "error", "rule", "mode", "restart")
-"""Kinds of marks, most severe first."""
+"""Kinds of marks, the most severe first."""
 
 FAILURES = ("fault", "error")
 
 SHOWN_MOST = 2_000
-"""Largest number of marks on a page's axis; if there are more, some are shown per stretch of scans."""
+"""Maximum number of marks on a page's axis. More marks are combined by stretches of scans."""
 
 
 class Mark(NamedTuple):
@@ -49,7 +49,7 @@ class Mark(NamedTuple):
 
 
 class Marks:
-    """The marks of a recording, as far as it has been searched.
+    """The marks of a trace, as far as it has been searched.
 
     Args:
         words: words of the modules, by slot, in the order of the rows.
@@ -60,14 +60,14 @@ class Marks:
     ) -> None:
         self._timeline, self._recorded, self._words = timeline, recorded, words
         self._errors = ErrorWatch(words)
-        self._of_rows: list[Mark] = []
-        self._before: Rows | None = None
-        self._next: int | None = None
-        self._known: tuple[tuple[int, ...], list[Mark], list[int]] = ((), [], [])
-        self.unexplained: list[Mark] = []  # error bits that came on without a rule, at the last question
+        self._row_marks: list[Mark] = []
+        self._last_row: Rows | None = None
+        self._next: int | None = None  # the next scan to search
+        self._cache: tuple[tuple[int, ...], list[Mark], list[int]] = ((), [], [])  # version, marks, scans
+        self.unexplained: list[Mark] = []  # error bits that came on without a rule, when `all` was last read
 
     def tick(self) -> bool:
-        """Search one more piece; return whether more remain."""
+        """Search one more piece; return whether more pieces remain."""
         extent = self._timeline.extent
         if extent is None:
             return False
@@ -78,33 +78,36 @@ class Marks:
         return self._next is None or self._next <= extent[1]
 
     @property
-    def whole(self) -> bool:
+    def is_complete(self) -> bool:
         """Whether all scans and events have been searched."""
         extent = self._timeline.extent
-        return extent is None or (
-            self._next is not None and self._next > extent[1] and self._recorded.missing() == 0
-        )
+        if extent is None:
+            return True
+        return self._next is not None and self._next > extent[1] and self._recorded.missing() == 0
 
     @property
     def all(self) -> Sequence[Mark]:
         """The marks, in order."""
         return self._sorted()[0]
 
-    def next(self, scan: int, way: int, kinds: Sequence[str] = KINDS) -> Mark | None:
-        """Return the next mark after a scan, or the previous one if `way` is -1; None if there is none."""
+    def find(self, scan: int, direction: int, kinds: Sequence[str] = KINDS) -> Mark | None:
+        """Return the next mark after a scan, or before it if `direction` is -1; None without one."""
         marks, scans = self._sorted()
-        beyond = marks[bisect_right(scans, scan) :] if way > 0 else marks[: bisect_left(scans, scan)][::-1]
-        nearest = next((mark for mark in beyond if mark.kind in kinds), None)
+        if direction > 0:
+            candidates = marks[bisect_right(scans, scan) :]
+        else:
+            candidates = marks[: bisect_left(scans, scan)][::-1]
+        nearest = next((mark for mark in candidates if mark.kind in kinds), None)
         if nearest is None:
             return None
         same_scan = marks[bisect_left(scans, nearest.scan) : bisect_right(scans, nearest.scan)]
-        return min(same_scan, key=lambda each: KINDS.index(each.kind))  # the most severe in its scan
+        return min(same_scan, key=_severity)
 
     def failure(self, scan: int) -> Mark | None:
-        """Return the last fault or error up to a scan; if there is none, the first of all."""
-        return self.next(scan + 1, -1, FAILURES) or self.next(scan, 1, FAILURES)
+        """Return the latest fault or error up to a scan, otherwise the first one after it."""
+        return self.find(scan + 1, -1, FAILURES) or self.find(scan, 1, FAILURES)
 
-    def shown(self) -> list[list[Any]]:
+    def on_axis(self) -> list[list[Any]]:
         """Return `[scan, kind, count]` of the marks on the axis; of many, the most severe per stretch."""
         marks = self.all
         if len(marks) <= SHOWN_MOST:
@@ -112,41 +115,42 @@ class Marks:
         first, last = marks[0].scan, marks[-1].scan
         groups: dict[int, list[Any]] = {}
         for mark in marks:
-            place = (mark.scan - first) * SHOWN_MOST // (last - first + 1)
-            group = groups.setdefault(place, [mark.scan, mark.kind, 0])
+            stretch = (mark.scan - first) * SHOWN_MOST // (last - first + 1)
+            group = groups.setdefault(stretch, [mark.scan, mark.kind, 0])
             group[2] += 1
             if KINDS.index(mark.kind) < KINDS.index(group[1]):
                 group[:2] = mark.scan, mark.kind
         return list(groups.values())
 
-    # --- where they come from
+    # --- marks of events and rows
 
     def _sorted(self) -> tuple[list[Mark], list[int]]:
-        version = len(self._of_rows), *self._recorded.version
-        if self._known[0] != version:
+        version = len(self._row_marks), *self._recorded.version
+        if self._cache[0] != version:
             rule_scans: dict[tuple[int, str], list[int]] = {}
-            marks = list(self._of_events(rule_scans))
-            row_marks = [mark for mark in self._of_rows if not _has_rule_mark(mark, rule_scans)]
+            marks = list(self._event_marks(rule_scans))
+            row_marks = [mark for mark in self._row_marks if not _has_rule_mark(mark, rule_scans)]
             self.unexplained = [mark for mark in row_marks if mark.kind == "error"]
             marks += row_marks
             marks.sort(key=attrgetter("scan"))
-            self._known = version, marks, [mark.scan for mark in marks]
-        return self._known[1:]
+            self._cache = version, marks, [mark.scan for mark in marks]
+        return self._cache[1:]
 
-    def _of_events(self, rule_scans: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
-        """Yield the marks for events, faults and rules; record the scans in which rules set bits."""
-        for event in self._recorded.known():
+    def _event_marks(self, rule_scans: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
+        """Yield the marks of faults and rules; add the scans in which rules set bits to `rule_scans`."""
+        for event in self._recorded.known_events():
             scan, kind, bits = event["scan"], event["kind"], event.get("bits", ())
             if kind == "faults":
                 yield Mark(scan, event["t"], "fault", event["text"])
             elif kind == "rule":
                 for bit in bits:
                     rule_scans.setdefault((event["slot"], bit), []).append(scan)
-                yield self._of_rule(event, bits)
+                yield self._rule_mark(event, bits)
 
-    def _of_rule(self, event: Json, bits: Sequence[str]) -> Mark:
+    def _rule_mark(self, event: Json, bits: Sequence[str]) -> Mark:
         slot, name = event["slot"], event["name"]
-        errors = self._words[slot].errors if slot in self._words and event["scan"] else ()  # power-up is none
+        is_after_power_up = event["scan"] > 0  # bits that are on at power-up are no errors
+        errors = self._words[slot].errors if slot in self._words and is_after_power_up else ()
         error = next((rule_bit for rule_bit in bits if rule_bit in errors), "")
         bit = self._errors.bit(slot, error)
         kind, text = "error" if error else "rule", f"{event['text']} [{name}]"
@@ -155,22 +159,18 @@ class Marks:
     def _take(self, rows: Rows) -> None:
         if not len(rows):
             return
-        self._of_rows += [self._error(rows[place], bit) for place, bit in self._errors.all(rows)]
-        joined = rows if self._before is None else np.concatenate([self._before, rows])
-        skipped = len(joined) - len(rows)
+        self._row_marks += [self._error(rows[index], bit) for index, bit in self._errors.all(rows)]
+        joined = rows if self._last_row is None else np.concatenate([self._last_row, rows])
         modes = joined["flags"] & MODE_MASK
         firsts = (joined["flags"] & ScanFlag.FIRST_SCAN) != 0
         change_rows = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
-        for place in change_rows.tolist():
-            row, old, new = joined[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
-            scan, now_ns = int(row["scan"]), int(row["now_ns"])
+        for index in change_rows.tolist():
+            row, old, new = joined[index], CpuMode(int(modes[index - 1])), CpuMode(int(modes[index]))
+            kind, text = "restart", "The program starts again: a first scan"
             if old is not new:
-                self._of_rows.append(
-                    Mark(scan, now_ns, "mode", f"Mode {mode_name(new)}, before that {mode_name(old)}")
-                )
-            else:
-                self._of_rows.append(Mark(scan, now_ns, "restart", "The program starts again: a first scan"))
-        self._before = joined[skipped:][-1:].copy()
+                kind, text = "mode", f"Mode {mode_name(new)}, before that {mode_name(old)}"
+            self._row_marks.append(Mark(int(row["scan"]), int(row["now_ns"]), kind, text))
+        self._last_row = rows[-1:].copy()
 
     @staticmethod
     def _error(row: Any, bit: ErrorBit) -> Mark:
@@ -179,7 +179,12 @@ class Marks:
 
 
 def _has_rule_mark(mark: Mark, rule_scans: Mapping[tuple[int, str], Sequence[int]]) -> bool:
-    """Return whether the rule that set an error bit has a mark of its own."""
+    """Return whether a mark of an error bit has the same cause as the mark of a rule."""
     scans = rule_scans.get((mark.slot, mark.name), ()) if mark.kind == "error" else ()
-    place = bisect_right(scans, mark.scan) - 1
-    return place >= 0 and mark.scan - scans[place] <= SAME_SCANS
+    index = bisect_right(scans, mark.scan) - 1
+    return index >= 0 and mark.scan - scans[index] <= SAME_SCANS
+
+
+def _severity(mark: Mark) -> int:
+    """Return a number that is lower for a more severe mark."""
+    return KINDS.index(mark.kind)

@@ -1,7 +1,7 @@
-"""Provides the contents of pages: a rack's rows, program and events, from a running session or a recording.
+"""The contents of pages: a rack's rows, program and events, from a running session or a trace.
 
-A monitor works in one thread; `server` calls `tick` thirty times a second. `Subject` has the contents of
-pages; `session_monitor` and `trace_monitor` create one.
+A monitor works in one thread; `server` calls `tick` 30 times per second. `Subject` has the contents of
+pages; `session_monitor` and `trace_monitor` create it.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from ..panels.kept_panel import KeptPanel
 from .hello import incidents_of, slots_of
 from .marks import Marks
 from .page import Page
-from .picture import Places, changed, mode_of
+from .picture import RowLayout, changes_since, mode_of
 from .question_process import QuestionProcesses
 from .stretched import SessionProgram
 
 Json = dict[str, Any]
 
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
-"""Rows per point of a position in a frame, and the most points: a fast rack has many rows."""
+"""Rows per point of a position in a frame, and maximum number of points, since a fast rack has many rows."""
 
 BACK = 16_384
-"""Number of scans that a question searches back in images and recorded values."""
+"""Number of scans back from a scan that a question searches in images and recorded values."""
 
-EVERY = 1 << 40
-"""More than the number of events."""
+ALL_EVENTS = 1 << 40
+"""Greater than any number of events."""
 
 SPEED_SCANS = 50
-"""Scans over which the speed of an axis is measured."""
+"""Number of scans over which the speed of an axis is measured."""
 
 STRIP_FIRST = 2048
 """Number of rows in the first strip of a page."""
@@ -54,23 +54,23 @@ STRIP_FIRST = 2048
 
 @dataclass(frozen=True, slots=True)
 class SessionFacts:
-    """Facts about a session or recording other than its rack."""
+    """Facts about a session or trace, in addition to its rack."""
 
     version: str
     name: str
     path: str  # path of the rack file or of the trace
-    kind: str
+    kind: str  # "rack" or "trace"
     read_only: bool
-    live: bool  # whether there are real ports
-    record: str | None  # path of the permanent recording; None if there is none
+    live: bool  # whether the rack has real ports
+    record: str | None  # path of the trace that the user keeps, or None
     branches: bool = False  # whether a page may begin a branch
 
 
 class Subject:
-    """A rack and its program, as pages show them.
+    """A rack and its programs for pages.
 
     Attributes:
-        programs: the programs, by scan; there is at least one before a page joins.
+        programs: the programs by scan, at least one before a page joins.
     """
 
     def __init__(
@@ -82,25 +82,26 @@ class Subject:
     ) -> None:
         self.spec = spec
         self.words = spec.words
-        self.places = Places(self.words, machines)
+        self.row_layout = RowLayout(self.words, machines)
         self.signals = signals_of(self.words)
         self.recent = RecentRows(dtype)
         self.timeline = Timeline(self.recent, trace)
         self.history = ValueHistory(spec.scan_ns)
         self.programs = Stretches(self.words, self.timeline, self.history)
         self.values: Json = {}
-        """Values of a Python program, from the last message."""
+        """Values of a Python program from the latest message."""
 
     def keep(self, record: Values | Inputs) -> None:
         """Store the notes of a program."""
-        self.programs.kept(record.program).take(record)
+        self.programs.store(record.program).take(record)
 
     def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
-        """Return a piece of the lanes of tags in past scans, and the scan of the next piece."""
+        """Return a piece of the lanes of tags in past scans, and the first scan of the next piece or None."""
         program = self.programs.at(first)
-        piece, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
-        if following is None and self.programs.end_of(program) < last:
-            following = self.programs.end_of(program) + 1
+        program_end = self.programs.end_of(program)
+        piece, following = program.lanes.past(names, first, min(last, program_end))
+        if following is None and program_end < last:
+            following = program_end + 1
         return piece, following
 
     def bindings(self, program: Stretch) -> Bindings:
@@ -127,7 +128,7 @@ class Subject:
 
 
 class Monitor(ABC):
-    """The source of pages.
+    """The data of pages, and the answers to their requests.
 
     Args:
         panel: the operator panel of the rack.
@@ -138,30 +139,30 @@ class Monitor(ABC):
         self.pages: list[Page] = []
         self._joined = 0
         self.processes = QuestionProcesses()
-        self.opener: Callable[[Path], Any] | None = None  # opens another recording, see `open_beside`
-        self.marks: Marks | None = None  # marks of a recording
+        self.opener: Callable[[Path], Any] | None = None  # opens another trace, see `open_beside`
+        self.marks: Marks | None = None  # the marks of a trace
         self._table: EventTable | None = None
         self.latest: Row | None = None  # the row of the latest scan; None before the first
-        self.ran: SessionProgram | None = None  # the files of the running program; None for a recording
+        self.ran: SessionProgram | None = None  # the files of the running program; None for a trace
         self.over = False  # whether the server should end
 
-    # --- differences between a session and a recording
+    # --- differences between a session and a trace
 
     @abstractmethod
     def tick(self) -> bool:
-        """Do the work that is due; return whether more must be done at once."""
+        """Do some of the due work; return whether more work is due now."""
 
-    def latest_orders(self, scan: int) -> list[tuple[int, str]]:
-        """Return the kept orders of the session up to a scan; the latest may not be recorded yet."""
+    def latest_actions(self, scan: int) -> list[tuple[int, str]]:
+        """Return the known actions up to a scan, since the latest ones may not be in the trace yet."""
         return []
 
     @abstractmethod
-    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
-        """Process an order of a page; raise ValueError if it is not an order, or orders are refused."""
+    def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        """Carry out an action of a page; raise ValueError if it is no action or is not allowed."""
 
     @abstractmethod
     def state(self, *, past: bool) -> Json:
-        """Return the contents of a frame besides its scan: state, speed, late scans, breakpoints."""
+        """Return the contents of a frame that are not about a scan: state, speed, late scans, breakpoints."""
 
     @abstractmethod
     def events(self, page: Page) -> Sequence[Json]:
@@ -170,7 +171,7 @@ class Monitor(ABC):
     # --- pages
 
     def wake(self) -> None:
-        """Wake all pages because there is news."""
+        """Wake all pages, since there may be changes."""
         for page in self.pages:
             self.exchange_program(page)
             page.due.set()
@@ -188,7 +189,7 @@ class Monitor(ABC):
         self.pages.append(page)
 
     def greet(self, page: Page) -> None:
-        """Send a page its first message; its next frame will contain everything."""
+        """Send a page its first message; the next frame then contains everything."""
         page.program = self.subject.programs.at(page.past)
         page.show(NOTHING_SHOWN)
         page.send({"hello": self.subject.described(self.about, page.program)})
@@ -196,37 +197,37 @@ class Monitor(ABC):
         page.start_over()
 
     def leave(self, page: Page) -> None:
-        """Remove a page and release what it presses."""
-        self.let_go(page)
+        """Remove a page, and release its presses."""
+        self.release_presses(page)
         if page in self.pages:
             self.pages.remove(page)
         page.compare(None)
 
-    def let_go(self, page: Page) -> None:
-        """Give the orders that a page has left for when its connection is lost."""
-        orders, page.holds = page.holds, []
-        for order in orders:
-            self.order(page, None, order)
+    def release_presses(self, page: Page) -> None:
+        """Carry out the actions that release a page's presses."""
+        releases, page.releases = page.releases, []
+        for action in releases:
+            self.act(page, None, action)
 
     def tick_compared(self) -> bool:
-        """Continue with the recordings to which pages compare; return whether more must be done at once."""
-        goes_on = [page for page in self.pages if page.compared is not None and page.compared.tick()]
-        for page in goes_on:
+        """Do some work on the traces with which pages compare; return whether more work is due now."""
+        busy_pages = [page for page in self.pages if page.compared is not None and page.compared.tick()]
+        for page in busy_pages:
             page.due.set()
-        return bool(goes_on)
+        return bool(busy_pages)
 
-    def whole(self, page: Page) -> Json:
+    def picture(self, page: Page) -> Json:
         """Return the picture of a page's scan; empty before the first scan."""
         row = self.row_of(page)
         return {} if row is None else self._picture(page, row)
 
     def frame(self, page: Page) -> Json:
-        """Return the changes for a page since its last frame; empty if there are none."""
+        """Return the changes for a page since its last frame."""
         row = self.row_of(page)
         picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
         if page.compared is not None and row is not None:
             picture["other"] = page.compared.differences(page, picture)
-        frame = changed(picture, page.last)
+        frame = changes_since(page.last, picture)
         if row is not None and page.past is None:
             frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
         if new_events := self.events(page):
@@ -236,7 +237,7 @@ class Monitor(ABC):
     def exchange_program(self, page: Page) -> None:
         """Send a page the program of its scan if it has changed.
 
-        The message precedes the next frame, which has the power and tags of that program.
+        The message precedes the next frame, which has the power and the tags of the new program.
         """
         program = self.subject.programs.at(page.past)
         if program is not page.program:
@@ -245,17 +246,17 @@ class Monitor(ABC):
             page.send({"program": program.described(self.subject.values)})
 
     def event_table(self, scan: int) -> EventTable:
-        """Return the known events up to at least a scan."""
+        """Return a table of the known events at least up to a scan."""
         states = self.states
         if states.missing():
-            return table_of((), states.up_to(scan, EVERY), self.subject.words)
+            return table_of((), states.up_to(scan, ALL_EVENTS), self.subject.words)
         if self._table is None or self._table.version != states.version:
             self._table = table_of(states.version, self.all_events(), self.subject.words)
         return self._table
 
     def all_events(self) -> Sequence[Json]:
         """Return all events, in order."""
-        return self.states.up_to(LAST_SCAN, EVERY)
+        return self.states.up_to(LAST_SCAN, ALL_EVENTS)
 
     def _before_the_first_scan(self) -> Json:
         return {
@@ -288,7 +289,7 @@ class Monitor(ABC):
             "pressed": self.states.pressed_at(past),
             "faults": self.faults(past),
             **self.state(past=past is not None),
-            **self.subject.places.of(
+            **self.subject.row_layout.picture_of(
                 row,
                 self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1],
                 self.states.formats,
@@ -298,7 +299,7 @@ class Monitor(ABC):
         }
 
     def faults(self, past: int | None) -> list[Json]:
-        """Return the CPU's faults up to a scan, with their places and tags."""
+        """Return the CPU's faults up to a scan, with their rungs or lines and their tags."""
         program = self.subject.programs.at(past)
         return [
             {
@@ -320,7 +321,7 @@ class Monitor(ABC):
         tags = replica.engine.tags
         names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
         if not replica.show(scan):
-            page.show(page.shown)  # send all of it once it is known
+            page.show(page.shown)  # so that a later frame contains all power and tags
             return {"known": False}
         return {
             "known": True,
@@ -329,17 +330,19 @@ class Monitor(ABC):
         }
 
     def _strip(self, page: Page) -> Json:
-        """Return the strip since the last frame; the first time, return the strip of the latest rows."""
-        recent = self.subject.recent
-        first = page.place is None
-        place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place
-        page.place = recent.count
-        rows = recent.since(place)
-        before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
+        """Return the strip since the last frame; in the first frame, the strip of the latest rows."""
+        recent, start = self.subject.recent, page.strip_position
+        page.strip_position = recent.count
+        if start is None:
+            rows = recent.since(max(recent.begin, recent.count - STRIP_FIRST))
+            previous = rows[:0]
+        else:
+            rows = recent.since(start)
+            previous = recent.since(max(start - 1, recent.begin))[:1]
         most_points = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
         piece = piece_of(
             rows,
-            before,
+            previous,
             self.subject.signals,
             self.subject.spec.scan_ns,
             most_points,
@@ -350,8 +353,8 @@ class Monitor(ABC):
     def _lanes(self, page: Page, scan: int) -> Json:
         """Return the points of the tags in a page's strip since its last frame."""
         program = self.subject.programs.latest
-        first = scan if page.lanes_at is None else max(page.lanes_at + 1, program.first)
-        page.lanes_at = scan
+        first = scan if page.lanes_scan is None else max(page.lanes_scan + 1, program.first)
+        page.lanes_scan = scan
         if not page.lanes or first > scan:
             return {}
         all_names = [name for open_page in self.pages for name in open_page.lanes]

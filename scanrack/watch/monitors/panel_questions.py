@@ -1,4 +1,4 @@
-"""Answers pages' questions about the operator panel; a ValueError describes a mistake in a question."""
+"""Answers to questions about the operator panel. A ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from .monitor import Json, Monitor
 from .page import Page
 
 HOLD_MS, HOLDS_MOST = 2000, 20
-"""Time after which a press ends unless a page confirms it, ms; and the most presses at once."""
+"""Time after which a press ends unless the page confirms it, ms, and maximum number of presses."""
 
-LETTING_GO = {name: ACTIONS[name] for name in ("press", "write")}
+RELEASE_ACTIONS = {name: ACTIONS[name] for name in ("press", "write")}
 READ_ONLY = "this session is read-only"
 
 
 def panel(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return the operator panel, or the binding or mistake of each of the `items` that a page edits."""
+    """Return the operator panel, or for `items` that a page edits the binding or mistake of each."""
     bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
     if "items" in question:
         return drafted(question["items"], bindings)
-    is_recording = monitor.about.kind == "trace"
-    lacks = "this is a recording" if is_recording else READ_ONLY if monitor.about.read_only else ""
-    return monitor.panel.described(bindings, lacks)
+    if monitor.about.kind == "trace":
+        return monitor.panel.described(bindings, "this is a recording")
+    return monitor.panel.described(bindings, READ_ONLY if monitor.about.read_only else "")
 
 
 def save_panel(monitor: Monitor, page: Page, question: Question) -> Json:
@@ -34,53 +34,54 @@ def save_panel(monitor: Monitor, page: Page, question: Question) -> Json:
     if monitor.about.read_only:
         raise ValueError(f"{READ_ONLY}: its panel can't be saved")
     monitor.panel.save(question)
-    monitor.panel.changed()  # it is sent to pages right here
-    show_panel(monitor, besides=page)
+    monitor.panel.changed()  # note the change here, since pages get it now
+    show_panel(monitor, except_page=page)
     return panel(monitor, page, {})
 
 
-def show_panel(monitor: Monitor, besides: Page | None = None) -> None:
-    """Send the operator panel to pages."""
+def show_panel(monitor: Monitor, except_page: Page | None = None) -> None:
+    """Send the operator panel to all pages except one."""
     for page in monitor.pages:
-        if page is not besides:
+        if page is not except_page:
             page.send({"panel": panel(monitor, page, {})})
 
 
 def hold(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Keep the orders that end a page's presses, to be given when it closes, is lost, or falls silent."""
-    orders = question.get("give")
-    if not isinstance(orders, list) or len(orders) > HOLDS_MOST:
-        raise ValueError(f"give must be a list of up to {HOLDS_MOST} orders")
+    """Keep the actions that release a page's presses when the page closes, is lost, or falls silent."""
+    releases = question.get("give")
+    if not isinstance(releases, list) or len(releases) > HOLDS_MOST:
+        raise ValueError(f"give must be a list of up to {HOLDS_MOST} actions")
     if monitor.about.read_only:
         raise ValueError(READ_ONLY)
-    for order in orders:
-        action_of(order, LETTING_GO)
-    page.holds, page.holds_until_ns = orders, wall_ns() + HOLD_MS * 1_000_000
+    for action in releases:
+        action_of(action, RELEASE_ACTIONS)
+    page.releases, page.releases_due_ns = releases, wall_ns() + HOLD_MS * 1_000_000
     return {}
 
 
 def left_pressed(monitor: Monitor) -> list[Json]:
-    """Return the orders that release momentary buttons pressed by a panel but held by no page."""
+    """Return the actions that release momentary buttons which a panel has pressed and no page holds."""
     panel = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
-    pressed, orders = monitor.states.pressed_at(None), []
-    held_orders = [order for page in monitor.pages for order in page.holds]
+    pressed, releases = monitor.states.pressed_at(None), []
+    held_by_pages = [release for page in monitor.pages for release in page.releases]
     for item, bound in zip(panel["items"], panel["bound"], strict=True):
         if item["kind"] != "momentary" or bound["broken"]:
             continue
-        key, on, order = _release_of(bound)
-        level, by = pressed.get(key, (None, ""))
-        if level is on and by.startswith("panel") and order not in held_orders and order not in orders:
-            orders.append(order)
-    return orders
+        target, pressed_value, release = _release_of(bound)
+        value, operator = pressed.get(target, (None, ""))
+        is_pressed = value is pressed_value and operator.startswith("panel")
+        if is_pressed and release not in held_by_pages and release not in releases:
+            releases.append(release)
+    return releases
 
 
 def _release_of(bound: Json) -> tuple[str, bool, Json]:
-    """Return the tag or input that a momentary button sets, its pressed value, and the release order."""
+    """Return the tag or input that a momentary button sets, its pressed value, and the release action."""
     if "press" not in bound:
         return bound["write"], True, {"do": "write", "tag": bound["write"], "value": False, "by": "panel"}
     slot, name, rest_level = bound["press"]
-    order = {"do": "press", "slot": slot, "name": name, "on": rest_level, "by": "panel"}
-    return f"{slot}.input.{name}", not rest_level, order
+    release = {"do": "press", "slot": slot, "name": name, "on": rest_level, "by": "panel"}
+    return f"{slot}.input.{name}", not rest_level, release
 
 
 PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {

@@ -1,4 +1,4 @@
-"""Answers long questions: a separate process answers each, in bounded time."""
+"""Long questions, each of which a separate process answers within a time limit."""
 
 from __future__ import annotations
 
@@ -18,37 +18,37 @@ from .page import Page
 from .stretched import ReplayPackage
 
 PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
-"""Time limits, s: for a question, for what it would take to get a value, and for a page to share."""
+"""Time limits of a question, of the actions that lead to a value, and of a page to share, s."""
 
 HELPER = f"{__package__}.answering:main"
 """Main function of the processes."""
 
 
 class LongQuestion(NamedTuple):
-    """A question that a process answers, by the function `answer` of a module."""
+    """A question for a process, which calls the function `answer` of a module."""
 
     module: str
     arguments: tuple[Any, ...]
-    command: str  # for messages: the same as a command, or the work that takes long
+    command: str  # for messages: the equivalent command, or a description of the work
     patience_s: int
-    own: bool = False  # whether the page asks on its own, not for a person
+    automatic: bool = False  # whether the page asks without an operator
 
 
 def why(trace: str, tag: str, more: Columns) -> LongQuestion:
-    """Ask for the cause of a Python program's recorded value.
+    """Return the question for the cause of a Python program's recorded value.
 
     Args:
-        more: the latest scans, which may not be written yet; the question is about the last one.
+        more: the latest scans, which may not be in the trace yet; the question is about the last one.
     """
     command = f"scanrack why {trace} {tag} --at {more.scan[-1]} --trust"
     return LongQuestion(f"{__package__}.why_process", (trace, tag, more), command, PATIENCE_S)
 
 
 def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]) -> LongQuestion:
-    """Ask what it would take to get a value with actions after a scan.
+    """Return the question for the actions after a scan that lead to a value.
 
     Args:
-        latest: orders, see `want_process`.
+        latest: the latest actions, see `want_process`.
     """
     command = f"scanrack why {trace} {tag} --at {scan} --want {value} --trust"
     arguments = trace, tag, value, scan, latest
@@ -56,10 +56,10 @@ def want(trace: str, tag: str, value: object, scan: int, latest: Sequence[tuple[
 
 
 def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
-    """Ask for a shareable page of a recording that shows a scan first.
+    """Return the question for a shareable page of a trace that shows a scan first.
 
     Args:
-        trust: whether the program in the recording may run.
+        trust: whether the program in the trace may run.
         rack: see `share.command.shared`.
     """
     command, arguments = f"scanrack share {trace} --at {scan}{' --trust' * trust}", (trace, scan, trust, rack)
@@ -67,86 +67,86 @@ def share(trace: str, scan: int, *, trust: bool, rack: str) -> LongQuestion:
 
 
 def effects(package: ReplayPackage) -> LongQuestion:
-    """Ask what an edit would have done in the last scans."""
-    return LongQuestion(f"{__package__}.effects_process", (package,), "the scans again", PATIENCE_S)
+    """Return the question for the effects that an edit would have had in the latest scans."""
+    return LongQuestion(f"{__package__}.effects_process", (package,), "repeating the scans", PATIENCE_S)
 
 
 def lines(
     trace: str, scans: tuple[int, int], more: Columns, latest: Sequence[tuple[int, str]]
 ) -> LongQuestion:
-    """Ask for the lines of a Python program executed in scans; see `lines_process`."""
-    arguments, command = (trace, *scans, more, latest), f"the program again up to scan {scans[1]:,}"
-    return LongQuestion(f"{__package__}.lines_process", arguments, command, PATIENCE_S, own=True)
+    """Return the question for the executed lines of a Python program, see `lines_process`."""
+    arguments, command = (trace, *scans, more, latest), f"running the program again up to scan {scans[1]:,}"
+    return LongQuestion(f"{__package__}.lines_process", arguments, command, PATIENCE_S, automatic=True)
 
 
 @dataclass(frozen=True, slots=True)
-class _Open:
-    """A question that is not answered yet."""
+class _Pending:
+    """A question without an answer yet."""
 
     page: Page
     number: object
     question: LongQuestion
     process: Helper
     files: ExitStack
-    out: IO[bytes]  # output of the process: a file, since a pipe would fill up
-    err: IO[bytes]
+    output: IO[bytes]  # standard output of the process: a file, since a pipe could fill up
+    errors: IO[bytes]  # standard error
     until_ns: int
 
 
 class QuestionProcesses:
-    """The questions in process: per page, the latest one, and one that the page asks on its own."""
+    """The pending questions. A page has at most one of an operator, and one that it asks automatically."""
 
     def __init__(self) -> None:
-        self._open: list[_Open] = []
+        self._pending: list[_Pending] = []
 
-    def ask(self, page: Page, number: object, question: LongQuestion) -> None:
-        """Start a process for a question; the answer goes to the page."""
-        for running in [
-            running for running in self._open if running.page is page and running.question.own is question.own
-        ]:
-            self._end(running, "another question was asked meanwhile")
+    def start(self, page: Page, number: object, question: LongQuestion) -> None:
+        """Start a process for a question, which ends an earlier one; the answer goes to the page."""
+        for pending in list(self._pending):
+            if pending.page is page and pending.question.automatic is question.automatic:
+                self._end(pending, "another question was asked meanwhile")
         with ExitStack() as files:
-            out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
-            # not a pipe, since this must not wait for the process
-            with tempfile.TemporaryFile() as stdin_file:
-                pickle.dump(question.arguments, stdin_file)
-                stdin_file.seek(0)
-                process = launch(HELPER, question.module, stdin=stdin_file, stdout=out, stderr=err)
-            until = wall_ns() + question.patience_s * 1_000_000_000
-            self._open.append(_Open(page, number, question, process, files.pop_all(), out, err, until))
+            output, errors = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
+            # a file, since a pipe could make this process wait for the other one
+            with tempfile.TemporaryFile() as input_file:
+                pickle.dump(question.arguments, input_file)
+                input_file.seek(0)
+                process = launch(HELPER, question.module, stdin=input_file, stdout=output, stderr=errors)
+            until_ns = wall_ns() + question.patience_s * 1_000_000_000
+            pending = _Pending(page, number, question, process, files.pop_all(), output, errors, until_ns)
+            self._pending.append(pending)
 
     def tick(self) -> None:
-        """Pass on received answers."""
-        for running in list(self._open):
-            if running.process.poll() is not None:
-                self._finish(running)
-            elif wall_ns() > running.until_ns:
-                patience_s, command = running.question.patience_s, running.question.command
-                self._end(running, f"the answer takes longer than {patience_s} s: {command}")
+        """Send the answers of processes that have ended; end processes that take too long."""
+        for pending in list(self._pending):
+            if pending.process.poll() is not None:
+                self._finish(pending)
+            elif wall_ns() > pending.until_ns:
+                patience_s, command = pending.question.patience_s, pending.question.command
+                self._end(pending, f"the answer takes longer than {patience_s} s: {command}")
 
     def close(self) -> None:
         """End the processes of all questions."""
-        for running in list(self._open):
-            self._end(running, "the session has ended")
+        for pending in list(self._pending):
+            self._end(pending, "the session has ended")
 
-    def _finish(self, pending: _Open) -> None:
+    def _finish(self, pending: _Pending) -> None:
         with pending.files:
-            out, err = map(_read, (pending.out, pending.err))
-        self._open.remove(pending)
+            output, errors = _read(pending.output), _read(pending.errors)
+        self._pending.remove(pending)
         try:
-            self._answer(pending, json.loads(out))
+            self._send_answer(pending, json.loads(output))
         except ValueError:
-            last = err.decode(errors="replace").strip().rpartition("\n")[2]
-            self._answer(pending, {"refused": f"{pending.question.command} failed: {last}"})
+            last_line = errors.decode(errors="replace").strip().rpartition("\n")[2]
+            self._send_answer(pending, {"refused": f"{pending.question.command} failed: {last_line}"})
 
-    def _end(self, pending: _Open, reason: str) -> None:
+    def _end(self, pending: _Pending, reason: str) -> None:
         pending.process.kill()
         pending.process.wait()
         pending.files.close()
-        self._open.remove(pending)
-        self._answer(pending, {"refused": reason})
+        self._pending.remove(pending)
+        self._send_answer(pending, {"refused": reason})
 
-    def _answer(self, pending: _Open, answer: dict[str, Any]) -> None:
+    def _send_answer(self, pending: _Pending, answer: dict[str, Any]) -> None:
         ok = {} if "refused" in answer else {"ok": True}
         pending.page.send({"answer": {"id": pending.number, **ok, **answer}})
 

@@ -1,4 +1,4 @@
-"""Answers the questions of a page; a ValueError describes a mistake in a question."""
+"""Answers to the questions of a page. A ValueError describes a mistake in a question."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .fields import (
     Question,
     addresses_in,
     columns_in,
+    name_in_program,
     names_in,
-    own_name,
     program_of,
     scans_in,
     step_in,
@@ -29,10 +29,10 @@ from .since import last_change
 from .why_questions import ran, want, why
 
 MOST_WATCHED = 500
-"""Largest number of tags that a page may watch."""
+"""Maximum number of tags that a page may watch."""
 
 EVENTS_MOST, KINDS_MOST = 200, 30
-"""Largest number of events in an answer, and of kinds in a question."""
+"""Maximum number of events in an answer, and of kinds in a question."""
 
 
 def show(monitor: Monitor, page: Page, question: Question) -> Json:
@@ -46,13 +46,13 @@ def show(monitor: Monitor, page: Page, question: Question) -> Json:
     elif program.source is not None:
         page_routine, answer = program.source.show(tuple(monitor.subject.values))
     else:
-        raise ValueError("the recording does not bring the program of this scan")
+        raise ValueError("the trace does not contain the program of this scan")
     page.show(page_routine)
     return answer
 
 
 def watch(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Include more tags in later frames."""
+    """Include tags in later frames, in addition to those of the routine."""
     tags = names_in(question, MOST_WATCHED)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
@@ -63,7 +63,7 @@ def watch(monitor: Monitor, page: Page, question: Question) -> Json:
 def lanes(monitor: Monitor, page: Page, question: Question) -> Json:
     """Include the points of tags for the timing strip in later frames."""
     names, unknown = _lanes_in(monitor, page, question)
-    page.lanes, page.lanes_at = names, None
+    page.lanes, page.lanes_scan = names, None
     return {"unknown": unknown}
 
 
@@ -81,9 +81,8 @@ def steps(monitor: Monitor, page: Page, question: Question) -> Json:
 
 def _lanes_in(monitor: Monitor, page: Page, question: Question) -> tuple[tuple[str, ...], list[str]]:
     """Return the known and the unknown tags in a question."""
-    tags = names_in(question, MOST_LANES)
-    unknown = [name for name in tags if not _is_known(monitor, page, name)]
-    unknown = [name for name in unknown if program_of(monitor, page).address(name) is None]
+    tags, program = names_in(question, MOST_LANES), program_of(monitor, page)
+    unknown = [name for name in tags if not _is_known(monitor, page, name) and program.address(name) is None]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
 
 
@@ -93,31 +92,31 @@ def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
 
 
 def look(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Make this page show a past scan, or the latest again."""
+    """Make this page show a past scan, or the latest scan again."""
     scan = question.get("scan")
     if scan == "live":
         if monitor.about.kind == "trace":
             raise ValueError("this is a trace; nothing is running")
         page.past = None
-        page.last = {}  # the strip of the page continues
+        page.last = {}  # but not `start_over`, since the strip continues
         monitor.exchange_program(page)
         return {"scan": "live"}
     if type(scan) is not int:
-        raise ValueError('scan is the number of a scan, or "live"')
+        raise ValueError('scan must be a scan number, or "live"')
     if monitor.subject.timeline.row(scan) is None:
         extent = monitor.subject.timeline.extent
-        present = "none" if extent is None else f"{extent[0]} to {extent[1]}"
-        raise ValueError(f"scan {scan} is not there: there are {present}")
+        available = "none" if extent is None else f"{extent[0]} to {extent[1]}"
+        raise ValueError(f"no scan {scan}; available are {available}")
     page.past = scan
     monitor.exchange_program(page)
     return {"scan": scan}
 
 
 def stop(_monitor: Monitor, page: Page, question: Question) -> Json:
-    """Make the page stop at the scan of each error bit of a module, or only name it."""
+    """Make the page stop at the scan of each error bit of a module, or only show its name."""
     choice = question.get("at_errors")
     if choice not in ("stop", "off"):
-        raise ValueError("at_errors is stop or off")
+        raise ValueError("at_errors must be stop or off")
     page.stops = choice == "stop"
     return {}
 
@@ -132,53 +131,48 @@ def window(monitor: Monitor, _page: Page, question: Question) -> Json:
 
 
 def events(monitor: Monitor, _page: Page, question: Question) -> Json:
-    """Return a piece of the events up to a scan, their total number, and whether all have been read."""
-    scan, skip, most, hidden = (
-        question.get("to"),
-        question.get("skip", 0),
-        question.get("most", EVENTS_MOST),
-        question.get("hide", []),
-    )
+    """Return a piece of the events up to a scan, the total number, and whether all events are known."""
+    scan, hidden = question.get("to"), question.get("hide", [])
+    skip, most = question.get("skip", 0), question.get("most", EVENTS_MOST)
     if type(scan) is not int:
         raise ValueError("to must be a scan number")
     if type(skip) is not int or skip < 0 or type(most) is not int or not 0 < most <= EVENTS_MOST:
         raise ValueError(f"skip must be 0 or more, and most 1 to {EVENTS_MOST}")
-    if (
-        not isinstance(hidden, list)
-        or len(hidden) > KINDS_MOST
-        or not all(isinstance(kind, str) for kind in hidden)
-    ):
+    is_short_list = isinstance(hidden, list) and len(hidden) <= KINDS_MOST
+    if not is_short_list or not all(isinstance(kind, str) for kind in hidden):
         raise ValueError(f"hide must be a list of up to {KINDS_MOST} kinds of events")
     rows, total = piece_of(monitor.event_table(scan), scan, hidden, skip, most)
     return {"events": rows, "total": total, "whole": not monitor.states.missing()}
 
 
 def marks(monitor: Monitor, page: Page, _question: Question) -> Json:
-    """Return the marks on the axis of a recording, and the failure for the page's line about it."""
-    known_marks, row = _marks_of(monitor), monitor.row_of(page)
-    failure = known_marks.failure(int(row["scan"]) if row is not None else 0) if known_marks.whole else None
-    totals = {"total": len(known_marks.all), "whole": known_marks.whole}
-    return {"marks": known_marks.shown(), **totals, "failure": failure and failure._asdict()}
+    """Return the marks on the axis of a trace, and the failure nearest to the page's scan."""
+    trace_marks, row = _marks_of(monitor), monitor.row_of(page)
+    is_complete, failure = trace_marks.is_complete, None
+    if is_complete:
+        failure = trace_marks.failure(0 if row is None else int(row["scan"]))
+    totals = {"total": len(trace_marks.all), "whole": is_complete}
+    return {"marks": trace_marks.on_axis(), **totals, "failure": failure and failure._asdict()}
 
 
 def mark(monitor: Monitor, _page: Page, question: Question) -> Json:
     """Return the next mark after a scan, or the previous one."""
-    known_marks, (scan, way) = _marks_of(monitor), step_in(question)
-    following = known_marks.next(scan, way)
-    return {"mark": following and following._asdict(), "whole": known_marks.whole}
+    trace_marks = _marks_of(monitor)
+    nearest = trace_marks.find(*step_in(question))
+    return {"mark": nearest and nearest._asdict(), "whole": trace_marks.is_complete}
 
 
 def _marks_of(monitor: Monitor) -> Marks:
     if monitor.marks is None:
-        raise ValueError("marks are of recordings: this rack runs")
+        raise ValueError("only a trace has marks; this rack is running")
     return monitor.marks
 
 
 def since(monitor: Monitor, page: Page, question: Question) -> Json:
-    """Return since when a tag has had its value in the page's scan, and its value before.
+    """Return since when a tag has its value of the page's scan, and the value before.
 
-    One question searches a stretch of scans; `from` is the scan from which the next question continues
-    backwards, null if nothing is left.
+    A question searches a stretch of scans. `from` is the scan from which the next question continues
+    backwards, or null at the first scan.
     """
     tag, row, end = text_in(question, "tag"), monitor.row_of(page), question.get("from")
     if end is not None and type(end) is not int:
@@ -195,21 +189,21 @@ def since(monitor: Monitor, page: Page, question: Question) -> Json:
 
 
 def share(monitor: Monitor, page: Page, question: Question) -> None:
-    """Create a page of the recording that any browser can open, showing this page's scan first."""
+    """Create a page of the trace that any browser can open, and that shows this page's scan first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
         raise ValueError("no trace yet; start with --record")
-    trusted = monitor.subject.programs.at(page.past).logic is not None
+    is_trusted = monitor.subject.programs.at(page.past).logic is not None
     rack = "" if monitor.about.kind == "trace" else monitor.about.path
-    sharing = question_process.share(str(trace), int(row["scan"]), trust=trusted, rack=rack)
-    monitor.processes.ask(page, question.get("id"), sharing)
+    share_question = question_process.share(str(trace), int(row["scan"]), trust=is_trusted, rack=rack)
+    monitor.processes.start(page, question.get("id"), share_question)
 
 
 def xref(monitor: Monitor, page: Page, question: Question) -> Json:
-    """List the places where a tag is read and written."""
-    tag, catalog = own_name(monitor, page, text_in(question, "tag")), program_of(monitor, page).catalog
+    """List the rungs that read or write a tag."""
+    tag, catalog = name_in_program(monitor, page, text_in(question, "tag")), program_of(monitor, page).catalog
     if catalog is None:
-        raise ValueError(f"{tag}: the program is in Python: it has no rungs")
+        raise ValueError(f"{tag}: the program is in Python and has no rungs")
     return {"hits": catalog.mentions(tag)}
 
 
@@ -218,12 +212,8 @@ def find(monitor: Monitor, page: Page, question: Question) -> Json:
     text, program = text_in(question, "text"), program_of(monitor, page)
     hits = program.find(text, monitor.subject.values)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
-    ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
-    return {"hits": ranked[:MOST_HITS]}
-
-
-def _is_called(hit: Json, text: str) -> bool:
-    return hit["tag"] is not None and hit["tag"].casefold() == text.casefold()
+    hits.sort(key=lambda hit: hit["tag"] is None or hit["tag"].casefold() != text.casefold())
+    return {"hits": hits[:MOST_HITS]}  # a tag with exactly this name first
 
 
 QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {
@@ -255,26 +245,23 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Question], Json | None]] = {
     "rebase": drafts.rebase,
     "would": drafts.would,
 }
-"""The questions by name; a question that returns None is answered later."""
+"""The questions by name. A question that returns None is answered later."""
 
 
-def ask(monitor: Monitor, page: Page, message: object) -> None:
-    """Process an order or question of a page; the answer goes to the page.
-
-    This never raises: the answer describes a mistake in the message.
-    """
+def handle_message(monitor: Monitor, page: Page, message: object) -> None:
+    """Carry out an action of a page, or answer its question; the answer describes a mistake."""
     number = message.get("id") if isinstance(message, Mapping) else None
     if not isinstance(number, int | str) or isinstance(number, bool):
         number = None
     try:
         if not isinstance(message, Mapping):
-            raise ValueError("a message is an object with the keys id and do")
+            raise ValueError("a message must be an object with the keys id and do")
         name = message.get("do")
         if not isinstance(name, str):
-            raise ValueError(f"do is the name of an order or a question, not {str(name)[:60]}")
+            raise ValueError(f"do must be the name of an action or a question, not {str(name)[:60]}")
         answer_question = QUESTIONS.get(name)
         if answer_question is None:
-            monitor.order(page, number, message)
+            monitor.act(page, number, message)
         elif (answer := answer_question(monitor, page, message)) is not None:
             page.send({"answer": {"id": number, "ok": True, **answer}})
     except ValueError as error:

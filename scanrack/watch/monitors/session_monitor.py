@@ -1,4 +1,4 @@
-"""The monitor of a session: it receives rows, notes and messages from the scan process, and sends orders."""
+"""The monitor of a session: it gets rows, notes and messages from the scan process, and sends actions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scanrack.jobs.record.program_versions import folders_of, forget
 from scanrack.jobs.trust.attachments import load_files
 from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, message_of
 from scanrack.runtime.live.ring import ORDERS, REQUESTS, Ring, RingShape, Rows
-from scanrack.runtime.live.session import GIVEN, SessionState
+from scanrack.runtime.live.session import PAGE_ACTIONS, SessionState
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.scan import ScanFlag
 from typing_extensions import override
@@ -27,13 +27,13 @@ from ..panels.kept_panel import KeptPanel
 from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 from .panel_questions import left_pressed, show_panel
-from .picture import late_scans, speed_reached
+from .picture import count_flag, speed_reached
 from .questions import QUESTIONS
 from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
 
 SPEED_ROWS = 512
-"""Number of rows over which the speed is measured."""
+"""Number of rows over which the speed of a session is measured."""
 
 
 PANEL_TICKS = 15
@@ -42,7 +42,7 @@ PANEL_TICKS = 15
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """Data from the scan process for a monitor."""
+    """Data of the scan process for a new monitor."""
 
     shape: RingShape
     about: SessionFacts
@@ -50,16 +50,16 @@ class Setup:
     host: str
     port: int
     machines: tuple[int, ...]
-    trace: str  # path of the recording, which may be temporary
+    trace: str  # path of the trace, which may be temporary
     programs: tuple[SessionProgram, ...]  # programs that have run so far, in order
-    started: int = 0
+    started: int = 0  # number of earlier monitors of the session
 
 
 class Loader:
-    """Loads the programs of a session.
+    """The loaded programs of a session.
 
     Args:
-        rack: path of the rack file on disk, for a program whose copy is incomplete.
+        rack: path of the rack file, for a program whose copy is incomplete.
     """
 
     def __init__(self, rack: str) -> None:
@@ -68,12 +68,12 @@ class Loader:
         self._folders: set[Path] = set()
 
     def job(self, ran: SessionProgram) -> LoadedRack:
-        """Load a program once; raise ValueError if it can't be loaded."""
+        """Return a program, loaded at the first call; raise ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)
             try:
                 job = load_files(Path(ran.place), ran.rack, ran.program)
-            except ValueError:  # the program opens files that were not copied
+            except ValueError:  # the program may open files that were not copied
                 job = load_job(self._rack)
             self._jobs[ran] = job
             self._folders |= folders_of(job)
@@ -81,7 +81,7 @@ class Loader:
 
 
 class SessionMonitor(Monitor):
-    """The source of pages while a rack runs."""
+    """The monitor of a running rack."""
 
     def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
         self._loader = Loader(setup.about.path)
@@ -93,23 +93,28 @@ class SessionMonitor(Monitor):
             self._add(program)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._errors = ErrorWatch(self.subject.words)
-        self._error: tuple[ErrorBit, Json] | None = None  # the latest error bit, as sent to pages
+        self._latest_error: tuple[ErrorBit, Json] | None = None  # the latest error bit, and its message
+        # positions of the next reads in the ring
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
+
         self.session: Json = asdict(SessionState())
-        self._late = self._missed = 0
-        self._reached: float | None = None
-        self._orders = 0
-        self._unanswered: dict[int, tuple[Page, object]] = {}  # page, and number of its order
-        # of the program: its mistake, the preview of a saved file that waits, the state of edited rungs
+        self._late = self._missed = 0  # number of late scans, and of lost rows
+        self._reached: float | None = None  # speed, times real time
+        self._actions_sent = 0
+        self._unanswered: dict[int, tuple[Page, object]] = {}  # by action number: page, id of its message
+        # the mistake of the program, the preview of a saved file that waits, the state of edited rungs
         self._lasting: dict[str, Json | None] = dict.fromkeys(("mistake", "preview", "online"))
+        self._ticks = 0
+
+        # scans and events from before a restart
         self._indexer: Indexer | None = None
-        self._earlier: RecordedEvents | None = None  # events from before a restart, until all are read
-        self._indexed = False
-        self._left = setup.started > 0  # pages of the previous monitor may have left buttons pressed
-        self._let_go: list[Json] = []  # orders that release these buttons
-        self._index_to = self._ticks = 0
+        self._earlier: RecordedEvents | None = None  # until all events are read
+        self._indexed = False  # whether `_indexer` has been created, or is not needed
+        self._index_to = 0  # the last scan of the indexer
+        self._may_be_pressed = setup.started > 0  # pages of an earlier monitor may have left buttons pressed
+        self._releases: list[Json] = []  # actions that have released such buttons
         ring.head[REQUESTS] += 1  # request initial values and the state
 
     def _add(self, ran: SessionProgram) -> None:
@@ -142,35 +147,35 @@ class SessionMonitor(Monitor):
     @override
     def join(self, page: Page) -> None:
         super().join(page)
-        self._name_standing(page)
+        self._report_present_error(page)
         for kind, content in self._lasting.items():
             if content is not None:
                 page.send({kind: content})
         if self._setup.started:
-            page.send({"note": "The monitor was started again; the scans went on without it."})
+            page.send({"note": "The monitor was started again; the scans continued without it."})
 
     # --- time
 
     @override
     def tick(self) -> bool:
-        """Read the scan process's output and wake the pages."""
-        ran, was_paused = [self._take_rows()], self.session["paused"]
+        """Read the output of the scan process, and wake the pages."""
+        batches, was_paused = [self._take_rows()], self.session["paused"]
         self._take_messages()
         if self.session["paused"] and not was_paused:
-            ran.append(self._take_rows())  # include the scans that ran before the pause
+            batches.append(self._take_rows())  # the last scans before the pause
         self._take_notes()
-        for rows in ran:
-            self._name_errors(rows)
+        for rows in batches:
+            self._report_errors(rows)
         self.wake()
         self._attend_panels()
         return self._index() | self._read_earlier()
 
     def _attend_panels(self) -> None:
-        """Release the presses of silent pages; send pages a panel whose file has changed."""
+        """Release the presses of silent pages; send a panel to pages after its file has changed."""
         for page in self.pages:
-            if page.holds and wall_ns() > page.holds_until_ns:
-                self.let_go(page)
-                page.send({"note": "The connection is slow: the panel has let go."})
+            if page.releases and wall_ns() > page.releases_due_ns:
+                self.release_presses(page)
+                page.send({"note": "The connection is slow: the panel's buttons were released."})
         self._ticks += 1
         if self._ticks % PANEL_TICKS == 0 and self.panel.changed():
             show_panel(self)
@@ -179,34 +184,33 @@ class SessionMonitor(Monitor):
         batch = self._ring.take(self._rows_at)
         self._rows_at = batch.end
         self._missed += max(0, batch.lost) if self.latest is not None else 0
-        self._late += late_scans(batch.rows, ScanFlag.OVERRUN)
+        self._late += count_flag(batch.rows, ScanFlag.OVERRUN)
         self.subject.recent.add(batch.rows)
         if len(batch.rows):
             self.latest = batch.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
         return batch.rows
 
-    def _name_errors(self, rows: Rows) -> None:
-        """Report an error bit to the pages that show the latest scan; pages that request it stop there."""
+    def _report_errors(self, rows: Rows) -> None:
+        """Report the first new error bit to pages at the latest scan, some of which then stop there."""
         first_error = self._errors.first(rows)
         if first_error is None:
             return
-        row, bit = rows[first_error[0]], first_error[1]
-        scan = int(row["scan"])
-        rule = next((known_rule for known_rule in self.log.rules_at(scan) if _is_of(known_rule, bit)), None)
+        index, bit = first_error
+        row, scan = rows[index], int(rows[index]["scan"])
+        rules = {(rule["slot"], rule["bit"]): rule for rule in self.log.rules_at(scan)}
+        rule = rules.get((bit.slot, bit.name), {"text": "", "rule": ""})
         report = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
-        report |= {"tag": bit.address, "text": "", "rule": ""}
-        if rule is not None:
-            report |= {"text": rule["text"], "rule": rule["rule"]}
-        self._error = bit, report
+        report |= {"tag": bit.address, "text": rule["text"], "rule": rule["rule"]}
+        self._latest_error = bit, report
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
             page.send({"error": {**report, "stopped": page.stops}})
 
-    def _name_standing(self, page: Page) -> None:
+    def _report_present_error(self, page: Page) -> None:
         """Report the latest error bit to a new page if it is still on."""
-        if self._error is not None and self.latest is not None:
-            bit, report = self._error
+        if self._latest_error is not None and self.latest is not None:
+            bit, report = self._latest_error
             if self._errors.is_on(self.latest, bit):
                 page.send({"error": {**report, "stopped": False}})
 
@@ -218,14 +222,14 @@ class SessionMonitor(Monitor):
     def _take_messages(self) -> None:
         messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
         if lost:
-            self._ring.head[REQUESTS] += 1  # the lost messages may have included the state
+            self._ring.head[REQUESTS] += 1  # request the state, which may have been in a lost message
         for message in messages:
             for kind, content in json.loads(message).items():
                 if kind in self._lasting:
                     self._lasting[kind] = content
                     self.send_all({kind: content})
                 else:
-                    _TAKE[kind](self, content)
+                    _MESSAGE_HANDLERS[kind](self, content)
 
     # --- messages of the scan process
 
@@ -239,18 +243,18 @@ class SessionMonitor(Monitor):
         self.subject.history.take(message["scan"], message["values"])
 
     def _take_edit(self, message: Json) -> None:
-        """Show the edited program; earlier scans keep their programs."""
+        """Show the edited program in later scans."""
         if message["number"] < len(self.subject.programs.all):
-            return  # a restarted monitor already began with it
+            return  # a restarted monitor already has it
         self._add(SessionProgram(*message["program"]))
         self.subject.values.clear()
         self._lasting |= {"mistake": None, "preview": None}
         if message["again"]:
-            return  # a branch repeats its parent's edits
+            return  # a branch repeats the edits of its parent
         self.send_all({"edited": {key: message[key] for key in ("text", "new", "changed", "dropped")}})
 
     def _take_branch(self, message: Json) -> None:
-        """Start over for a branch, in which the rack continues differently from a past scan."""
+        """Start over for a branch, in which the rack continues in another way from a past scan on."""
         self._setup = replace(
             self._setup,
             about=replace(self.about, record=message["record"]),
@@ -260,7 +264,7 @@ class SessionMonitor(Monitor):
         subject = self.subject
         subject.recent.clear()
         self._errors.clear()
-        self._error = None
+        self._latest_error = None
         subject.timeline.forget(Path(message["trace"]))
         subject.programs.clear()
         subject.history.clear()
@@ -272,14 +276,14 @@ class SessionMonitor(Monitor):
         self._rows_at, self._snapshots_at = message["rows"], message["snapshots"]
         self._lasting["online"] = None
         for page in self.pages:
-            self.let_go(page)  # after the repeated scans; the page drops its presses at the greeting
+            self.release_presses(page)  # the page forgets its presses when it is greeted
             page.past = None
             self.greet(page)
 
     # --- earlier scans
 
     def _index(self) -> bool:
-        """Repeat scans whose values a dead monitor had; return whether more remain."""
+        """Repeat some of the scans from before this monitor; return whether more scans remain."""
         if not self._indexed:
             self._begin_index()
         indexer = self._indexer
@@ -294,89 +298,82 @@ class SessionMonitor(Monitor):
         return self._indexer is not None
 
     def _begin_index(self) -> None:
-        """Begin the repetition of earlier scans once the first values arrive; later values are complete."""
+        """Begin to repeat the scans before the first values from the scan process."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
-        first_kept = [min(program.kept.scans) for program in subject.programs.all if program.kept.scans]
-        if programs and not first_kept:
-            return
-        self._index_to = min(first_kept[0] - 1, end) if programs else -1
+        first_values = [min(program.store.scans) for program in subject.programs.all if program.store.scans]
+        if programs and not first_values:
+            return  # no values have arrived yet
+        self._index_to = min(first_values[0] - 1, end) if programs else -1
         if self._index_to < 0 and not self._setup.started:
             self._indexed = True
             return
         trace = subject.timeline.opened()
         if trace is None:
-            return  # nothing has been written yet
+            return  # no chunk has been written yet
         self._indexed = True
         recorded_events = self.log.earlier = self._earlier = RecordedEvents(trace)
         self.log.formats = recorded_events.formats
-        self._let_go_left()
+        self._release_left_presses()
         if self._index_to < 0:
             return
         self._indexer = Indexer(programs, subject.words, subject.spec, recorded_events, subject.keep)
 
     def _read_earlier(self) -> bool:
-        """Read more of the events that a dead monitor had; return whether more remain."""
+        """Read some of the events from before this monitor; return whether more events remain."""
         if self._earlier is None:
             return False
         if not self._earlier.tick():
             self._earlier = None
-            self._let_go_left()  # buttons that were pressed long ago
-            self._left = False
+            self._release_left_presses()  # including buttons that were pressed long ago
+            self._may_be_pressed = False
         return self._earlier is not None
 
-    def _let_go_left(self) -> None:
-        """Release, once, what pages of a dead monitor left pressed: their holds died with it."""
-        if self._left and not self.about.read_only:
-            for order in left_pressed(self):
-                if order not in self._let_go:
-                    self._let_go.append(order)
-                    self._pass_on(action_of({**order, "by": "panel, after a restart"}))
+    def _release_left_presses(self) -> None:
+        """Release buttons that pages of an earlier monitor left pressed, since it can't release them."""
+        if self._may_be_pressed and not self.about.read_only:
+            for release in left_pressed(self):
+                if release not in self._releases:
+                    self._releases.append(release)
+                    self._send_action(action_of({**release, "by": "panel, after a restart"}))
 
-    # --- orders
+    # --- actions
 
     @override
-    def latest_orders(self, scan: int) -> list[tuple[int, str]]:
+    def latest_actions(self, scan: int) -> list[tuple[int, str]]:
         events = self.log.since(self.log.begin)
         return [
             (event["scan"], event["order"]) for event in events if "order" in event and event["scan"] <= scan
         ]
 
     @override
-    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
-        if message.get("do") not in GIVEN:
-            commands = ", ".join((*GIVEN, *QUESTIONS))
-            raise ValueError(
-                f"there is nothing to do called {str(message.get('do'))[:60]!r}: there are {commands}"
-            )
-        order = action_of({key: value for key, value in message.items() if key != "id"}, GIVEN)
+    def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        if message.get("do") not in PAGE_ACTIONS:
+            names = ", ".join((*PAGE_ACTIONS, *QUESTIONS))
+            raise ValueError(f"no action {str(message.get('do'))[:60]!r}; choose from {names}")
+        action = action_of({key: value for key, value in message.items() if key != "id"}, PAGE_ACTIONS)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
-        if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
-            order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
-        self._unanswered[self._orders + 1] = page, number
-        self._pass_on(order)
+        if isinstance(action, Online) or (isinstance(action, Press | Write) and action.by):
+            action = replace(action, by=", ".join(filter(None, (action.by, f"page {page.number}"))))
+        self._unanswered[self._actions_sent + 1] = page, number
+        self._send_action(action)
 
-    def _pass_on(self, order: Action) -> None:
-        self._orders += 1
-        passed_on = {"id": self._orders, "order": message_of(order)}
-        text = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
-        self._pipe.send_bytes(text.encode())
+    def _send_action(self, action: Action) -> None:
+        self._actions_sent += 1
+        message = {"id": self._actions_sent, "order": message_of(action)}
+        self._pipe.send_bytes(json.dumps(message, ensure_ascii=False, allow_nan=False).encode())
         self._ring.head[ORDERS] += 1
 
 
-def _is_of(rule: Json, bit: ErrorBit) -> bool:
-    return (rule["slot"], rule["bit"]) == (bit.slot, bit.name)
-
-
-_TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
+_MESSAGE_HANDLERS: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "event": lambda monitor, event: monitor.log.take(event),
     "answer": SessionMonitor._take_answer,
     "state": lambda monitor, state: setattr(monitor, "session", state),
-    "forces": lambda monitor, message: monitor.log.forced(message["scan"], message["forces"]),
+    "forces": lambda monitor, message: monitor.log.add_forces(message["scan"], message["forces"]),
     "values": SessionMonitor._take_values,
     "branch": SessionMonitor._take_branch,
     "edited": SessionMonitor._take_edit,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
-"""Handlers of the scan process's messages, by key."""
+"""Handlers of messages from the scan process, by key."""

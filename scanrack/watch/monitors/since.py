@@ -1,4 +1,4 @@
-"""Finds since when a tag, image word or bit, or Python value has had its value, and the value before."""
+"""The last change of a tag, image word or bit, or Python value."""
 
 from __future__ import annotations
 
@@ -21,52 +21,52 @@ class LastChange(NamedTuple):
     before: Any  # the value in the previous scan
 
 
-Found = tuple[LastChange | None, int]
-"""A change or None, and the scan from which to search further back."""
+Search = tuple[LastChange | None, int]
+"""The change or None, and the scan from which the next search continues backwards."""
 
 
-def last_change(monitor: Monitor, tag: str, scan: int) -> Found:
-    """Search a stretch of bounded length for the last change of a tag or value up to a scan.
+def last_change(monitor: Monitor, tag: str, scan: int) -> Search:
+    """Search a limited number of scans for the last change of a tag or value up to a scan.
 
     Raises:
-        ValueError: the program calls routines in Python, so its scans are not run again.
+        ValueError: the program calls routines in Python, so its scans can't run again.
     """
     program = monitor.subject.programs.at(scan)
-    place = program.address(tag)
-    if place is not None:
-        return _of_image(monitor, place, scan)
+    address = program.address(tag)
+    if address is not None:
+        return _of_image(monitor, address, scan)
     return _of_python(monitor, tag, scan) if program.past is None else _of_ladder(program.past, tag, scan)
 
 
-def _of_image(monitor: Monitor, place: Address, scan: int) -> Found:
+def _of_image(monitor: Monitor, address: Address, scan: int) -> Search:
     first = max(0, scan - BACK)
     rows = monitor.subject.timeline.between(first, scan)
-    values = values_at(rows, monitor.subject.spec.layout, place)
+    values = values_at(rows, monitor.subject.spec.layout, address)
     changes = np.flatnonzero(values[1:] != values[:-1])
     if not len(changes):
         return None, first
     return LastChange(int(rows["scan"][changes[-1] + 1]), values[changes[-1]].item()), first
 
 
-def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Found:
+def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Search:
     if replica.is_impure:
         raise ValueError("the program calls routines in Python: its scans are not run again")
     change_scan = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
-    before = None
+    old_value = None
     if change_scan and replica.show(change_scan - 1):
-        before = shown_value(value_of(replica.engine.tags, tag))
+        old_value = shown_value(value_of(replica.engine.tags, tag))
     replica.show(scan)
-    return None if change_scan is None else LastChange(change_scan, before), replica.looked_back(scan)
+    return None if change_scan is None else LastChange(change_scan, old_value), replica.looked_back(scan)
 
 
-def _of_python(monitor: Monitor, name: str, scan: int) -> Found:
-    """Search the recorded values, and the values that were read about thirty times a second."""
+def _of_python(monitor: Monitor, name: str, scan: int) -> Search:
+    """Search the recorded values, otherwise the values that were read about 30 times per second."""
     subject = monitor.subject
     first = max(0, scan - BACK)
     _times, recorded_values = subject.timeline.recorded([name], first, scan)
     values = recorded_values.get(name, [])
-    for place in range(len(values) - 1, 0, -1):
-        if not same(values[place], values[place - 1]):
-            return LastChange(first + place, shown_value(values[place - 1])), first
+    for index in range(len(values) - 1, 0, -1):
+        if not same(values[index], values[index - 1]):
+            return LastChange(first + index, shown_value(values[index - 1])), first
     change = subject.history.last_change(name, scan)
     return None if change is None else LastChange(*change), first if values else 0

@@ -1,4 +1,4 @@
-"""Parts of a session that are sent to other processes: its programs, and stretches of scans."""
+"""Data of a session for other processes: its programs, and stretches of scans."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..history.watched_program import Inputs
 
 
 class SessionProgram(NamedTuple):
-    """A program of the session."""
+    """A program of a session, as a copy on disk."""
 
     first: int
     place: str  # folder with a copy of its files
@@ -22,14 +22,14 @@ class SessionProgram(NamedTuple):
 
 
 class ReplayPackage(NamedTuple):
-    """Scans that ran, and an edit to try on them."""
+    """Recorded scans, and an edit to try on them."""
 
     first: int
-    values: Mapping[str, Any]  # values before the first scan, by identifier
+    values: Mapping[str, Any]  # values before the first scan, by variable identifier
     forces: Forces
     inputs: Sequence[Inputs]  # inputs in addition to the images
     rows: Rows
     layout: MemoryLayout  # layout of the rows
-    ran: SessionProgram
-    rungs: Sequence[tuple[str, int, tuple[str, ...]]]
-    tags: Sequence[tuple[str, str, str]]
+    ran: SessionProgram  # the program that ran
+    rungs: Sequence[tuple[str, int, tuple[str, ...]]]  # edited rungs, see `actions.Online`
+    tags: Sequence[tuple[str, str, str]]  # new tags, see `actions.Online`

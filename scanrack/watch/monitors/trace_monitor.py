@@ -1,4 +1,4 @@
-"""The monitor of a recording: pages see its scans. Nothing runs, and the only order is a branch."""
+"""The monitor of a trace. Nothing runs, and the only action is a branch."""
 
 from __future__ import annotations
 
@@ -30,38 +30,38 @@ from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 
 IMPURE = (
-    "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "
+    "The program calls routines in Python, so its scans can't run again here. Its rungs have no power and "
     "no values."
 )
 
 
 class Source(NamedTuple):
-    """A program of a recording."""
+    """A program of a trace."""
 
     first: int
-    logic: ScanLogic | None  # None if the trace lacks it or it must not be run
-    file: Path | None  # file of the program; None if it has none
-    lacks: str = ""  # why it can't be shown; "" if it can
+    logic: ScanLogic | None  # None if the trace lacks it or it must not run
+    file: Path | None  # the program's file, or None
+    lacks: str = ""  # why the program can't be shown; "" if it can
 
 
 def _panel_in(trace: Trace, rack: str) -> bytes:
-    """Return the operator panel in a recording; empty if it has none."""
-    return next(
-        (attachment.data for attachment in trace.attachments() if attachment.name == panel_name(rack)), b""
-    )
+    """Return the file of the operator panel in a trace; empty without a panel."""
+    files = {attachment.name: attachment.data for attachment in trace.attachments()}
+    return files.get(panel_name(rack), b"")
 
 
 class TraceMonitor(Monitor):
-    """The source of pages for a recording.
+    """The monitor of a trace.
 
     Args:
-        sources: its programs, at least one, in scan order.
+        sources: the programs in the order of their scans, at least one.
         first: the scan that pages show first; None = the last one.
-        branch: prepares a session that repeats the recording up to a scan; raises ValueError if impossible.
+        branch: prepares a session that repeats the trace up to a scan, and perhaps pauses there; raises
+            ValueError
 
     Attributes:
         branch: see the argument.
-        job, again: its rack, and a loader of its programs, for a debug adapter; None without trust.
+        job, again: the rack and a loader of the programs, for a debug adapter; None if they may not run.
     """
 
     job: LoadedRack | None = None
@@ -84,24 +84,25 @@ class TraceMonitor(Monitor):
         for source in sources:
             subject.programs.add(*source)
         self._recorded = RecordedEvents(trace)
-        self._brought, self._lost = {source.first for source in sources}, LAST_SCAN
+        self._program_starts = {source.first for source in sources}
+        self._lost = LAST_SCAN  # the first scan whose program the trace lacks
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
         self.branch = branch
         self.marks: Marks = Marks(subject.timeline, self._recorded, subject.words)
         extent = subject.timeline.extent
         if extent is None and not trace.may_grow:
-            raise ValueError(f"{path}: no scan in it")
+            raise ValueError(f"{path}: the trace has no scans")
         self._first = first
         self._last = -1
         if extent is not None:
             self._begin(extent[1])
             if first is not None and subject.timeline.row(first) is None:
-                raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
+                raise ValueError(f"{path} has no scan {first}; it has {extent[0]} to {extent[1]}")
         self._indexer, self._index_end = self._indexing(extent)
 
     def _indexing(self, extent: tuple[int, int] | None) -> tuple[Indexer | None, int]:
-        """Return an indexer, or None if scans can't be repeated from scan 0, and its last scan."""
+        """Return an indexer, or None if scans can't be repeated from scan 0 on, and its last scan."""
         subject = self.subject
         programs, end = indexable(subject.programs.all)
         if not programs or (extent is not None and extent[0] != 0):
@@ -109,7 +110,7 @@ class TraceMonitor(Monitor):
         return Indexer(programs, subject.words, subject.spec, self._recorded, subject.keep), end
 
     def _begin(self, last: int) -> None:
-        """Initialize once the first scans are available."""
+        """Show the first scans that are available."""
         self._last, subject = last, self.subject
         self.latest = subject.timeline.row(last)
         if any(program.catalog is None for program in subject.programs.all):
@@ -129,28 +130,28 @@ class TraceMonitor(Monitor):
 
     @override
     def events(self, page: Page) -> Sequence[Json]:
-        return ()  # a page requests the events up to its scan
+        return ()  # pages request the events up to their scans
 
     @override
     def tick(self) -> bool:
-        """Follow a growing recording; then read more events and run more scans."""
+        """Follow a growing trace, read more events, and run more scans."""
         self.subject.timeline.follow()
         extent = self.subject.timeline.extent
         if extent is not None and extent[1] > self._last:
-            self._go_on_to(extent[1])
+            self._advance_to(extent[1])
         is_busy = self._recorded.tick() | self.marks.tick()
-        self._look_for_lost_edits()
+        self._check_for_lost_edits()
         return is_busy or self._index()
 
     @override
     def all_events(self) -> Sequence[Json]:
-        """Return the events, and events for error bits that no event reports."""
-        marks = self.marks.unexplained if self.marks.all else ()
-        trace_marks = [mark._asdict() for mark in marks]
-        return sorted([*super().all_events(), *trace_marks], key=itemgetter("scan"))
+        """Return the events, with marks for error bits that no event reports."""
+        marks = self.marks.unexplained if self.marks.all else ()  # `all` updates `unexplained`
+        mark_events = [mark._asdict() for mark in marks]
+        return sorted([*super().all_events(), *mark_events], key=itemgetter("scan"))
 
     def run_once(self) -> None:
-        """Skip the indexer's run if the scans depend only on images, since a walk over all scans follows."""
+        """Skip the indexer if the scans depend only on images, before a walk over all scans."""
         recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (link for slot in self.subject.words for link in recorded.links(slot, 0, self._last))
         is_plain = all(link.good for link in links) and not recorded.orders(0, self._last)
@@ -159,15 +160,17 @@ class TraceMonitor(Monitor):
             past.keep(0)
 
     def index_to(self, scan: int) -> None:
-        """Run the program's scans up to the given scan, so that it can be repeated."""
+        """Run the program's scans up to a scan, so that it can be repeated."""
         while self._indexer is not None and self._indexer.next <= scan and self._index():
             pass
 
-    def _look_for_lost_edits(self) -> None:
-        """Show no program where the recording lacks the edited program."""
-        first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
+    def _check_for_lost_edits(self) -> None:
+        """Show no program from the first scan on whose edited program the trace lacks."""
+        first = min(self._recorded.edits - self._program_starts, default=LAST_SCAN)
         if first < self._lost:
-            from scanrack.jobs.replay.replaying import lost_notes  # keeps the first page from waiting
+            from scanrack.jobs.replay.replaying import (
+                lost_notes,
+            )
 
             self._lost, self._index_end = first, min(self._index_end, first - 1)
             self.subject.programs.lose(first)
@@ -175,8 +178,8 @@ class TraceMonitor(Monitor):
             self.send_all({"note": note})
             self.wake()
 
-    def _go_on_to(self, last: int) -> None:
-        """Advance to a new last scan, together with each page that shows the previous last scan."""
+    def _advance_to(self, last: int) -> None:
+        """Advance to a new last scan, with the pages that show the previous last scan."""
         for page in self.pages:
             if page.past is None or page.past == self._last:
                 page.past = last
@@ -186,7 +189,7 @@ class TraceMonitor(Monitor):
         self.wake()
 
     def _index(self) -> bool:
-        """Run a slice of the program's scans; return whether more remain."""
+        """Run some of the program's scans; return whether more scans may remain."""
         indexer, end = self._indexer, min(self._last, self._index_end)
         if indexer is None or indexer.next > end:
             return False
@@ -199,16 +202,16 @@ class TraceMonitor(Monitor):
         return True
 
     @override
-    def order(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
-        if message.get("do") == NAMES[Branch]:
-            order = action_of({key: value for key, value in message.items() if key != "id"})
-            assert isinstance(order, Branch)
-            if order.scan > self._last + 1:
-                raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
-            self.branch(order.scan, order.paused)
-            self.over = True
-            page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
-            return
-        if message.get("do") in ACTIONS:
+    def act(self, page: Page, number: object, message: Mapping[str, Any]) -> None:
+        name = message.get("do")
+        if name not in ACTIONS:
+            raise ValueError(f"no action {str(name)[:60]!r}")
+        if name != NAMES[Branch]:
             raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
-        raise ValueError(f"there is nothing to do called {str(message.get('do'))[:60]!r}")
+        branch = action_of({key: value for key, value in message.items() if key != "id"})
+        assert isinstance(branch, Branch)
+        if branch.scan > self._last + 1:
+            raise ValueError(f"scan {branch.scan} is not in the recording: the last one is {self._last}")
+        self.branch(branch.scan, branch.paused)
+        self.over = True
+        page.send({"answer": {"id": number, "ok": True, "scan": branch.scan}})

@@ -1,7 +1,7 @@
-"""Finds the scans in which error bits of modules come on, for pages that stop there.
+"""The scans in which error bits of modules come on.
 
 scan       4,008   4,009   4,010   4,011
-bit        0       0       1       1        a page that follows the scans stops at 4,010
+bit        0       0       1       1        the bit comes on in scan 4,010; a page may stop there
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ class ErrorBit(NamedTuple):
 
     @property
     def address(self) -> str:
-        """Its address, such as `Local:1:I.Data[0].12`."""
+        """The address of the bit, such as `Local:1:I.Data[0].12`."""
         return f"Local:{self.slot}:I.Data[{self.place.word}].{self.place.bit}"
 
 
 class ErrorWatch:
-    """Finds error bits that come on; it must be called with all rows in order.
+    """A search for error bits that come on. It must get all rows in order.
 
     Args:
         words: words of the modules, by slot, in the order of the rows.
@@ -41,7 +41,7 @@ class ErrorWatch:
         self._last: Rows | None = None
 
     def clear(self) -> None:
-        """Restart for another session."""
+        """Begin again with another session."""
         self._last = None
 
     def is_on(self, row: Row, bit: ErrorBit) -> bool:
@@ -50,7 +50,7 @@ class ErrorWatch:
         return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
-        """Return the index of the first row in which an error bit comes on, and the bit; None if none."""
+        """Return the index of the first row in which an error bit comes on, and the bit; None without one."""
         return min(self.all(rows), key=itemgetter(0), default=None)
 
     def all(self, rows: Rows) -> list[tuple[int, ErrorBit]]:
@@ -60,32 +60,30 @@ class ErrorWatch:
         joined = rows if self._last is None else np.concatenate([self._last, rows])
         skipped = len(joined) - len(rows)
         self._last = rows[-1:].copy()
-        return [
-            (place - skipped, bit) for address, bit in self._bits for place in _rises(joined, address, bit)
-        ]
+        return [(index - skipped, bit) for image, bit in self._bits for index in _rises(joined, image, bit)]
 
     def bit(self, slot: int, name: str) -> ErrorBit | None:
-        """Return the error bit with a name; None if there is none."""
+        """Return the error bit of a slot with a name, or None."""
         return next((bit for _, bit in self._bits if (bit.slot, bit.name) == (slot, name)), None)
 
 
 def error_bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
-    """Yield the error bits, each with the place of its image in a row, and the words of its module."""
-    places = memory_layout(words.items()).places
-    for slot, names in words.items():
-        for group in names.groups.values():
-            for name in names.errors:
+    """Yield the error bits, each with the first column of its image in a row, and the words of its module."""
+    images = memory_layout(words.items()).places
+    for slot, module in words.items():
+        start = int(images[slot].columns("I").start)
+        for group in module.groups.values():
+            for name in module.errors:
                 if name in group:
-                    start = int(places[slot].columns("I").start)
-                    yield (start, names), ErrorBit(slot, name, group[name])
+                    yield (start, module), ErrorBit(slot, name, group[name])
 
 
-def _rises(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> list[int]:
-    """Return the indices of the rows in which a bit comes on."""
-    start, module = at
+def _rises(rows: Rows, image: tuple[int, ModuleWords], bit: ErrorBit) -> list[int]:
+    """Return the indexes of the rows in which a bit comes on; for `image` see `error_bits`."""
+    start, module = image
     images: Any = rows["words"]
     is_on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
     if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
-        is_on &= images[:, start + module.modes.input] >= 0  # the mirror of a configuration has no status
+        is_on &= images[:, start + module.modes.input] >= 0  # no status bits in configuration mode
     rises: list[int] = (np.flatnonzero(is_on[1:] & ~is_on[:-1]) + 1).tolist()
     return rises

@@ -1,6 +1,6 @@
-"""Finds what it would take to get a value, in its own process: reruns the session and tries copies of it.
+"""The process that finds actions which lead to a value: it reruns the session, and tries them on copies.
 
-The latest orders come with the question, since they may not be recorded yet.
+The question includes the latest actions, since they may not be in the trace yet.
 """
 
 from __future__ import annotations
@@ -21,33 +21,33 @@ from scanrack.traces.read.reader import open_trace
 def answer(
     path: str, tag: str, value: object, scan: int, latest: Sequence[tuple[int, str]]
 ) -> dict[str, Any]:
-    """Return the answers for a scan of a recording.
+    """Return the possible actions for a scan of a trace.
 
     Args:
-        value: the value that the tag should get.
-        latest: orders of the session up to the scan, each with the scan before which it acts and its text.
+        value: the wanted value of the tag.
+        latest: actions up to the scan, each with the scan before which it takes effect, and its text.
 
     Raises:
         ValueError: the trace can't be used, a name is unknown, or the controller faults before the scan.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            orders = orders_of(trace.events())
-            recorded_orders = [
-                RecordedOrder(order_scan, action_of(parsed(text), RECORDED)) for order_scan, text in latest
+            recorded = orders_of(trace.events())
+            known = [
+                RecordedOrder(before_scan, action_of(parsed(text), RECORDED)) for before_scan, text in latest
             ]
-            orders += [order for order in recorded_orders if order not in orders]
-            answers = list(acts_in_trace(trace, Path(folder), tag, value, scan, orders, trust=True))
+            recorded += [action for action in known if action not in recorded]
+            results = list(acts_in_trace(trace, Path(folder), tag, value, scan, recorded, trust=True))
     except CpuFault as error:
         raise ValueError(f"the controller has faulted in {error}: ask before that scan") from error
-    return {"scan": scan, "answers": [_described(row) for row in answers]}
+    return {"scan": scan, "answers": list(map(_described, results))}
 
 
-def _described(found: Acts) -> dict[str, Any]:
-    acts = None if found.found is None else [act.text for act in found.found]
+def _described(acts: Acts) -> dict[str, Any]:
+    texts = None if acts.acts is None else [act.text for act in acts.acts]
     return {
-        "text": str(found),
-        "acts": acts,
-        "after_ns": found.after_ns,
-        "orders": None if acts is None else found.orders(),
+        "text": str(acts),
+        "acts": texts,
+        "after_ns": acts.after_ns,
+        "orders": None if texts is None else acts.orders(),
     }

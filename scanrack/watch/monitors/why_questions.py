@@ -1,4 +1,4 @@
-"""Answers questions about causes: why a value is as it is, and what it would take to change it."""
+"""Answers to questions about causes: why a tag has its value, and which actions lead to another value."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from scanrack.runtime.live.ring import Row
 
 from ..history.timeline import columns_of
 from . import question_process
-from .fields import Question, own_name, text_in
+from .fields import Question, name_in_program, text_in
 from .monitor import BACK, Json, Monitor
 from .page import Page
 
 LINES_AROUND = 500
-"""Number of scans before and after a scan whose lines are included in its answer."""
+"""Number of scans before and after a scan that its answer about executed lines also includes."""
 
 
 def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None = None) -> Json | None:
     """Explain a tag's value in a scan, by default the page's scan; with `fault`, explain the CPU's fault.
 
     Args:
-        causes: the program's causes, which cache scans that earlier questions ran again; None = new.
+        causes: the program's causes, with a cache of repeated scans; None = create them.
     """
     if question.get("fault") is True:
         return _why_fault(monitor, page, question, causes)
-    tag = own_name(monitor, page, text_in(question, "tag"))
+    tag = name_in_program(monitor, page, text_in(question, "tag"))
     past, row = _row_in(monitor, page, question.get("scan"), tag)
     program = monitor.subject.programs.at(past)
     scan, replica = int(row["scan"]), program.past
@@ -33,8 +33,8 @@ def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None 
         _ask_python(monitor, page, question, tag, scan)
         return None
     if not replica.show(scan):
-        raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
-    from .chain_answer import chain_of, links_of  # imported late, so that the first page does not wait
+        raise ValueError(f"scan {scan} can't be repeated yet; try again in a moment")
+    from .chain_answer import chain_of, links_of  # imported late, to show the first page earlier
 
     try:
         chain = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
@@ -48,7 +48,7 @@ def why(monitor: Monitor, page: Page, question: Question, causes: Causes | None 
 
 
 def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int | None, Row]:
-    """Return the scan of a question (None = the latest) and its row; by default, the page's."""
+    """Return the past scan of a question, by default of its page, or None for the latest; and its row."""
     if scan is not None and type(scan) is not int:
         raise ValueError("scan must be a scan number")
     past = page.past if scan is None else scan
@@ -59,19 +59,19 @@ def _row_in(monitor: Monitor, page: Page, scan: object, tag: str) -> tuple[int |
 
 
 def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes | None) -> Json | None:
-    """Explain the CPU's fault by the values that its rung or line read."""
+    """Explain the CPU's fault by the values that its rung or line has read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
         raise ValueError("the CPU has not faulted up to this scan")
     fault, replica = faults[0], program.past
     tags = program.tags_of_fault(fault, monitor.subject.values)
     if not tags:
-        raise ValueError("nothing that the program has read is known of this fault")
+        raise ValueError("no tags are known that the faulted rung or line reads")
     if replica is None:
         _ask_python(monitor, page, question, tags[0], fault.scan)
         return None
     if not replica.show(fault.scan):
-        raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
+        raise ValueError(f"scan {fault.scan} can't be repeated yet; try again in a moment")
     from .chain_answer import chain_of_fault  # as above
 
     chain = [] if replica.is_impure else chain_of_fault(monitor, causes or Causes(replica), fault, tags)
@@ -80,18 +80,20 @@ def _why_fault(monitor: Monitor, page: Page, question: Question, causes: Causes 
 
 
 def _ask_python(monitor: Monitor, page: Page, question: Question, tag: str, scan: int) -> None:
-    """Have a process answer, since a Python program must run again from its first scan."""
+    """Start a process that answers, since a Python program must run again from its first scan on."""
     trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
     if program.number:
-        raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
+        raise ValueError(
+            f"{tag}: the program was edited before scan {program.first}; ask about an earlier scan"
+        )
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    monitor.processes.ask(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
+    monitor.processes.start(page, question.get("id"), question_process.why(str(trace), tag, columns_of(rows)))
 
 
 def ran(monitor: Monitor, page: Page, question: Question) -> None:
-    """Have a process find the lines of a Python program executed in and around the page's scan."""
+    """Start a process that finds the lines of a Python program executed in scans around the page's scan."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     program, extent = monitor.subject.programs.at(page.past), monitor.subject.timeline.extent
     if trace is None or row is None or extent is None:
@@ -104,21 +106,23 @@ def ran(monitor: Monitor, page: Page, question: Question) -> None:
     first = max(extent[0], scan - LINES_AROUND)
     last = min(scan + LINES_AROUND, extent[1], monitor.subject.programs.end_of(program))
     rows = monitor.subject.timeline.between(max(0, scan - BACK), last)
-    orders = monitor.latest_orders(last)
-    lines = question_process.lines(str(trace), (first, last), columns_of(rows), orders)
-    monitor.processes.ask(page, question.get("id"), lines)
+    actions = monitor.latest_actions(last)
+    lines_question = question_process.lines(str(trace), (first, last), columns_of(rows), actions)
+    monitor.processes.start(page, question.get("id"), lines_question)
 
 
 def want(monitor: Monitor, page: Page, question: Question) -> None:
-    """Have a process find what an owner could do after the page's scan to give a tag a value."""
-    tag, target_value = own_name(monitor, page, text_in(question, "tag")), question.get("value")
+    """Start a process that finds actions after the page's scan which lead to a value of a tag."""
+    tag, target_value = name_in_program(monitor, page, text_in(question, "tag")), question.get("value")
     if not isinstance(target_value, bool | int | float):
-        raise ValueError("value is true, false or a number")
+        raise ValueError("value must be true, false or a number")
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
         raise ValueError(f"{tag}: no scan has run yet")
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    wanting = question_process.want(str(trace), tag, target_value, scan, monitor.latest_orders(scan))
-    monitor.processes.ask(page, question.get("id"), wanting)
+    actions = monitor.latest_actions(scan)
+    monitor.processes.start(
+        page, question.get("id"), question_process.want(str(trace), tag, target_value, scan, actions)
+    )

@@ -1,1 +1,1 @@
-"""Operator panels that users build from buttons, lamps and numbers, in a file beside the rack file."""
+"""Operator panels of buttons, lamps and numbers that users build, each in a file beside its rack file."""

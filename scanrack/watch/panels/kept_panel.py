@@ -1,4 +1,4 @@
-"""Keeps the panel of a rack on disk or of a recording, describes it for pages, and saves it for them."""
+"""The panel of a rack, from its file or from a trace: its description for pages, and its changes."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from scanrack.traces.files.guard import FileKind
 from scanrack.traces.files.newfile import new_file
 
 from .bindings import Bindings
-from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Json, Panel, panel_text, parse_panel, refusals
+from .panel_file import COLUMNS, FIELDS, KINDS, REQUIRED, Json, Panel, panel_text, parse_panel, refusals
 
 BYTES_MOST = 60_000
-"""Largest size of a panel file, bytes: a page saves it in one message."""
+"""Maximum size of a panel file in bytes, since a page saves it with one message."""
 
-OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares all of it
+OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares the contents itself
 
 EDITING = {
     "columns": COLUMNS,
@@ -27,17 +27,17 @@ EDITING = {
         name: {
             "title": kind.title,
             "size": kind.size,
-            "needs": [*ALWAYS[:3], *kind.needs],
-            "may": kind.may,
+            "needs": [*REQUIRED[:3], *kind.needs],
+            "may": kind.optional,
         }
         for name, kind in KINDS.items()
     },
 }
-"""The data that a page needs to build a panel."""
+"""The rules of panels for a page that edits one."""
 
 
 def stamp_of(path: Path) -> tuple[int, int] | None:
-    """Return the time and the size of a file, by which a change is seen; None for a missing one."""
+    """Return the time and the size of a file, which a change alters; None for a missing file."""
     try:
         stat = path.stat()
     except OSError:
@@ -49,29 +49,29 @@ class KeptPanel:
     """The file of an operator panel.
 
     Args:
-        rack: address of the rack file beside it, or the rack file's name in a recording.
-        given: the contents in a recording; None = the file on disk.
+        rack: path of the rack file, or the rack file's name in a trace.
+        recorded: the contents in a trace; None = the file on disk.
     """
 
-    def __init__(self, rack: str, given: bytes | None = None) -> None:
-        self._path, self._given = Path(panel_name(rack)), given
-        self._seen = stamp_of(self._path)
+    def __init__(self, rack: str, recorded: bytes | None = None) -> None:
+        self._path, self._recorded = Path(panel_name(rack)), recorded
+        self._stamp = stamp_of(self._path)
 
     def changed(self) -> bool:
         """Return whether the file has changed since the last call."""
-        before, self._seen = self._seen, stamp_of(self._path)
-        return self._given is None and self._seen != before
+        previous, self._stamp = self._stamp, stamp_of(self._path)
+        return self._recorded is None and self._stamp != previous
 
     def content(self) -> bytes:
-        """Return the contents, empty for a missing file; raise ValueError if it can't be read."""
+        """Return the contents, empty for a missing file; raise ValueError if the file can't be read."""
         try:
-            content = read_input(self._path, BYTES_MOST) if self._given is None else self._given
+            content = read_input(self._path, BYTES_MOST) if self._recorded is None else self._recorded
         except FileNotFoundError:
             return b""
         except OSError as error:
             raise ValueError(f"it can't be read: {error.strerror}") from error
         if len(content) > BYTES_MOST:
-            raise ValueError(f"{len(content):,} bytes: a panel has up to {BYTES_MOST:,}")
+            raise ValueError(f"{len(content):,} bytes: must be at most {BYTES_MOST:,}")
         return content
 
     @property
@@ -94,20 +94,17 @@ class KeptPanel:
             content = self.content()
             panel = parse_panel(content.decode())
         except ValueError as error:
-            return empty | {
-                "mistake": f"{self._path.name}: {error}",
-                "lacks": lacks or "fix the file first",
-            }
-        bound = [bindings.of(item) for item in panel.items]
+            return empty | {"mistake": f"{self._path.name}: {error}", "lacks": lacks or "fix the file first"}
+        bound = list(map(bindings.binding_of, panel.items))
         fields = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
         return empty | fields | {"mistake": "", "lacks": lacks}
 
     def save(self, panel: Mapping[str, Any]) -> None:
-        """Write the items of a page to the file.
+        """Write the items from a page to the file.
 
         Raises:
-            ValueError: an item is refused, or the file has changed since the page read it; it is not
-                replaced.
+            ValueError: an item is not allowed, or the file has changed since the page read it; the file is
+                unchanged.
         """
         for refusal in refusals(panel.get("items")).values():
             raise ValueError(refusal)
@@ -116,7 +113,7 @@ class KeptPanel:
             raise ValueError(f"{name} was changed meanwhile: discard your changes, then edit again")
         text = panel_text(Panel(panel["items"], parse_panel(content.decode()).head))
         if len(text.encode()) > BYTES_MOST:
-            raise ValueError(f"{name}: {len(text.encode()):,} bytes: a panel has up to {BYTES_MOST:,}")
+            raise ValueError(f"{name}: {len(text.encode()):,} bytes: must be at most {BYTES_MOST:,}")
         try:
             with new_file(self._path, OWN) as file:
                 file.write(text)
@@ -125,13 +122,13 @@ class KeptPanel:
 
 
 def drafted(items: object, bindings: Bindings) -> Json:
-    """Return the bindings of the items that a page edits, with the mistake in each, "" for none."""
+    """Return the bindings of items that a page edits; `broken` is the mistake of an item, or ""."""
     mistakes = refusals(items)
     assert isinstance(items, list)
     empty = {"read": "", "type": ""}
     bound = [
-        empty | {"broken": mistakes[place]} if place in mistakes else bindings.of(item)
-        for place, item in enumerate(items)
+        empty | {"broken": mistakes[index]} if index in mistakes else bindings.binding_of(item)
+        for index, item in enumerate(items)
     ]
     return {"bound": bound}
 

@@ -1,6 +1,6 @@
-"""Reads and writes the file of an operator panel, `feeder.panel` beside `feeder.toml`.
+"""The file of an operator panel, such as `feeder.panel` beside `feeder.toml`.
 
-    # a comment stays with the table that it precedes
+    # a comment belongs to the table after it
     [[item]]
     name = "E-stop"
     kind = "maintained"
@@ -8,7 +8,7 @@
     at = [0, 0]
     size = [3, 2]
 
-It has a TOML table per item, and a line per key. Tables keep their order; keys have the order of `FIELDS`. A
+It has a TOML table per item, and a line per key. Tables keep their order. Keys have the order of `FIELDS`. A
 change of an item changes only its own lines.
 """
 
@@ -24,37 +24,39 @@ from scanrack.io_images.doors import toml_tables
 Json = dict[str, Any]
 
 COLUMNS, ROWS = 12, 60
-"""Numbers of cells in the grid."""
+"""Size of the grid, cells."""
 
 MOST_ITEMS = 100
 COLORS = ("green", "red", "amber", "blue", "white")
 COMMENT = "comment"
-"""Key of an item's comment lines; it is not a key in the file."""
+"""Key of an item's comment lines, which is not a key in the file."""
 
 
 class Kind(NamedTuple):
     """A kind of items."""
 
     title: str  # its name in HMI editors
-    types: str  # allowed types of its tag
+    types: str  # allowed types of its tag, a key of `bindings.TYPES`
     operates: bool = False  # whether it sets its tag
     needs: tuple[str, ...] = ()  # required fields in addition to those of every item
-    may: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()  # optional fields
     size: tuple[int, int] = (3, 2)  # size of a new item, cells
 
 
-ALWAYS = ("name", "kind", "tag", "at", "size")
+REQUIRED = ("name", "kind", "tag", "at", "size")
 BIT, NUMBER, ANY = "BOOL", "a number", "one value"
 _LIMITS, _FORM = ("least", "most"), ("unit", "decimals")
 
 KINDS: Mapping[str, Kind] = {
-    "momentary": Kind("momentary push button", BIT, True, may=("color",)),
-    "maintained": Kind("maintained push button", BIT, True, may=("color",)),
-    "selector": Kind("selector switch", NUMBER, True, needs=("positions",), may=("values",), size=(4, 2)),
-    "lamp": Kind("indicator lamp", BIT, may=("color",), size=(2, 2)),
-    "display": Kind("numeric display", ANY, may=_FORM),
-    "entry": Kind("numeric entry", NUMBER, True, needs=_LIMITS, may=_FORM, size=(4, 2)),
-    "gauge": Kind("gauge", NUMBER, needs=_LIMITS, may=_FORM, size=(3, 3)),
+    "momentary": Kind("momentary push button", BIT, True, optional=("color",)),
+    "maintained": Kind("maintained push button", BIT, True, optional=("color",)),
+    "selector": Kind(
+        "selector switch", NUMBER, True, needs=("positions",), optional=("values",), size=(4, 2)
+    ),
+    "lamp": Kind("indicator lamp", BIT, optional=("color",), size=(2, 2)),
+    "display": Kind("numeric display", ANY, optional=_FORM),
+    "entry": Kind("numeric entry", NUMBER, True, needs=_LIMITS, optional=_FORM, size=(4, 2)),
+    "gauge": Kind("gauge", NUMBER, needs=_LIMITS, optional=_FORM, size=(3, 3)),
 }
 """The kinds of items, by `kind`."""
 
@@ -65,26 +67,28 @@ def _text(most: int) -> Check:
     return lambda value: isinstance(value, str) and 0 < len(value) <= most and value.isprintable()
 
 
-def _whole(within: range) -> Check:
-    return lambda value: type(value) is int and value in within
+def _integer(allowed: range) -> Check:
+    return lambda value: type(value) is int and value in allowed
 
 
 def _number(value: object) -> bool:
     return type(value) in (int, float) and abs(value) < 1 << 53  # type: ignore[arg-type]
 
 
-def _pair(first: range, second: range) -> Check:
-    takes_first, takes_second = _whole(first), _whole(second)
+def _pair(*allowed: range) -> Check:
+    checks = list(map(_integer, allowed))
     return lambda value: (
-        isinstance(value, list) and len(value) == 2 and takes_first(value[0]) and takes_second(value[1])
+        isinstance(value, list)
+        and len(value) == 2
+        and all(check(entry) for check, entry in zip(checks, value, strict=True))
     )
 
 
-def _different(of: Check) -> Check:
+def _different(check: Check) -> Check:
     return lambda value: (
         isinstance(value, list)
         and 2 <= len(value) <= 8
-        and all(map(of, value))
+        and all(map(check, value))
         and len(set(value)) == len(value)
     )
 
@@ -103,10 +107,10 @@ FIELDS: Mapping[str, tuple[Check, str]] = {
     "least": (_number, "a number"),
     "most": (_number, "a number"),
     "unit": (_text(12), "text of 1 to 12 printable characters"),
-    "decimals": (_whole(range(7)), "0 to 6"),
+    "decimals": (_integer(range(7)), "0 to 6"),
     "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
 }
-"""The check of each field, by name, in file order."""
+"""The check of each field and its allowed values in messages, by name, in the order of the file."""
 
 
 class Panel(NamedTuple):
@@ -117,10 +121,10 @@ class Panel(NamedTuple):
 
 
 def parse_panel(text: str) -> Panel:
-    """Return the panel in the text of a file.
+    """Return the panel from the text of a file.
 
     Raises:
-        ValueError: it is not TOML, or an item is refused; the message has item, value and allowed values.
+        ValueError: the text is not TOML, or an item is not allowed.
     """
     try:
         tables = _plain(toml_tables(text))
@@ -133,7 +137,7 @@ def parse_panel(text: str) -> Panel:
     for refusal in refusals(items).values():
         raise ValueError(refusal)
     head, comments = _comments(text)
-    if len(comments) == len(items):  # otherwise the items are written in another form
+    if len(comments) == len(items):  # otherwise the items are not [[item]] tables, and comments are dropped
         for item, lines in zip(items, comments, strict=True):
             item.update({COMMENT: lines} if lines else {})
     return Panel(items, head)
@@ -149,7 +153,7 @@ def _plain(value: Any) -> Any:
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return the comment lines at the top, up to an empty line, and the comment lines of each item."""
+    """Return the comment lines at the top, up to an empty line, and those of each item."""
     head: list[str] = []
     comments: list[list[str]] = []
     waiting: list[str] = []
@@ -168,7 +172,7 @@ def _comments(text: str) -> tuple[list[str], list[list[str]]]:
 
 
 def panel_text(panel: Panel) -> str:
-    """Return the text of a panel file; `parse_panel` reads it.
+    """Return the text of a panel file.
 
     >>> lamp = {"kind": "lamp", "name": "Run", "tag": "Run", "at": [0, 0], "size": [2, 1]}
     >>> print(panel_text(Panel([lamp])))
@@ -180,21 +184,21 @@ def panel_text(panel: Panel) -> str:
     size = [2, 1]
     <BLANKLINE>
     """
-    parts = ["\n".join(panel.head)] if panel.head else []
-    parts += ["\n".join(_lines(item)) for item in panel.items]
-    return "\n\n".join(parts) + "\n" if parts else ""
+    paragraphs = ["\n".join(panel.head)] if panel.head else []
+    paragraphs += ["\n".join(_lines(item)) for item in panel.items]
+    return "\n\n".join(paragraphs) + "\n" if paragraphs else ""
 
 
 def _lines(item: Json) -> Iterable[str]:
     yield from item.get(COMMENT, ())
     yield "[[item]]"
     for key in FIELDS:
-        if key in item:  # the JSON of these values is also TOML
+        if key in item:  # the JSON of these values is also valid TOML
             yield f"{key} = {json.dumps(item[key], ensure_ascii=False)}"
 
 
 def refusals(items: object) -> dict[int, str]:
-    """Return the mistakes in items, by place: the item's name, the value, and the allowed values."""
+    """Return the mistakes in items, by index: the item's name, the value, and the allowed values."""
     if not isinstance(items, list) or not all(isinstance(entry, dict) for entry in items):
         raise ValueError("item must be tables: [[item]]")
     if len(items) > MOST_ITEMS:
@@ -202,56 +206,56 @@ def refusals(items: object) -> dict[int, str]:
     errors: dict[int, str] = {}
     names: set[str] = set()
     cells: dict[tuple[int, int], str] = {}
-    for place, item in enumerate(items):
+    for index, item in enumerate(items):
         try:
-            _check(item, place)
+            _check(item, index)
             if item["name"] in names:
                 raise ValueError(f"item {item['name']}: another item has this name")
-            _take(item, cells)
+            _reserve(item, cells)
         except ValueError as error:
-            errors[place] = str(error)
+            errors[index] = str(error)
         names.add(str(item.get("name")))
     return errors
 
 
-def _check(item: Json, place: int) -> None:
+def _check(item: Json, index: int) -> None:
     """Check a single item; raise ValueError for a mistake."""
-    takes, _ = FIELDS["name"]
-    subject = f"item {item['name'] if takes(item.get('name')) else place + 1}"
+    is_name, _ = FIELDS["name"]
+    subject = f"item {item['name'] if is_name(item.get('name')) else index + 1}"
     kind = KINDS.get(str(item.get("kind")))
-    needs, may = ((), ()) if kind is None else (kind.needs, kind.may)
-    fields = (*ALWAYS, *needs, *may)
+    needs, optional = ((), ()) if kind is None else (kind.needs, kind.optional)
+    fields = (*REQUIRED, *needs, *optional)
     for key, value in item.items():
         if key in FIELDS and not FIELDS[key][0](value):
             raise ValueError(f"{subject}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
         if kind is not None and key not in (*fields, COMMENT):
             raise ValueError(f"{subject}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
-    for key in (*ALWAYS, *needs):
+    for key in (*REQUIRED, *needs):
         if key not in item:
             raise ValueError(f"{subject}: it needs {key}, {FIELDS[key][1]}")
     _check_comment(item.get(COMMENT, []), subject)
     _check_together(item, subject)
 
 
-def _check_comment(comment: object, who: str) -> None:
+def _check_comment(comment: object, subject: str) -> None:
     if not isinstance(comment, list) or not all(_text(1000)(line) and line[0] == "#" for line in comment):
-        raise ValueError(f"{who}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
+        raise ValueError(f"{subject}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
 
 
-def _check_together(item: Json, who: str) -> None:
-    """Check that the fields of an item fit each other; raise ValueError if not."""
+def _check_together(item: Json, subject: str) -> None:
+    """Check the fields of an item that limit each other; raise ValueError for a mistake."""
     (column, row), (width, height) = item["at"], item["size"]
     if column + width > COLUMNS or row + height > ROWS:
-        subject = f"{who}: at {item['at']} size {item['size']}"
-        raise ValueError(f"{subject}: must end within {COLUMNS} columns and {ROWS} rows")
+        fields = f"at {item['at']} size {item['size']}"
+        raise ValueError(f"{subject}: {fields}: must end within {COLUMNS} columns and {ROWS} rows")
     if "least" in item and item["least"] >= item["most"]:
-        raise ValueError(f"{who}: most {item['most']}: must be more than least, {item['least']}")
+        raise ValueError(f"{subject}: most {item['most']}: must be more than least, {item['least']}")
     if "values" in item and len(item["values"]) != len(item["positions"]):
-        raise ValueError(f"{who}: values {_shown(item['values'])}: must be {FIELDS['values'][1]}")
+        raise ValueError(f"{subject}: values {_shown(item['values'])}: must be {FIELDS['values'][1]}")
 
 
-def _take(item: Json, cells: dict[tuple[int, int], str]) -> None:
-    """Reserve the cells of an item; raise ValueError if one is taken."""
+def _reserve(item: Json, cells: dict[tuple[int, int], str]) -> None:
+    """Reserve the cells of an item; raise ValueError if another item has one of them."""
     (column, row), (width, height) = item["at"], item["size"]
     own_cells = [(x, y) for x in range(column, column + width) for y in range(row, row + height)]
     for cell in own_cells:

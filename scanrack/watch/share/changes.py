@@ -1,9 +1,9 @@
-"""Collects the values of a recording as lists of changes, in one walk over its scans.
+"""The values of a trace as lists of changes, from one walk over its scans.
 
     scan       100  101  102  103  104
     value        7    7    9    9    7      list: scans 100 102 104, values 7 9 7
 
-A browser finds the value in a scan by bisection. In a page, scans are stored as differences, see `packed`.
+A browser finds the value in a scan by bisection. A page stores scans as differences, see `packed`.
 """
 
 from __future__ import annotations
@@ -24,67 +24,66 @@ ROWS_AT_ONCE = 4096
 
 
 class Difference(NamedTuple):
-    """The first scan in which two recordings differ."""
+    """The first scan in which two traces differ."""
 
     scan: int
     keys: Sequence[str]  # keys of the lists that differ in this scan
 
 
 class ChangeLists:
-    """Lists of changes, by key: a part of a frame and a name, such as `tags 0 Start`."""
+    """Lists of changes by key: a part of a frame, and names on other lines, such as `tags`, `0`, `Start`."""
 
     def __init__(self) -> None:
         self._lists: dict[str, tuple[list[int], list[Any]]] = {}
 
     def note(self, key: str, scan: int, value: Any) -> None:
-        """Record the value in a scan; scans must come in order."""
-        scans, values = self.of(key)
+        """Add the value in a scan if it has changed; scans must come in order."""
+        scans, values = self.list_of(key)
         if not values or values[-1] != value:
             scans.append(scan)
             values.append(value)
 
-    def of(self, key: str) -> tuple[list[int], list[Any]]:
-        """Return a list: the scans of its changes, and the value from each."""
+    def list_of(self, key: str) -> tuple[list[int], list[Any]]:
+        """Return a list, created if necessary: the scans of its changes, and the value from each scan on."""
         return self._lists.setdefault(key, ([], []))
 
-    def take(self, key: str, scans: list[int], values: list[Any]) -> None:
-        """Set a complete list."""
+    def set_list(self, key: str, scans: list[int], values: list[Any]) -> None:
+        """Set the list of a key."""
         self._lists[key] = scans, values
 
-    def at(self, key: str, scan: int) -> Any:
+    def value_in(self, key: str, scan: int) -> Any:
         """Return the value of a list in a scan; None before its first change."""
         scans, values = self._lists[key]
-        place = bisect_right(scans, scan) - 1
-        return None if place < 0 else values[place]
+        index = bisect_right(scans, scan) - 1
+        return None if index < 0 else values[index]
 
     def first_difference(self, other: ChangeLists, parts: Collection[str], scans: range) -> Difference | None:
-        """Return the first scan in which common lists differ, and their keys; None if none differs.
+        """Return the first scan in which common lists differ, and their keys; None without a difference.
 
         Args:
             parts: parts of a frame whose lists are compared.
-            scans: scans that both have.
+            scans: the scans that both have.
         """
         keys = [key for key in self._lists.keys() & other._lists.keys() if key.partition("\n")[0] in parts]
-        differing = {
-            key: scan for key in keys if (scan := self._first_unequal(other, key, scans)) is not None
-        }
-        if not differing:
+        unequal_scans = {key: self._first_unequal(other, key, scans) for key in keys}
+        first = min((scan for scan in unequal_scans.values() if scan is not None), default=None)
+        if first is None:
             return None
-        first = min(differing.values())
-        return Difference(first, sorted(key for key, scan in differing.items() if scan == first))
+        return Difference(first, sorted(key for key, scan in unequal_scans.items() if scan == first))
 
     def _first_unequal(self, other: ChangeLists, key: str, scans: range) -> int | None:
         if self._lists[key] == other._lists[key]:
             return None
         changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}.intersection(scans)
-        return next(
-            (change for change in sorted(changes) if self.at(key, change) != other.at(key, change)), None
-        )
+        for scan in sorted(changes):
+            if self.value_in(key, scan) != other.value_in(key, scan):
+                return scan
+        return None
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
-        """Return the lists for a page: values, and scans as differences, the first from a given scan.
+        """Return the lists for a page: values, and scans as differences, the first one from `first`.
 
-        Integers are also stored as differences (`columns`: one list per array element), so counters take
+        Integers are also differences (`columns` has a list per array element), so counters take
         almost no space.
         """
         return {
@@ -93,13 +92,12 @@ class ChangeLists:
         }
 
     def last_changes(self, part: str, scan: int) -> dict[str, int]:
-        """Return the last change of each list in a part up to a scan, by name."""
+        """Return the scan of the last change of each list in a part up to a scan, by name; -1 without one."""
         latest = {}
         for key, (scans, _) in self._lists.items():
             if key.startswith(f"{part}\n"):
-                latest[key.split("\n")[-1]] = max(
-                    (change for change in scans[1:] if change <= scan), default=-1
-                )
+                changes = [change for change in scans[1:] if change <= scan]
+                latest[key.split("\n")[-1]] = changes[-1] if changes else -1
         return latest
 
 
@@ -119,7 +117,7 @@ def _packed(values: list[Any]) -> dict[str, Any]:
 
 
 def _is_small(value: object) -> bool:
-    """Return whether a value is an integer whose differences a browser adds exactly."""
+    """Return whether a value is an integer whose differences a browser can add exactly."""
     return type(value) is int and abs(value) < 1 << 52
 
 
@@ -130,11 +128,11 @@ def _differences(values: Sequence[int]) -> list[int]:
 def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
     """Collect the words of the images, inputs before outputs as in frames."""
     words, scans = rows["words"], rows["scan"]
-    for slot, places in layout.places.items():
-        images = [words[:, places.columns(image)] for image in ("I", "O")]
-        for place, values in enumerate(np.concatenate(images, axis=1).T):
-            indices = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
-            lists.take(f"words\n{slot}\n{place}", scans[indices].tolist(), values[indices].tolist())
+    for slot, image_places in layout.places.items():
+        images = [words[:, image_places.columns(image)] for image in ("I", "O")]
+        for index, values in enumerate(np.concatenate(images, axis=1).T):
+            changes = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+            lists.set_list(f"words\n{slot}\n{index}", scans[changes].tolist(), values[changes].tolist())
 
 
 def take_recorded(
@@ -146,14 +144,12 @@ def take_recorded(
         piece = scans[begin : begin + ROWS_AT_ONCE]
         _, values = timeline.recorded(tag_names, piece[0], piece[-1])
         for name in tag_names:
-            column = values.get(name) or _whole(name, values)
+            column = values.get(name) or _array_values(name, values)
             for scan, value in zip(piece, column, strict=False):
                 lists.note(f"tags\n{number}\n{name}", scan, shown_value(value))
 
 
-def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
-    """Return the values of an array, made from the values of its elements."""
-    return [
-        list(row)
-        for row in zip(*(value for key, value in values.items() if key.startswith(f"{name}[")), strict=True)
-    ]
+def _array_values(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
+    """Return the values of an array from the values of its elements."""
+    elements = [column for key, column in values.items() if key.startswith(f"{name}[")]
+    return list(map(list, zip(*elements, strict=True)))

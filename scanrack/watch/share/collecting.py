@@ -1,4 +1,4 @@
-"""Collects the data of a shared page: a stretch of a recording, in the form that the page needs."""
+"""The data of a shared page: a stretch of a trace."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from .changes import ChangeLists, take_recorded, take_words
 from .ladder_walk import LadderWalk, take_ladder
 
 WIDTHS = (56, 88, 120)
-"""Widths for which rungs are drawn, columns."""
+"""Widths of drawn rungs, columns."""
 
 MOST_ANSWERS = 20
-"""Largest number of tags for which the page explains why."""
+"""Maximum number of tags whose values the page explains."""
 
-OTHER_ANSWERS = 2
-"""Number of other tags among them: the last to change."""
+LATEST_ANSWERS = 2
+"""Number of tags among them that are the last ones to change."""
 
 MOST_EVENTS = 20_000
-"""Largest number of events in a page; the latest are kept."""
+"""Maximum number of events in a page, which are the latest ones."""
 
 
 class SharedStretch(NamedTuple):
@@ -42,31 +42,31 @@ class SharedStretch(NamedTuple):
 
     first: int
     last: int
-    scan: int  # the scan that is shown first
+    scan: int  # the scan that the page shows first
 
 
 def collect(
     monitor: TraceMonitor,
     stretch: SharedStretch,
     tags: Sequence[str] = (),
-    others: int = OTHER_ANSWERS,
+    latest: int = LATEST_ANSWERS,
     failed: Callable[[ChangeLists], Json] | None = None,
 ) -> Json:
     """Return the data of a page.
 
     Args:
-        monitor: monitor of the recording; it is run until it has read everything.
-        tags: tags that are explained first.
-        others: number of further tags to explain: the last to change before the scan.
-        failed: returns the page's data about a failed test.
+        monitor: monitor of the trace, which runs until it has read everything.
+        tags: the first tags to explain.
+        latest: number of other tags to explain: the last ones to change before the scan.
+        failed: returns the page's data about a failed test; None without one.
     """
     subject, (first, last, scan) = monitor.subject, stretch
     lists, lead, rows, events, programs = gathered(monitor, stretch)
-    before = [event for event in events if event["scan"] < first][-EVENTS_MOST:]
+    earlier_events = [event for event in events if event["scan"] < first][-EVENTS_MOST:]
     hello = subject.described(monitor.about, subject.programs.at(scan))
     if failed is not None:
         hello |= {"failure": failed(lists)}
-    name = Path(str(monitor.about.path)).name  # do not disclose folders of this machine
+    name = Path(str(monitor.about.path)).name  # without the folders of this machine
     return {
         "range": [first, last],
         "lead": lead,
@@ -81,12 +81,12 @@ def collect(
         },
         "formats": monitor.states.formats.changes(),
         "steppers": [slot for slot, words in subject.words.items() if is_stepper(words)],
-        "machines": list(subject.places.machines),
+        "machines": list(subject.row_layout.machines),
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
         "lists": lists.packed(lead),
-        "events": before + [event for event in events if event["scan"] >= first],
+        "events": earlier_events + [event for event in events if event["scan"] >= first],
         "marks": [mark._asdict() for mark in monitor.marks.all if first <= mark.scan <= last],
-        "whys": _answers(monitor, lists, scan, tags, others),
+        "whys": _answers(monitor, lists, scan, tags, latest),
         "notes": [IMPURE] if any(_is_impure(program) for program in subject.programs.all) else [],
     }
 
@@ -95,8 +95,8 @@ class StretchValues(NamedTuple):
     """The values and programs of a stretch."""
 
     lists: ChangeLists
-    lead: int  # first scan of its words; it starts earlier, for speeds
-    own: Rows
+    lead: int  # first scan of its words, which begin earlier for the speeds
+    rows: Rows  # the rows of the stretch itself
     events: Sequence[Json]  # all events up to its end
     programs: Sequence[Json]
 
@@ -116,9 +116,8 @@ def gathered(monitor: TraceMonitor, stretch: SharedStretch) -> StretchValues:
     own_rows = rows[np.searchsorted(rows["scan"], stretch.first) :]
     events = monitor.states.up_to(stretch.last, MOST_EVENTS)
     _take_events(lists, monitor, own_rows, events)
-    programs = [
-        _program(monitor, lists, program, own_rows["scan"].tolist()) for program in _shown(monitor, stretch)
-    ]
+    scans = own_rows["scan"].tolist()
+    programs = [_program(monitor, lists, program, scans) for program in _shown(monitor, stretch)]
     return StretchValues(lists, lead, own_rows, events, programs)
 
 
@@ -127,7 +126,7 @@ def _is_impure(program: Stretch) -> bool:
 
 
 def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
-    """Return the programs that ran any of the scans."""
+    """Return the programs that ran in the stretch."""
     programs = monitor.subject.programs
     return [
         program
@@ -137,22 +136,21 @@ def _shown(monitor: TraceMonitor, stretch: SharedStretch) -> Iterable[Stretch]:
 
 
 def _take_times(lists: ChangeLists, rows: Rows, period_ns: int) -> None:
-    for scan, offset in zip(
-        rows["scan"].tolist(),
-        (rows["now_ns"] - rows["scan"].astype(np.int64) * period_ns).tolist(),
-        strict=True,
-    ):
+    """Collect the differences between the times of scans and multiples of the period."""
+    offsets = rows["now_ns"] - rows["scan"].astype(np.int64) * period_ns
+    for scan, offset in zip(rows["scan"].tolist(), offsets.tolist(), strict=True):
         lists.note("offset", scan, offset)
 
 
 def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: Sequence[Json]) -> None:
-    """Collect the mode in each scan, and the states that events change."""
+    """Collect the modes, and the states that events change."""
     states, scans = monitor.states, rows["scan"]
-    for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
-        lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
+    for index in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
+        lists.note("mode", int(scans[index]), mode_of(int(rows["flags"][index])))
     first, last = int(scans[0]), int(scans[-1])
-    noted_scans = {event["scan"] + after for event in events for after in (0, 1)} | {first}
-    noted_scans |= {fault.scan for fault in states.faults_at(last)}
+    event_scans = {event["scan"] for event in events}
+    changing_scans = {first} | event_scans | {scan + 1 for scan in event_scans}
+    changing_scans |= {fault.scan for fault in states.faults_at(last)}
     readers = {
         "forced": states.forces_at,
         "lines": states.lines_at,
@@ -160,48 +158,48 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    for scan in sorted(number for number in noted_scans if first <= number <= last):
+    for scan in sorted(scan for scan in changing_scans if first <= scan <= last):
         for key, reader in readers.items():
             lists.note(key, scan, reader(scan))
 
 
 def _drawings(catalog: Catalog, routines: Iterable[Json]) -> tuple[dict[str, Any], list[PageRoutine]]:
-    """Return the drawn routines, by name and width, and their contents."""
-    shows, drawn = {}, []
+    """Return the drawings of routines, by name and width, and the contents of the routines."""
+    drawings, contents = {}, []
     for routine in routines:
         widths = WIDTHS if routine["kind"] == "ladder" else WIDTHS[:1]
-        answers = {width: catalog.show(routine["name"], width) for width in widths}
-        shows[routine["name"]] = {width: answer for width, (_, answer) in answers.items()}
-        drawn.append(answers[widths[0]][0])
-    return shows, drawn
+        shown = {width: catalog.show(routine["name"], width) for width in widths}
+        drawings[routine["name"]] = {width: drawing for width, (_, drawing) in shown.items()}
+        contents.append(shown[widths[0]][0])
+    return drawings, contents
 
 
 def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans: Sequence[int]) -> Json:
-    """Return a program with its drawings and uses; collect its power and values."""
+    """Return a program with its drawings; collect its power and values."""
     subject, number = monitor.subject, program.number
     described = program.described(subject.values)
     end = subject.programs.end_of(program)
     own_scans = [scan for scan in scans if program.first <= scan <= end]
     panel = monitor.panel.described(subject.bindings(program), "this is a recording")
-    shows, names, known = {}, [tag["name"] for tag in described["tags"]], own_scans[-1] + 1
-    names += [item["read"] for item in panel["bound"]]
+    drawings, unknown_from = {}, own_scans[-1] + 1
     if program.catalog is None:
         if program.source is not None:
             _, answer = program.source.show(tuple(subject.values))
-            shows[answer["routine"]] = {WIDTHS[0]: answer}
+            drawings[answer["routine"]] = {WIDTHS[0]: answer}
         take_recorded(lists, number, subject.timeline, subject.values, own_scans)
     else:
-        shows, drawn = _drawings(program.catalog, described["routines"])
-        names += [name for drawing in drawn for name in drawing.names]
+        drawings, routines = _drawings(program.catalog, described["routines"])
+        names = [tag["name"] for tag in described["tags"]] + [item["read"] for item in panel["bound"]]
+        names += [name for routine in routines for name in routine.names]
         replica = program.past
         assert replica is not None
-        walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))
-        known = take_ladder(replica, walk, range(own_scans[0], own_scans[-1] + 1))
+        walk = LadderWalk(lists, number, replica.engine, routines, dict.fromkeys(names))
+        unknown_from = take_ladder(replica, walk, range(own_scans[0], own_scans[-1] + 1))
     return {
         "first": program.first,
-        "known": known,
+        "known": unknown_from,
         "described": described,
-        "shows": shows,
+        "shows": drawings,
         "panel": panel,
     }
 
@@ -212,18 +210,18 @@ def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
     return [[int(scans[gap]) + 1, int(scans[gap + 1]) - 1] for gap in gaps]
 
 
-def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequence[str], others: int) -> Json:
-    """Return why tags have their values in a scan; the key "" has the reason for the CPU's fault."""
+def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, tags: Sequence[str], latest: int) -> Json:
+    """Return why tags have their values in a scan; the key "" has the cause of the CPU's fault."""
     program = monitor.subject.programs.at(scan)
     if program.past is None:
         return {}
     change_scans = lists.last_changes(f"tags\n{program.number}", scan)
-    latest = sorted(
-        (name for name in change_scans if change_scans[name] >= 0), key=lambda each: -change_scans[each]
+    changed = sorted(
+        (name for name in change_scans if change_scans[name] >= 0), key=lambda name: -change_scans[name]
     )
     page, answers, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
-    for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
-        with suppress(ValueError):  # there is no fault, or the value is not a tag
+    for tag in ["", *dict.fromkeys((*tags, *changed[:latest]))][: MOST_ANSWERS + 1]:
+        with suppress(ValueError):  # no fault, or the value is not of a tag
             answers[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
     return {tag: answer for tag, answer in answers.items() if answer}

@@ -1,4 +1,4 @@
-"""`scanrack share TRACE`: a recording and its page in one file that any browser opens."""
+"""`scanrack share TRACE`: a page of a trace in one file that any browser opens."""
 
 from __future__ import annotations
 
@@ -20,39 +20,39 @@ from scanrack.traces.read.reader import Trace
 
 from ..panels.kept_panel import KeptPanel
 from ..recorded_session import open_to_read
-from .collecting import OTHER_ANSWERS, SharedStretch, collect
+from .collecting import LATEST_ANSWERS, SharedStretch, collect
 from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
 
 WHOLE_SCANS = 50_000
-"""A recording with up to this many scans is shared as a whole."""
+"""Maximum number of scans of a trace that is shared completely."""
 
 BEFORE, AFTER = 20_000, 2_000
-"""Numbers of scans of a longer recording before and after the scan shown first."""
+"""Numbers of scans before and after the scan shown first, for a longer trace."""
 
 
 class ShareOptions(NamedTuple):
-    """The choices for a page; at most one of scan and time."""
+    """The options of a page, with at most one of scan and time."""
 
-    scan: int | None = None  # None = the last one
-    time_ns: int | None = None
-    before: int = BEFORE
-    after: int = AFTER
-    whole: bool = False
-    most: int = WHOLE_SCANS  # a recording with more scans is cut
-    others: int = OTHER_ANSWERS  # number of tags that are explained without a request
-    latest: bool = False  # whether to use the last scan in place of one that is not written yet
+    scan: int | None = None  # the scan shown first; None = the last one
+    time_ns: int | None = None  # the time shown first
+    before: int = BEFORE  # number of scans before the scan shown first
+    after: int = AFTER  # number of scans after it
+    all_scans: bool = False
+    most: int = WHOLE_SCANS  # with more scans, only `before` and `after` are shared
+    latest_answers: int = LATEST_ANSWERS  # number of explained tags in addition to `tags`
+    latest: bool = False  # whether to use the last scan instead of one that is not in the trace yet
     recording: bool = False  # whether to include the trace
     trust: bool = False  # whether Python in the trace may run
-    tags: Sequence[str] = ()  # tags that are explained in the page
-    failure: Failure | None = None  # failure of the test that made the recording; the page opens on it
+    tags: Sequence[str] = ()  # tags whose values the page explains
+    failure: Failure | None = None  # the failed test of the trace, with which the page opens
     report_notes: Callable[[Trace], None] | None = (
         None  # reports the notes of the trace, even if it is refused
     )
-    rack: str = ""  # address of the running rack, whose current panel is shown; "" = the recording's
+    rack: str = ""  # path of the running rack, whose present panel is shown; "" = the panel in the trace
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
-        """Return the stretch of a recording to share; raise ValueError if it lacks the requested scan."""
+        """Return the stretch of a trace to share; raise ValueError if the trace lacks the requested scan."""
         scan = last if self.scan is None else self.scan
         if self.time_ns is not None:
             scan = self.time_ns // period_ns
@@ -60,62 +60,62 @@ class ShareOptions(NamedTuple):
             scan = min(scan, last)
         if not first <= scan <= last:
             raise ValueError(f"no scan {scan}: the recording has {first} to {last}")
-        if self.whole or last - first < self.most:
+        if self.all_scans or last - first < self.most:
             return SharedStretch(first, last, scan)
         return SharedStretch(max(first, scan - self.before), min(last, scan + self.after), scan)
 
 
-def share(trace: Path, out: Path, wish: ShareOptions) -> Any:
-    """Write the page of a recording; return its data.
+def share(trace: Path, output: Path, options: ShareOptions) -> Any:
+    """Write the page of a trace; return its data.
 
     Raises:
-        ValueError: the recording or the output can't be used, or the page would be too large.
+        ValueError: the trace or the output can't be used, or the page would be too large.
         OSError: a file can't be read or written.
     """
-    check_output(out, SHARED_PAGE, itself(trace))
-    data, page = shared(trace, wish)
-    with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
+    check_output(output, SHARED_PAGE, itself(trace))
+    data, page = shared(trace, options)
+    with new_file(output, SHARED_PAGE, "wb", used=itself(trace)) as file:
         file.write(page)
     return data
 
 
-def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
-    """Return the data of a recording's page, and the page, see `share`."""
+def shared(trace: Path, options: ShareOptions) -> tuple[Any, bytes]:
+    """Return the data of a trace's page, and the page; see `share`."""
     with ExitStack() as stack:
-        monitor = open_to_read(stack, trace, trust=wish.trust, report_notes=wish.report_notes)
-        if wish.rack:
-            monitor.panel = KeptPanel(wish.rack)
+        monitor = open_to_read(stack, trace, trust=options.trust, report_notes=options.report_notes)
+        if options.rack:
+            monitor.panel = KeptPanel(options.rack)
         extent = monitor.subject.timeline.extent
         if extent is None:
-            raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
-        stretch = wish.within(*extent, monitor.subject.spec.scan_ns)
-        failed, failure = None, wish.failure
+            raise ValueError(f"{trace}: no scan in it" + (" yet" if options.latest else ""))
+        stretch = options.within(*extent, monitor.subject.spec.scan_ns)
+        failed, failure = None, options.failure
         if failure is not None:
             earlier = failure.passed
-            passed_monitor = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
+            passed_monitor = None if earlier is None else open_to_read(stack, earlier, trust=options.trust)
             failed = partial(failure.described, stretch, passed_monitor)
-        data = collect(monitor, stretch, wish.tags, wish.others, failed)
-    return data, page_of(data, trace.read_bytes() if wish.recording else None)
+        data = collect(monitor, stretch, options.tags, options.latest_answers, failed)
+    return data, page_of(data, trace.read_bytes() if options.recording else None)
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:
-    """Return sentences about what a page discloses to anyone who has it."""
+    """Return sentences about the contents of a page that everyone who gets it can read."""
     first, last = data["range"]
     routines = [routine for program in data["programs"] for routine in program["described"]["routines"]]
     tags = {tag["name"] for program in data["programs"] for tag in program["described"]["tags"]}
     program_text = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
     lines = [
-        f"Whoever has it reads {program_text}the words of scans {first:,} to {last:,}, "
+        f"Everyone who gets it can read {program_text}the words of scans {first:,} to {last:,}, "
         f"{_many(len(tags), 'tag')}, {_many(len(data['events']), 'event')}, "
-        f"{_many(len(data['whys']), 'answer')} of why."
+        f"and explanations of {_many(len(data['whys']), 'value')}."
     ]
     if recording:
         lines.append("The recording is inside, with the files of its rack and program.")
     return lines
 
 
-def _many(count: int, thing: str) -> str:
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+def _many(count: int, noun: str) -> str:
+    return f"{count:,} {noun}{'' if count == 1 else 's'}"
 
 
 def _share_command(
@@ -123,7 +123,7 @@ def _share_command(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="OUT", help="Where to.", show_default="beside the trace, as .html"
+            "--out", "-o", metavar="OUT", help="Output file.", show_default="beside the trace, as .html"
         ),
     ] = None,
     at: Annotated[
@@ -131,27 +131,29 @@ def _share_command(
         typer.Option(
             "--at",
             metavar="TIME|SCAN",
-            help="Show this time first, such as '8.2 s', or this scan.",
+            help="Scan to show first, or a time such as '8.2 s'.",
             show_default="the last scan",
         ),
     ] = None,
     before: Annotated[
-        int, typer.Option("--before", metavar="N", min=0, help="Scans before it, of more than 50,000.")
+        int,
+        typer.Option("--before", metavar="N", min=0, help="Scans before it, if there are more than 50,000."),
     ] = BEFORE,
     after: Annotated[
-        int, typer.Option("--after", metavar="N", min=0, help="Scans after it, of more than 50,000.")
+        int,
+        typer.Option("--after", metavar="N", min=0, help="Scans after it, if there are more than 50,000."),
     ] = AFTER,
-    whole: Annotated[bool, typer.Option("--all", help="All scans, however many.")] = False,
+    whole: Annotated[bool, typer.Option("--all", help="Share all scans.")] = False,
     recording: Annotated[
-        bool, typer.Option("--with-recording", help="Put the trace inside, too: scanrack watch opens it.")
+        bool, typer.Option("--with-recording", help="Include the trace, which scanrack watch can open.")
     ] = False,
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python from the trace.")] = False,
 ) -> None:
     """Export as one HTML file, which any browser opens without a network.
 
-    The page has rungs with power, tags, words, machine, timing strip and events of each scan, and says why
-    for up to twenty tags of the scan shown first. It asks no server, and a content policy lets it connect to
-    nothing. More than 10 MB are refused. What the page discloses is printed.
+    The page has rungs with power, tags, words, machine, timing strip and events of each scan. It explains the
+    values of up to 20 tags in the scan shown first. It needs no server, and a content policy blocks all
+    connections. It has at most 10 MB. The command prints what readers of the page can see.
 
     Examples: scanrack share run.mcap; scanrack share run.mcap --at "8.2 s" -o failure.html
 
@@ -160,11 +162,11 @@ def _share_command(
     with reported_mistakes():
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
-        wish = ShareOptions(
+        options = ShareOptions(
             scan, time_ns, before, after, whole, recording=recording, trust=trust, report_notes=print_notes
         )
         target = trace.with_suffix(".html") if out is None else out
-        data = share(trace, target, wish)
+        data = share(trace, target, options)
         say(f"{target}: {size_of(target)}, scan {data['scan']:,} is shown first")
         for line in disclosed(data, recording=recording):
             say(line)

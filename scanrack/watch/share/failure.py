@@ -1,4 +1,4 @@
-"""Describes a failed test for a page: its message, and the differences from the last run that passed."""
+"""A failed test for a page: its message, and the first difference from the last run that passed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .changes import ChangeLists
 from .collecting import SharedStretch, gathered
 
 COMPARED = ("words", "power", "tags", "mode", "forced")
-"""The parts of a frame that are compared with the run that passed."""
+"""Parts of a frame that are compared with the run that passed."""
 
 MOST_NAMES = 8
-"""Largest number of tags, rungs and images that are named."""
+"""Maximum number of tags, of rungs, and of images in the difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +27,8 @@ class Failure:
     Attributes:
         test: name of the test, as in pytest.
         message: message of the failure.
-        tag: the tag in question; the page opens the causes of its value. None = no tag.
-        passed: trace of its last run that passed; None if it was not kept.
+        tag: the tag whose causes the page opens; None = no tag.
+        passed: trace of the last run that passed; None without one.
     """
 
     test: str
@@ -41,7 +41,7 @@ class Failure:
 
         Args:
             stretch: the scans of the page.
-            passed: monitor of the run that passed.
+            passed: monitor of the run that passed, or None.
             lists: values of the run that failed.
         """
         row = {"test": self.test, "message": self.message, "tag": self.tag, "scan": stretch.scan}
@@ -53,14 +53,14 @@ class Failure:
         difference = lists.first_difference(passed_lists, COMPARED, range(stretch.first, last + 1))
         if difference is None:
             return row | {"against": {"equal_to": last}}
-        before = difference.scan == stretch.first > extent[0]  # the page does not include earlier scans
-        names = _named(difference.keys, passed.subject.spec.layout)
-        return row | {"against": {"scan": difference.scan, "before": before, **names}}
+        may_be_earlier = difference.scan == stretch.first > extent[0]  # the page lacks the scans before
+        names = _names_by_kind(difference.keys, passed.subject.spec.layout)
+        return row | {"against": {"scan": difference.scan, "before": may_be_earlier, **names}}
 
 
-def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:
-    """Return the names of lists, by kind: tags, rungs, and images or states of the rack."""
-    tags, rungs, places = [], [], []
+def _names_by_kind(keys: Iterable[str], layout: MemoryLayout) -> Json:
+    """Return the names of lists: of tags, of rungs, and of images or states of the rack."""
+    tags, rungs, others = [], [], []
     for key in keys:
         part, *fields = key.split("\n")
         if part == "tags":
@@ -70,8 +70,8 @@ def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:
         elif part == "words":
             inputs = layout.places[int(fields[0])].columns("I")
             image = "inputs" if int(fields[1]) < inputs.stop - inputs.start else "outputs"
-            places.append(f"slot {fields[0]} {image}")
+            others.append(f"slot {fields[0]} {image}")
         else:
-            places.append({"mode": "mode", "forced": "forces"}[part])
-    lists = {"tags": tags, "rungs": rungs, "others": places}
+            others.append({"mode": "mode", "forced": "forces"}[part])
+    lists = {"tags": tags, "rungs": rungs, "others": others}
     return {kind: [*dict.fromkeys(names)][:MOST_NAMES] for kind, names in lists.items()}

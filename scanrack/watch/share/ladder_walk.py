@@ -1,6 +1,6 @@
-"""Collects power and tags of a ladder program as lists of changes, in one walk over its scans.
+"""Power and tags of a ladder program as lists of changes, from one walk over its scans.
 
-A scan changes few of the program's variables, and only tags in the changed ones are read.
+A scan changes few of the program's variables, so only tags in changed variables are read.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from ..history.program_replica import ProgramReplica
 from .changes import ChangeLists
 
 
-def take_ladder(replica: ProgramReplica, walk: LadderWalk, ends: range) -> int:
-    """Collect power and tags of a ladder program; return the scan after the last known one."""
-    scan = ends.start
-    for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
+def take_ladder(replica: ProgramReplica, walk: LadderWalk, scans: range) -> int:
+    """Collect power and tags of a ladder program in scans; return the scan after the last known one."""
+    scan = scans.start
+    for _ in replica.walk(scans.start, scans.stop - 1, noted=True):
         walk.note(scan)
         scan += 1
         if scan % EVERY == 0:
@@ -47,35 +47,38 @@ class _Tag:
 
 @dataclass(slots=True)
 class _Variable:
-    """A variable of the program, with tags by element, and tags that any change may affect."""
+    """A variable of the program, with the tags in it."""
 
     cell: CellType
-    parts: list[list[_Tag]]  # tags by element; empty if changes of elements are not distinguished
-    whole: list[_Tag] = field(default_factory=list)
-    before: Any = ()
+    element_tags: list[list[_Tag]]  # by element; empty if changes of elements are not distinguished
+    other_tags: list[_Tag] = field(default_factory=list)  # any change may affect these
+    previous: Any = ()  # the value at the last call of `changed`
 
     def changed(self) -> Iterable[_Tag]:
         """Return the tags that may have changed since the last call."""
-        now, before = self.cell.cell_contents, self.before
-        if now == before:
+        value, previous = self.cell.cell_contents, self.previous
+        if value == previous:
             return ()
-        if isinstance(now, TagBytes):
-            now = now.saved()
-        elif isinstance(now, memoryview):
-            now = now.tolist()
-        if now == before:
+        if isinstance(value, TagBytes):
+            value = value.saved()
+        elif isinstance(value, memoryview):
+            value = value.tolist()
+        if value == previous:
             return ()
-        self.before = now[:] if isinstance(now, list) else now
-        return chain(self.whole, *compress(self.parts, map(ne, now, before))) if self.parts else self.whole
+        self.previous = value[:] if isinstance(value, list) else value
+        if not self.element_tags:
+            return self.other_tags
+        return chain(self.other_tags, *compress(self.element_tags, map(ne, value, previous)))
 
 
 class LadderWalk:
-    """Records the changes by successive scans; it reads only tags whose variables have changed.
+    """A collection of changes in successive scans, which reads only tags with changed variables.
 
     Args:
-        lists: receive the changes.
+        lists: the changes are added to these lists.
+        shown: the routines whose power is collected.
         number: number of the program.
-        names: names of the tags; unknown tags get no list.
+        shown: the routines whose power is collected.
     """
 
     def __init__(
@@ -89,14 +92,14 @@ class LadderWalk:
         self._lists, self._number, self._engine, self._shown = lists, number, engine, shown
         self._names = [name for name in names if name in engine.tags]
         self._notes: Sequence[object] = ()
-        self._power_of: dict[str, list[tuple[bool, ...] | None]] = {}
+        self._latest_power: dict[str, list[tuple[bool, ...] | None]] = {}  # by routine
         self._forces: object = None
         self._tags: list[_Tag] = []
-        self._always: list[_Tag] = []
+        self._always: list[_Tag] = []  # tags that are read in every scan
         self._variables: dict[str, _Variable] = {}
 
     def note(self, scan: int) -> None:
-        """Record the changes by the latest scan, which has this number."""
+        """Collect the changes in the latest scan, `scan`."""
         engine = self._engine
         if self._notes != engine.notes:
             self._notes = list(engine.notes)
@@ -108,46 +111,48 @@ class LadderWalk:
         )
         if engine.memory.forces is not self._forces:
             self._forces, due = engine.memory.forces, self._tags
-        for variable in dict.fromkeys(due):
-            value = variable.read()
-            if not variable.values or variable.values[-1] != value:
-                variable.scans.append(scan)
-                variable.values.append(value)
+        for tag in dict.fromkeys(due):
+            value = tag.read()
+            if not tag.values or tag.values[-1] != value:
+                tag.scans.append(scan)
+                tag.values.append(value)
 
     def _note_power(self, scan: int, truths: Truths) -> None:
         for ladder in self._shown:
             routine = ladder.name.upper()
             powers = [truths.get((routine, number)) for number in (*ladder.rungs, *ladder.lines)]
-            if self._power_of.get(routine) != powers:
-                self._power_of[routine] = powers
+            if self._latest_power.get(routine) != powers:
+                self._latest_power[routine] = powers
                 for key, value in ladder.power(truths).items():
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
-        """Return a tag that is read when its variables change, or in every scan if they are unknown."""
+        """Return a tag, and register it with its variables; if they are unknown, it is read in every scan."""
         tags, memory = self._engine.tags, self._engine.memory
         place = tags.where(name)
-        scans, values = self._lists.of(f"tags\n{self._number}\n{name}")
+        scans, values = self._lists.list_of(f"tags\n{self._number}\n{name}")
         tag = _Tag(_reader(place, memory) or (lambda: shown_value(value_of(tags, name))), scans, values)
-        for ident, elements in _places(place, memory):
+        for ident, elements in _variables_of(place, memory):
             cell = memory.cells.get(ident)
             if cell is None:
                 self._always.append(tag)
                 continue
             count = len(cell.cell_contents) if _has_elements(cell) else 0
             variable = self._variables.setdefault(ident, _Variable(cell, [[] for _ in range(count)]))
-            for part in [variable.parts[element] for element in elements] if count else [variable.whole]:
-                part.append(tag)
+            if not count:
+                variable.other_tags.append(tag)
+            for element in elements if count else ():
+                variable.element_tags[element].append(tag)
         return tag
 
 
-def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequence[int]]]:
+def _variables_of(place: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequence[int]]]:
     """Yield the variables of a tag, each with the tag's elements in it; "" if a subscript is computed."""
-    if can_fault(where):
+    if can_fault(place):
         yield "", ()
         return
-    fixed = [int(step.value) for step in where.indices if isinstance(step, Constant)]
-    for leaf in leaves_in(where):
+    fixed = [int(step.value) for step in place.indices if isinstance(step, Constant)]
+    for leaf in leaves_in(place):
         dims, begin = leaf.dims, 0
         for index, length in zip(fixed, dims, strict=False):
             begin = begin * length + index
@@ -164,22 +169,24 @@ def _has_elements(cell: CellType) -> bool:
     return isinstance(cell.cell_contents, list | memoryview)
 
 
-def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
+def _reader(place: Place | Group, memory: Memory) -> Callable[[], Any] | None:
     """Return a function that reads integers or bits directly from a list; None for any other tag."""
-    (ident, elements), *extra_places = _places(where, memory)
-    cell, kind = memory.cells.get(ident), where.type
-    if cell is None or not isinstance(cell.cell_contents, list) or extra_places or not _is_whole(where):
+    (ident, elements), *other_variables = _variables_of(place, memory)
+    cell = memory.cells.get(ident)
+    if cell is None or not isinstance(cell.cell_contents, list) or other_variables:
         return None
-    if isinstance(where, Group):
+    if not _has_plain_elements(place):
+        return None
+    if isinstance(place, Group):
         column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
-        return None if column is None or len(where.dims) != 1 else lambda: cell.cell_contents[column[1]]
+        return None if column is None or len(place.dims) != 1 else lambda: cell.cell_contents[column[1]]
     array_index = elements[0]
-    if kind is BOOL:
+    if place.type is BOOL:
         return lambda: bool(cell.cell_contents[array_index])
     return lambda: cell.cell_contents[array_index]
 
 
-def _is_whole(where: Place | Group) -> bool:
+def _has_plain_elements(place: Place | Group) -> bool:
     """Return whether a tag consists of integers or BOOLs, and is not a bit of an integer."""
-    kind, bit = where.type, where.bit if isinstance(where, Place) else None
+    kind, bit = place.type, place.bit if isinstance(place, Place) else None
     return bit is None and isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)

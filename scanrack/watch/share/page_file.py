@@ -1,4 +1,4 @@
-"""Writes a shared page as one file, which loads nothing else: script, style, data, perhaps the recording.
+"""A shared page as one file that loads nothing else: script, style, data, and perhaps the trace.
 
 <meta> content policy      hashed scripts, script and images from `data:`; no connections
 <style>                    watch.css
@@ -26,11 +26,11 @@ from ..joining import joined
 from ..page_files import SCRIPT, SOURCE_OF_SHARED_PAGES, STYLE_LINK
 
 MOST_BYTES = 10_000_000
-"""Largest size of a page, bytes."""
+"""Maximum size of a page, bytes."""
 
 GENERATOR = '<meta name="generator" content="scanrack share">'
 SHARED_PAGE = FileKind("a shared page", lambda content: GENERATOR.encode() in content)
-"""The kind of files that a new page may replace."""
+"""The kind of file that a new page may replace."""
 
 _RECORDING = re.compile(rb'<script type="application/octet-stream" id="recording">([A-Za-z0-9+/=]+)</script>')
 _NAME = "scanrack/page.js"
@@ -42,7 +42,7 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
 
     Args:
         data: see `collecting.collect`.
-        trace: the recording to include; None = no recording.
+        trace: the trace to include; None = no trace.
 
     Raises:
         ValueError: the page would be larger than `MOST_BYTES`.
@@ -91,15 +91,15 @@ def _policy(mapped: str) -> str:
 
 
 def is_page(path: Path) -> bool:
-    """Return whether a file has the name of a page."""
+    """Return whether a file has the suffix of a page."""
     return path.suffix.lower() in (".html", ".htm")
 
 
 def recording_in(path: Path) -> bytes:
-    """Return the recording in a page. The page may come from anyone, so nothing else in it is read.
+    """Return the trace in a page. The page may come from anyone, so nothing else in it is read.
 
     Raises:
-        ValueError: the file is larger than a page may be, or has no recording.
+        ValueError: the file is larger than a page may be, or has no usable trace.
         OSError: the file can't be read.
     """
     with path.open("rb") as file:
@@ -119,10 +119,10 @@ def recording_in(path: Path) -> bytes:
 
 
 def recording_beside(page: Path) -> Path:
-    """Write the recording in a page to a file beside the page with the same name; return its path.
+    """Write the trace in a page to a file beside the page with the same name; return its path.
 
     Raises:
-        ValueError: see `recording_in`; or another file with that name already exists, which is kept.
+        ValueError: see `recording_in`, or another file with that name exists.
         OSError: a file can't be read or written.
     """
     content, trace = recording_in(page), page.with_suffix(".mcap")

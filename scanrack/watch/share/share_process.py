@@ -1,4 +1,4 @@
-"""Makes a page to share in its own process: it takes seconds, and scans and frames can't wait."""
+"""The process that makes a page to share, since this takes seconds."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from .command import ShareOptions, shared
 
 
 def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
-    """Return the page of a recording in base64; a scan not yet written becomes the latest.
+    """Return the page of a trace in base64; the latest scan replaces one that is not in the trace yet.
 
     Raises:
-        ValueError: the recording can't be used or read, or the page would be too large.
+        ValueError: the trace can't be used or read, or the page would be too large.
     """
     path = Path(trace)
     try:

@@ -1,4 +1,4 @@
-// What can be done with a tag or a rung, by menu and by key: a row each, with the reason why it can't be done now.
+// The actions on a tag or a rung, for menus and keys. A row each, with the reason why it is not available now.
 
 import { WAITS, waits } from "./breakpoints.js";
 import {
@@ -17,17 +17,18 @@ const full = ({ tag }) =>
   tagNames().length >= MOST && !hasLane(tag) ? `the strip has room for ${MOST} tags` : "";
 
 const unitOf = rung =>
-  run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line";
+  run.hello.routines.find(({ name }) => rung.startsWith(`${name}.`))?.kind === "ladder" ? "rung" : "line";
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
-// The first key is for the first of what a breakpoint can wait for: of a line of Python that it executes.
-const onRung = (key, place) => {
-  const wait = () => (place ? WAITS[place] : waits()[0]), whole = ({ rung }) => rung + wait()[0];
+// The first key is for the first condition of a breakpoint, which for a line of Python is that it executes.
+const onRung = (key, index) => {
+  const condition = () => (index ? WAITS[index] : waits()[0]), location = ({ rung }) => rung + condition()[0];
   return {
-    key, of: "rung", fits: () => !place || !isPython(),
-    text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${wait()[2]}`,
-    says: `breakpoint: when the rung ${WAITS[place][2]}`,
-    lacks: first(untimed, () => (waits().includes(wait()) ? "" : "a line of Python executes or not")),
-    checked: subject => run.breakpoints.includes(whole(subject)), act: subject => orders.breakpoint(whole(subject)),
+    key, of: "rung", fits: () => !index || !isPython(),
+    text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${condition()[2]}`,
+    says: `breakpoint: when the rung ${WAITS[index][2]}`,
+    lacks: first(untimed, () => (waits().includes(condition()) ? "" : "a line of Python can only execute")),
+    checked: subject => run.breakpoints.includes(location(subject)),
+    act: subject => orders.breakpoint(location(subject)),
   };
 };
 
@@ -47,7 +48,7 @@ export const ACTIONS = [
   onTag(
     "w",
     "Why",
-    "why it is as it is",
+    "explain its value",
     () => "",
     ({ tag, names }) => {
       select({ tag, names: [...new Set([tag, ...names])] });
@@ -57,25 +58,25 @@ export const ACTIONS = [
   onTag(
     "g",
     "What would it take",
-    "what it would take to have its other level",
-    first(() => (run.hello.shared ? "a shared page runs nothing" : ""), notBool),
+    "find actions that change its value",
+    first(() => (run.hello.shared ? "not available in a shared page" : ""), notBool),
     ({ tag }) => {
       select({ tag });
       want();
     }
   ),
-  onTag("u", "Uses", "where it is used", python, ({ tag }) => {
+  onTag("u", "Uses", "list its uses", python, ({ tag }) => {
     select({ tag });
     uses();
   }),
-  onTag("l", "Lane in the strip", "a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), {
+  onTag("l", "Lane in the strip", "show a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), {
     checked: ({ tag }) => hasLane(tag),
   }),
   onTag(
     "a",
     "Into the watch table",
     "into the watch table",
-    ({ tag }) => (isWatched(tag) ? "it is there" : ""),
+    ({ tag }) => (isWatched(tag) ? "it is already there" : ""),
     ({ tag }) => {
       addToWatch(tag);
       showPanel("watch");
@@ -92,13 +93,13 @@ export const ACTIONS = [
   ...[..."bBx"].map(onRung),
 ];
 
-// Does what a row says, or returns why it can't be done.
+// Carries out an action; returns "", or why the action is not available.
 export function perform(action, subject) {
   if (!subject[action.of])
     return action.of === "tag"
       ? "Select a tag first: click a contact."
       : "Select a rung first: click it, or use the arrows.";
-  const lack = action.lacks(subject);
-  if (!lack) action.act(subject);
-  return lack && `${action.text(subject)}: ${lack}.`;
+  const obstacle = action.lacks(subject);
+  if (!obstacle) action.act(subject);
+  return obstacle && `${action.text(subject)}: ${obstacle}.`;
 }

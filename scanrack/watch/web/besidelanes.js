@@ -1,4 +1,4 @@
-// The lanes of the recording that is compared with, for the time in view.
+// The lanes of the other trace in a comparison, for the time in view.
 
 import { Lanes, missing } from "./lanes.js";
 import { ask } from "./source.js";
@@ -7,34 +7,34 @@ import { run } from "./state.js";
 let beside = null, asking = false;
 const followers = [];
 
-// Calls a function when there are other lanes, or no longer any.
+// Calls a function when these lanes change, begin or end.
 export const onBeside = follow => { followers.push(follow); };
 
-const tell = () => { for (const each of followers) each(); };
+const notify = () => { for (const follow of followers) follow(); };
 
 export function beginBeside() {
   beside = new Lanes([]);
-  tell();
+  notify();
 }
 
 export function endBeside() {
-  if (beside) { beside = null; tell(); }
+  if (beside) { beside = null; notify(); }
 }
 
-// Its lanes, or null; what is missing of a time, ns, is requested.
+// Returns the lanes, or null; requests missing pieces of a time, ns.
 export function besideLanes(from, to) {
   if (beside && !asking) fill(beside, from, to);
   return beside;
 }
 
-async function fill(into, from, to) {
-  const begin = missing(into.have, from, to), period = run.hello.period_ns;
+async function fill(lanes, from, to) {
+  const begin = missing(lanes.have, from, to), period = run.hello.period_ns;
   if (begin === null || begin >= to) return;
   asking = true;
   try {
     const { strip } = await ask("beside", { from: begin / period, to: to / period - 1 });
-    into.take(strip.bits ? strip : { from: begin, to, bits: {}, positions: {} }, begin);
-  } catch { /* what is there is shown */ }
+    lanes.take(strip.bits ? strip : { from: begin, to, bits: {}, positions: {} }, begin);
+  } catch { /* the known lanes stay */ }
   asking = false;
-  tell();
+  notify();
 }

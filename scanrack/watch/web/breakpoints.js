@@ -5,19 +5,20 @@ import { isPython } from "./lacks.js";
 import * as orders from "./orders.js";
 import { run } from "./state.js";
 
-// What one waits for: the end of its place, and words.
+// Conditions of breakpoints: suffix of the location, short name, and text.
 /** @type {[string, string, string][]} */
 export const WAITS = [
   ["", "true", "is true"],
   [" changes", "changes", "changes"],
   [" executes", "executes", "executes"],
 ];
-export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([end]) => list.includes(ident + end));
+export const breakpointsAt = (ident, list = run.breakpoints) =>
+  WAITS.filter(([suffix]) => list.includes(ident + suffix));
 
-// What a breakpoint can wait for: of a line of Python that it executes.
+// The conditions that are available: a line of Python can only execute.
 export const waits = () => (isPython() ? WAITS.slice(2) : WAITS);
 
-// The number of a rung or a line is the button of its breakpoint. `unit` is "rung" or "line".
+// The number of a rung or line, which is the button of its breakpoint. `unit` is "rung" or "line".
 export const stopButton = (ident, unit, number, properties = {}, ...more) =>
   el(
     "button",
@@ -35,8 +36,8 @@ export const stopButton = (ident, unit, number, properties = {}, ...more) =>
     ...more
   );
 
-// Sets a breakpoint that waits until a rung is true, or a line of Python executes; or removes all of it.
+// Sets a breakpoint for the first condition; with breakpoints at the rung or line, removes all of them.
 function toggleBreakpoint(ident) {
-  const set = breakpointsAt(ident);
-  for (const [end] of set.length ? set : waits().slice(0, 1)) orders.breakpoint(ident + end);
+  const present = breakpointsAt(ident);
+  for (const [suffix] of present.length ? present : waits().slice(0, 1)) orders.breakpoint(ident + suffix);
 }

@@ -1,5 +1,5 @@
-// One line in the state bar: what failed, or the tag of a Why, its first cause, and when. A click opens the numbered
-// causes beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
+// A line in the state bar: a failure or the tag of a Why, its first cause, and its time. A click opens the numbered
+// causes below the bar. A live page stays live at an error bit of a module, unless it stops at errors.
 
 import { causes, claim, onCauses, ordered, rungOf, setFailed, takeCauses } from "./causes.js";
 import { visit } from "./chain.js";
@@ -18,10 +18,10 @@ import { askWhy } from "./tag.js";
 import { valueOf } from "./values.js";
 import { aliasOf, nameOf } from "./words.js";
 
-const CALM_MS = 300; // an error bit that another one follows sooner is not explained
-// of a fault: when and where
-const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/;
-const WAY_ON = "To continue: look at an earlier scan (, or the slider), then Branch from here.";
+const CALM_MS = 300; // an error bit is not explained if another one follows within this time
+// The scan, the error class and the place at the start of a fault's text, which the page shows elsewhere.
+const SHOWN_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/;
+const WAY_ON = "To continue: go to an earlier scan with the key , or the slider, then press Branch from here.";
 
 const sign = el("span", { "aria-hidden": "true" }),
   number = el("span", { class: "cause" }),
@@ -40,7 +40,7 @@ const some = button("Causes only", () => showRungs(true), { text: "Causes" }),
   all = button("All rungs", () => showRungs(false));
 const choice = el("div", { class: "key", role: "group", "aria-label": "Rungs shown" }, some, all);
 const before = button("Branch one second before", () => orders.branch(oneSecondBefore()), {
-  title: "Run again from one second before on",
+  title: "Run again from one second earlier",
 });
 const close = button("Dismiss", dismiss, { text: "✕", class: "sign" });
 const rest = el("p", { class: "says" }), list = el("ol", { "aria-label": "Causes by time" });
@@ -60,19 +60,20 @@ const box = el("input", {
 });
 export const stopBox = el(
   "label",
-  { class: "stops", title: "The page stays at the scan of an error bit; the rack continues" },
+  { class: "stops", title: "Stop the page at the scan of an error bit; the rack continues" },
   box,
   "Stop at errors"
 );
 
-// { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
+// The failure: { fault, scan, t, what, cause, tag, place, links, seen }. `cause` is shown without `links`; `seen` says
+// whether the operator has looked at its scan.
 let failed = null;
-let known = null; // the fault that was explained: an earlier scan is looked at without it
-let over = false; // whether the bit of what failed is off again
-let quiet = false, reported = null; // whether late scans are not to be reported; what was
-let open = false, taking = false, own = false; // own: the causes are those of what failed
+let known = null; // the fault that was explained, which earlier scans do not have
+let over = false; // whether the error bit of the failure is off again
+let quiet = false, reported = null; // whether late scans are not reported; the latest report of them
+let open = false, taking = false, own = false; // own: whether the causes are those of the failure
 
-const fails = found => { failed = found; setFailed(found); };
+const setFailure = failure => { failed = failure; setFailed(failure); };
 
 const arm = () => {
   if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {});
@@ -82,14 +83,14 @@ onHello(hello => {
   box.checked = kept("stops", {}).on === true;
   setFlag(stopBox, "hidden", hello.kind !== "rack");
   if (box.checked) arm();
-  fails(known = null);
+  setFailure(known = null);
   quiet = false;
   takeCauses();
 });
 
-// An error bit has come on. If `stopped`, the page is already at its scan.
+// Reports an error bit that has come on. If `stopped`, the page is already at its scan.
 export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
-  if (stopped && !box.checked) return lookAt("live"); // turned off while it came
+  if (stopped && !box.checked) return lookAt("live"); // Stop at errors was turned off meanwhile
   if (failed?.fault) return;
   const where = run.hello.slots.length > 1 ? ` of slot ${slot}` : "";
   fail({
@@ -103,40 +104,41 @@ export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
   });
 }
 
-function fail(found) {
-  fails(found);
+function fail(failure) {
+  setFailure(failure);
   if (own) takeCauses();
-  open = Boolean(found.seen);
+  open = Boolean(failure.seen);
   paint();
-  setTimeout(() => { if (found === failed && (found.seen || !isPython())) explain(found); }, found.seen ? 0 : CALM_MS);
+  const isDue = () => failure === failed && (failure.seen || !isPython());
+  setTimeout(() => { if (isDue()) explain(failure); }, failure.seen ? 0 : CALM_MS);
 }
 
-// Asks why. A page that is live is not moved.
-async function explain(found) {
-  if (found.queried || (found.fault && !found.tag)) return;
-  found.queried = true;
-  const said = await askWhy(
-    found.fault ? { fault: true } : { tag: found.tag, scan: found.scan },
-    () => found === failed
+// Asks for the causes of a failure. A live page stays live.
+async function explain(failure) {
+  if (failure.queried || (failure.fault && !failure.tag)) return;
+  failure.queried = true;
+  const answer = await askWhy(
+    failure.fault ? { fault: true } : { tag: failure.tag, scan: failure.scan },
+    () => failure === failed
   ).catch(({ message }) => tell(message));
-  if (!said || found !== failed) return;
-  found.links = said.chain ?? [];
-  found.place ??= found.links.find(link => link.at)?.at;
-  if (found.links.length < 2) found.cause = said.text;
-  if (found.seen || open) show();
+  if (!answer || failure !== failed) return;
+  failure.links = answer.chain ?? [];
+  failure.place ??= failure.links.find(link => link.at)?.at;
+  if (failure.links.length < 2) failure.cause = answer.text;
+  if (failure.seen || open) show();
   paint();
 }
 
-// Numbers the causes of what failed, and shows its rung.
+// Numbers the causes of the failure, and shows its rung.
 function show() {
   if (failed.links?.length > 1) taking = true, takeCauses(failed.links), taking = false;
   if (open || run.scan === failed.scan) reveal(failed, ordered(failed.links ?? []));
 }
 
-// Shows the rung of a failure or of a Why when the band has its height, which takes it from the program.
-async function reveal(of, links) {
-  const place = of.place ?? await rungOf(links);
-  if (place && (of === failed || of === claim))
+// Shows the rung of a failure or of a Why, after the band has its final height, since the band shrinks the program.
+async function reveal(subject, links) {
+  const place = subject.place ?? await rungOf(links);
+  if (place && (subject === failed || subject === claim))
     requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
 }
 
@@ -154,12 +156,12 @@ async function look() {
   if (failed?.seen) explain(failed), show();
 }
 
-// Takes the answer of a Why away, or what failed; a page that was at its scan follows the scans again.
+// Dismisses the answer of a Why, or the failure; a page that was at its scan goes live again.
 function dismiss() {
   if (subject() === late) quiet = true;
   if (!claim || own) {
     if (failed?.seen && run.state === "past") lookAt("live");
-    fails(null);
+    setFailure(null);
   }
   open = false;
   takeCauses();
@@ -167,26 +169,24 @@ function dismiss() {
 
 const oneSecondBefore = () => Math.max(failed.scan - Math.round(1e9 / run.hello.period_ns), run.range?.[0] ?? 0, 1);
 
-// Whether rungs without a cause are hidden.
+// Shows only rungs with a cause, or all rungs.
 function showRungs(only) {
   setFlag(at("program"), "data-only", only);
   setAttribute(some, "aria-pressed", String(only));
   setAttribute(all, "aria-pressed", String(!only));
 }
 
-// What the line is about: the tag of a Why, or else what failed, or late scans.
+// The subject of the line: the tag of a Why, otherwise the failure, otherwise late scans.
 function subject() {
-  const queried =
-    causes.length > 1 && !own
-      ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes }
-      : null;
-  return queried ?? failed ?? (quiet ? null : late);
+  if (causes.length > 1 && !own)
+    return { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes };
+  return failed ?? (quiet ? null : late);
 }
 
-// Whether the error bit that failed is off in the scan shown, of a rack: of a recording all is over.
+// Whether the error bit of a failure is off in the scan shown, in a session only.
 const isOver = ({ bit, scan }) => bit && !orders.recorded() && run.scan > scan && !valueOf(bit);
 
-// A cause in the line: when it was stands beside the line, the slot and input are those of its name.
+// The text of a cause for the line, without the time and the input, which the line shows elsewhere.
 const short = text => text.replace(/ \((?:[\d:.]+, )?(?:slot \d+ input \S+: )?(.*)\)$/s, ": $1");
 
 function paint() {
@@ -215,7 +215,7 @@ function paint() {
   setFlag(when, "hidden", shown === late);
   setText(when, clock(shown.t ?? 0));
   when.title = `Look at scan ${count(shown.scan ?? 0)}`;
-  setFlag(choice, "hidden", !open || !numbered.some(each => each.at));
+  setFlag(choice, "hidden", !open || !numbered.some(cause => cause.at));
   setFlag(before, "hidden", !failure || !run.hello.branches);
   setFlag(close, "hidden", failure && Boolean(failed.fault));
   setText(
@@ -229,36 +229,37 @@ function paint() {
       .filter(Boolean)
       .join("\n")
   );
-  list.replaceChildren(...numbered.filter(each => each !== claim).map(item));
+  list.replaceChildren(...numbered.filter(cause => cause !== claim).map(item));
 }
 
 const item = cause => el("li", { "data-kind": cause.kind },
   el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
     el("span", { class: "cause" }, String(cause.number)), el("span", {}, cause.text)));
 
-onCauses(others => {
-  if (!others) return;
+onCauses(hasChanged => {
+  if (!hasChanged) return;
   own = taking;
   showRungs(false);
   paint();
 });
 
 onPaint(changes => {
-  if (failed?.seen && run.state === "past") failed.past = true; // a frame from before the stop may be painted behind it
-  if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
+  if (failed?.seen && run.state === "past") failed.past = true; // a frame from before the stop may be painted after it
+  // the operator pressed Live
+  if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss();
   if (late !== reported) reported = late, paint();
   if (changes.faults) faulted();
   else if (changes.words && failed?.bit && !claim && over !== isOver(failed)) paint();
 });
 
-// A fault of the CPU is explained once; later looks at it mark its rung only.
+// Explains a fault of the CPU once; afterwards only its rung is marked.
 function faulted() {
   const [fault] = run.faults, same = fault && known && fault.scan === known.scan && fault.at === known.place;
-  if (!fault && !own && failed?.fault) fails(null); // nothing had failed yet in the scan shown
-  if (same && failed !== known) fails(known), open = true;
+  if (!fault && !own && failed?.fault) setFailure(null); // the scan shown is before the fault
+  if (same && failed !== known) setFailure(known), open = true;
   if (!fault || same) return paint();
   const { scan, at: place, tags } = fault;
-  const [what, ...others] = run.faults.map(each => each.text.replace(SAID_ELSEWHERE, ""));
+  const [what, ...others] = run.faults.map(({ text }) => text.replace(SHOWN_ELSEWHERE, ""));
   known = {
     fault: true,
     scan,

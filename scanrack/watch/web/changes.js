@@ -1,4 +1,4 @@
-// The previous and the next change of a tag or a bit, from the questions that every source answers.
+// The previous and the next change of a tag or a bit, found with questions that every source answers.
 
 import { count } from "./format.js";
 import { valueOf } from "./lanes.js";
@@ -9,61 +9,61 @@ import { ask } from "./source.js";
 import { run } from "./state.js";
 import { bitAt, bitName } from "./words.js";
 
-const PIECE = 4096, MOST = 50; // scans of a question; questions for one change
+const PIECE = 4096, MOST = 50; // scans per question; questions for a change
 
 const WORD = /^(Local:\d+:[IO]\.Data\[\d+\]|[IO]:\d+\.\d+)$/i; // of an image
 
-let generation = 0; // of the latest wish
+let generation = 0; // number of the latest search
 
 export const toPrevious = tag => go(tag, previous, "before");
 export const toNext = tag => go(tag, next, "after");
 
 async function go(tag, search, where) {
   if (!tag) return tell("Select a tag first: click a contact.");
-  const mine = ++generation, from = run.scan;
+  const mine = ++generation, from = run.scan, isCurrent = () => mine === generation;
   try {
-    const found = await search(tag, from, () => mine === generation);
-    if (mine !== generation) return;
-    if (found === null) tell(`No change of ${tag} is known ${where} scan ${count(from)}.`);
-    if (found !== null || run.scan !== from) await lookAt(found ?? from);
+    const scan = await search(tag, from, isCurrent);
+    if (!isCurrent()) return;
+    if (scan === null) tell(`No known change of ${tag} ${where} scan ${count(from)}.`);
+    if (scan !== null || run.scan !== from) await lookAt(scan ?? from);
   } catch (refused) {
     tell(refused.message);
   }
 }
 
-// A tag that has changed in the scan shown is looked at one scan earlier.
-async function previous(tag, from, goesOn) {
-  const since = await lastChange(tag, goesOn);
+// If the tag has changed in the scan shown, the search begins one scan earlier.
+async function previous(tag, from, isCurrent) {
+  const since = await lastChange(tag, isCurrent);
   if (!since || since.scan < from) return since?.scan ?? null;
   if (from <= run.range[0]) return null;
   await ask("look", { scan: from - 1 });
-  return (await lastChange(tag, goesOn))?.scan ?? null;
+  return (await lastChange(tag, isCurrent))?.scan ?? null;
 }
 
-async function next(tag, from, goesOn) {
+async function next(tag, from, isCurrent) {
   const last = run.range[1];
-  for (let queried = 0; from < last && queried < MOST && goesOn(); queried += 1) {
-    const to = Math.min(from + PIECE - 1, last), found = await changeIn(tag, from, to);
-    if (found !== null) return found;
-    from = to; // its value is what the next piece begins with
+  for (let queried = 0; from < last && queried < MOST && isCurrent(); queried += 1) {
+    const to = Math.min(from + PIECE - 1, last), scan = await changeIn(tag, from, to);
+    if (scan !== null) return scan;
+    from = to; // the next piece begins with the value in this scan
   }
   return null;
 }
 
-// The first scan from one to another whose value is not that of the scan before.
+// Returns the first scan in a range with another value than the scan before it, or null.
 async function changeIn(tag, from, to) {
   const points = await pointsOf(tag, from, to), scanOf = ([t]) => Math.round(t / run.hello.period_ns);
-  let before = null;
-  for (const [place, point] of points.entries()) {
-    const value = valueOf(point), many = varies(point), scan = scanOf(point);
-    if (before !== null && value !== null && value !== before && !many) return scan;
-    if (many && to - from > 1) { // several changes in one point: its scans one by one
-      const end = place + 1 < points.length ? scanOf(points[place + 1]) : to, within = Math.max(scan - 1, from);
-      return within === from && end >= to
+  let previousValue = null;
+  for (const [index, point] of points.entries()) {
+    const value = valueOf(point), hasChanges = varies(point), scan = scanOf(point);
+    if (previousValue !== null && value !== null && value !== previousValue && !hasChanges) return scan;
+    if (hasChanges && to - from > 1) { // several changes in a point: search its scans
+      const end = index + 1 < points.length ? scanOf(points[index + 1]) : to, start = Math.max(scan - 1, from);
+      return start === from && end >= to
         ? changeIn(tag, from, from + Math.floor((to - from) / 2))
-        : changeIn(tag, within, end);
+        : changeIn(tag, start, end);
     }
-    before = value;
+    previousValue = value;
   }
   return null;
 }
@@ -77,8 +77,8 @@ async function pointsOf(tag, from, to) {
   return (await ask("steps", { from, to, tags: [tag] })).lanes.tags?.[tag] ?? [];
 }
 
-// The lane of a bit of an image.
+// Returns the name of the lane of an image bit.
 function signalOf(tag) {
-  const bit = bitAt(tag), slot = run.hello.slots.find(each => each.bits.includes(bit));
+  const bit = bitAt(tag), slot = run.hello.slots.find(({ bits }) => bits.includes(bit));
   return slot && bitName(slot, bit);
 }

@@ -1,4 +1,4 @@
-// Compare with: another recording in the same scan. The band says what differs, and rungs that differ are marked.
+// The comparison with another trace in the same scan. The band lists differences, and rungs that differ are marked.
 
 import { at, button, dialogOf, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, many, shown } from "./format.js";
@@ -10,7 +10,7 @@ import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { bitName } from "./words.js";
 
-const MOST = 16, SEARCHES = 1000, NAMED = 3; // tags in the band; questions for one difference; names in its line
+const MOST = 16, SEARCHES = 1000, NAMED = 3; // tags in the band; questions for a difference; names in its line
 
 const dialog = dialogOf("Compare with", "Close the list");
 const title = el("strong", {}), summary = el("span", {}), list = el("ul", { "aria-label": "Tags that differ" });
@@ -19,8 +19,8 @@ const sinceLine = button("First difference", () => { if (typeof first === "numbe
   { class: "plain", title: "Look at the first difference" });
 
 let name = null;
-let first; // the scan of the first difference, null without one, undefined while it is looked for
-let differs = ""; // what differs in it
+let first; // the scan of the first difference; null without one, undefined during the search
+let differs = ""; // the names that differ in this scan
 
 export const compareButton = () =>
   button("Compare with a recording", choose, {
@@ -31,7 +31,7 @@ export const compareButton = () =>
 
 async function choose() {
   const { recordings } = await order("recordings") ?? {};
-  const none = el("p", {}, "There is no other recording of this rack in the folder.");
+  const none = el("p", {}, "The folder has no other recording of this rack.");
   if (recordings) dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(choiceOf)) : none);
 }
 
@@ -42,51 +42,52 @@ const choiceOf = ({ name: other, date, relation, scan }) => el("li", {},
   el("span", { class: "soft" }, ` ${date.slice(0, 16).replace("T", " ")} `),
   relation && el("strong", {}, RELATIONS[relation](scan)));
 
-// Compares with a recording of the folder, if it is there. The page stays at its scan.
+// Compares with a trace in the folder, if it exists. The page stays at its scan.
 export async function compareWith(other) {
   const { recordings } = await ask("recordings").catch(() => ({ recordings: [] }));
-  if (recordings.some(each => each.name === other)) await compare(other);
+  if (recordings.some(recording => recording.name === other)) await compare(other);
 }
 
-// Compares with another recording, or with none for null; opens the first difference if wished.
-async function compare(other, goes = false) {
+// Compares with another trace, or ends the comparison for null; `goes` opens the first difference.
+async function compare(other, opensFirst = false) {
   dialog.node.close();
   run.other = null;
   name = (await order("compare", { with: other }))?.with ?? null;
   name ? beginBeside() : endBeside();
   first = undefined;
   paint(run.other);
-  if (name) await toFirst(goes);
+  if (name) await toFirst(opensFirst);
 }
 
-// Finds the first difference of the words, for the line that says since when they differ.
-async function toFirst(goes) {
+// Finds the first difference of the words for the title line.
+async function toFirst(opensFirst) {
   const mine = name;
   try {
-    const found = await search(-1, 1);
+    const scan = await search(-1, 1);
     if (mine !== name) return;
-    first = found;
-    if (found !== null && goes) await lookAt(found);
+    first = scan;
+    if (scan !== null && opensFirst) await lookAt(scan);
     paint(run.other);
-  } catch { /* the line says nothing of it */ }
+  } catch { /* the line then does not have it */ }
 }
 
-async function search(from, way) {
+// `direction` is 1 forwards, -1 backwards.
+async function search(from, direction) {
   for (let searches = 0; searches < SEARCHES; searches += 1) {
-    const { scan, searched } = await ask("difference", { from, way });
+    const { scan, searched } = await ask("difference", { from, way: direction });
     if (scan !== null || searched === from) return scan;
     from = searched;
   }
   return null;
 }
 
-// The next scan in which the words differ otherwise than in the scan before.
-export async function toDifference(way) {
+// Shows the next scan in which other words differ than in the scan before.
+export async function toDifference(direction) {
   if (!name) return tell("Compare with a recording first.");
   try {
-    const scan = await search(run.scan, way);
+    const scan = await search(run.scan, direction);
     if (scan !== null) return lookAt(scan);
-    tell(`No other difference of the words is known ${way > 0 ? "after" : "before"} scan ${count(run.scan)}.`);
+    tell(`No other known difference ${direction > 0 ? "after" : "before"} scan ${count(run.scan)}.`);
   } catch (refused) {
     tell(refused.message);
   }
@@ -107,12 +108,12 @@ function build() {
         { class: "tools" },
         button("Previous difference", () => toDifference(-1), {
           text: "◀",
-          title: "The previous difference of the words (D)",
+          title: "Previous difference (D)",
           class: "sign",
         }),
         button("Next difference", () => toDifference(1), {
           text: "▶",
-          title: "The next difference of the words (d)",
+          title: "Next difference (d)",
           class: "sign",
         }),
         button("Compare no longer", () => compare(null), { text: "✕", class: "sign" })
@@ -129,7 +130,7 @@ function paint(other) {
   for (const row of at("program").querySelectorAll("[data-at]")) setFlag(row, "data-differs", row.dataset.at in power);
   if (!name || !other) return;
   const tags = Object.entries(other.tags),
-    words = Object.values(other.words).reduce((sum, each) => sum + Object.keys(each).length, 0);
+    words = Object.values(other.words).reduce((sum, differing) => sum + Object.keys(differing).length, 0);
   setText(title, name);
   if (run.scan === first) differs = namesOf(other).join(", ");
   setText(sinceLine, sinceText());
@@ -147,8 +148,8 @@ function paint(other) {
       : other.known === false
         ? "Its values in this scan are being computed."
         : differing.length
-          ? `Here it differs in ${differing.map(([number, thing]) => many(number, thing)).join(", ")}.`
-          : "In this scan it does not differ."
+          ? `It differs here in ${differing.map(([number, noun]) => many(number, noun)).join(", ")}.`
+          : "No differences in this scan."
   );
   list.replaceChildren(
     ...tags
@@ -159,13 +160,13 @@ function paint(other) {
 }
 
 function sinceText() {
-  if (first === undefined) return "is searched for the first difference …";
-  if (first === null) return "has the same words in all scans that both have.";
+  if (first === undefined) return "is being searched for the first difference …";
+  if (first === null) return "has the same words in all common scans.";
   const when = `scan ${count(first)}, ${clock(first * run.hello.period_ns)}`;
   return `differs since ${when}${differs ? `: ${differs}` : ""}.`;
 }
 
-// The names of what differs in a scan: tags, else bits and words.
+// The names that differ in a scan: tags, otherwise bits and words.
 function namesOf({ tags, words }) {
   const bits = run.hello.slots.flatMap(slot => Object.entries(words[slot.number] ?? {}).flatMap(([place, there]) => {
     const here = run.words[slot.number]?.[place], inputs = slot.words.in, output = Number(place) >= inputs;

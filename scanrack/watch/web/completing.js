@@ -1,12 +1,12 @@
-// Completes what is typed in a field: a list beside it, chosen from by arrows and Tab, or clicked.
+// Completion in a field: a list of texts, to choose with arrows and Tab, or with a click.
 
 import { el, fill, setAttribute, setFlag } from "./dom.js";
 
 const MOST = 8;
 let count = 0;
 
-// offer(text before the caret) gives { from, found: [{ text, says }] }; `put` is called after a choice.
-export function completing(field, offer, put = () => {}) {
+// offer(text before the caret) returns { from, found: [{ text, says }] }; `onChoice` is called after a choice.
+export function completing(field, offer, onChoice = () => {}) {
   const list = el("ul", {
     class: "offers",
     role: "listbox",
@@ -18,10 +18,10 @@ export function completing(field, offer, put = () => {}) {
   fill(field, { role: "combobox", "aria-autocomplete": "list", "aria-controls": list.id, "aria-expanded": "false" });
 
   function show() {
-    const now = offer(field.value.slice(0, field.selectionStart)) ?? { found: [] };
-    from = now.from;
+    const offered = offer(field.value.slice(0, field.selectionStart)) ?? { found: [] };
+    from = offered.from;
     list.replaceChildren(
-      ...now.found.slice(0, MOST).map(({ text, says }, number) =>
+      ...offered.found.slice(0, MOST).map(({ text, says }, number) =>
         el(
           "li",
           {
@@ -48,16 +48,16 @@ export function completing(field, offer, put = () => {}) {
 
   function choose(number) {
     chosen = number;
-    [...list.children].forEach((each, place) => each.setAttribute("aria-selected", String(place === number)));
+    [...list.children].forEach((option, index) => option.setAttribute("aria-selected", String(index === number)));
     setAttribute(field, "aria-activedescendant", number < 0 ? null : `${list.id}-${number}`);
   }
 
   function take() {
-    const { text } = list.children[Math.max(chosen, 0)].dataset, behind = field.value.slice(field.selectionStart);
-    field.value = `${field.value.slice(0, from)}${text}${behind}`;
+    const { text } = list.children[Math.max(chosen, 0)].dataset, rest = field.value.slice(field.selectionStart);
+    field.value = `${field.value.slice(0, from)}${text}${rest}`;
     field.setSelectionRange(from + text.length, from + text.length);
     close();
-    put();
+    onChoice();
   }
 
   function close() {
@@ -67,12 +67,12 @@ export function completing(field, offer, put = () => {}) {
     choose(-1);
   }
 
-  // Whether the list has a use for a key.
+  // Handles a key; returns whether the list uses it.
   function keyed(event) {
-    const many = list.children.length;
-    if (!many || event.isComposing) return false;
+    const length = list.children.length;
+    if (!length || event.isComposing) return false;
     const move = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (move) choose(((chosen < 0 && move < 0 ? 0 : chosen) + move + many) % many);
+    if (move) choose(((chosen < 0 && move < 0 ? 0 : chosen) + move + length) % length);
     else if (event.key === "Tab" && !event.shiftKey || (event.key === "Enter" && chosen >= 0)) take();
     else if (event.key === "Escape") close();
     else return false;
@@ -84,15 +84,15 @@ export function completing(field, offer, put = () => {}) {
   return { list, show, close, keyed };
 }
 
-// Those of some names that begin with a word, then those that contain it.
+// Returns the names that begin with a word, then the names that contain it.
 export function matching(word, names) {
   const requested = word.toUpperCase();
   const begin = [], inside = [];
-  for (const each of names) {
-    const name = each.text.toUpperCase();
+  for (const candidate of names) {
+    const name = candidate.text.toUpperCase();
     if (name === requested) continue;
-    if (name.startsWith(requested)) begin.push(each);
-    else if (requested.length > 1 && name.includes(requested)) inside.push(each);
+    if (name.startsWith(requested)) begin.push(candidate);
+    else if (requested.length > 1 && name.includes(requested)) inside.push(candidate);
   }
   return [...begin, ...inside];
 }

@@ -1,11 +1,11 @@
-// Two cursors over the timing strip, A and B, with the time and the scans between them.
+// The cursors A and B over the timing strip, with the time and the scans between them.
 
 import { button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, many, timeText } from "./format.js";
 import { tell } from "./notice.js";
 import { onHello, run } from "./state.js";
 
-const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
+const SNAP = 7; // a dragged cursor snaps to an edge within this distance, CSS pixels
 const KEYS = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100 };
 
 const lines = ["A", "B"].map((name, place) =>
@@ -28,45 +28,45 @@ export const between = el("output", { class: "between figure", "aria-label": "Be
 export const cursorLayer = el("div", { class: "layer" }, ...lines);
 export const cursorButton = button("Cursors A B", both, {
   text: "A B",
-  title: "Two cursors with the time between them, or none (c sets one at the scan shown)",
+  title: "Show or hide two cursors with the time between them (c sets one at this scan)",
   "aria-pressed": "false",
 });
 
 export const copyButton = button("Copy readings", copy, {
   text: "Copy",
-  title: "The lanes between the cursors to the clipboard, as a table",
+  title: "Copy the lanes between the cursors to the clipboard as a table",
   hidden: true,
 });
 
 /** @type {(scans: number[]) => Promise<string>} */
 let table = async () => "";
-let scans = [], axis = null; // of A and of B, as far as they are set
+let scans = [], axis = null; // scans of A and B, as far as they are set
 /** @type {(time: number, within: number) => number | null} */
 let edge = () => null;
 
 onHello(() => { scans = []; paint(); });
 
-// Follows what the strip shows: places of times, and edge(time, within), the time of the nearest edge or null.
+// Follows the strip: its axis, and edge(time, within), which returns the time of the nearest edge or null.
 export function moveCursors(shown, nearest) {
   axis = shown;
   edge = nearest;
   paint();
 }
 
-// Says what makes the table of readings between two scans.
-export function onCopy(makes) { table = makes; }
+// Sets the function that makes the table of readings between two scans.
+export function onCopy(makeTable) { table = makeTable; }
 
 async function copy() {
   try {
     const text = await table([...scans]);
     await navigator.clipboard.writeText(text);
-    tell(`The readings of ${text.split("\n").length - 3} lanes are in the clipboard, as a table.`, "news");
+    tell(`Copied the readings of ${text.split("\n").length - 3} lanes to the clipboard.`, "news");
   } catch (refused) {
     tell(`Nothing was copied: ${refused.message}`);
   }
 }
 
-// Sets A, then B, at the scan shown; then none.
+// Sets A at the scan shown, then B, then removes both.
 export function setCursor() {
   scans = scans.length === 2 ? [] : [...scans, run.scan ?? 0];
   paint();

@@ -1,9 +1,9 @@
-// Builds and changes elements. Whatever text comes from a rack goes in as text, never as markup.
+// Builds and changes elements. Text from a rack is inserted as text, never as markup.
 
 const SVG = "http://www.w3.org/2000/svg";
 
 /**
- * Gives an element attributes, listeners and children; a property that is a function listens to its event.
+ * Sets attributes, listeners and children of an element. A property that is a function listens to its event.
  * @template {Element} T
  * @param {T} node
  * @param {Record<string, any>} properties
@@ -21,7 +21,7 @@ export function fill(node, properties, children = []) {
 
 /**
  * An HTML element, see `fill`.
- * An output is a live region by itself: what changes thirty times a second must not be read aloud.
+ * An output is a live region by default, but values that change 30 times per second must not be read aloud.
  * @param {string} name
  * @param {Record<string, any>} properties
  * @param {...any} children
@@ -47,7 +47,7 @@ export function setText(node, text) {
   if (node.textContent !== text) node.textContent = text;
 }
 
-// Sets an attribute; null takes it away.
+// Sets an attribute; null removes it.
 export function setAttribute(node, name, value) {
   if (value === null) { if (node.hasAttribute(name)) node.removeAttribute(name); }
   else if (node.getAttribute(name) !== String(value)) node.setAttribute(name, value);
@@ -69,21 +69,21 @@ export function button(name, press, { text = name, title = name, ...more } = {})
 export const textButton = (text, press, title = null) =>
   el("button", { type: "button", class: "plain", title, click: press }, text);
 
-// A field for a line of text that no browser completes or corrects.
+// A field for a line of text, without completion and correction by the browser.
 export const textField = (name, properties) =>
   el("input", { type: "text", "aria-label": name, autocomplete: "off", spellcheck: "false", ...properties });
 
 export const optionsOf = (names, chosen) =>
   names.map(name => el("option", { value: name, selected: name === chosen }, name));
 
-// A figure under its title: the node, and the output in it.
+// A figure under its title; returns the node, and the output in it.
 export function reading(title, kind, hint = title) {
   const value = el("output", { class: "figure" }, "–");
   const node = el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value);
   return { node, value };
 }
 
-// A dialog with its own heading; open(parts) shows it with them, and with a button that closes it.
+// A dialog with a heading; open(...parts) shows it with these parts and a button that closes it.
 export function dialogOf(name, closes) {
   const node = el("dialog", { "aria-label": name });
   document.body.append(node);
@@ -97,7 +97,7 @@ export function dialogOf(name, closes) {
   } };
 }
 
-// Goes from one of some tabs or choices to the one that an arrow key means, by key, and clicks it.
+// Moves the focus from a tab or choice to the one of an arrow key, and clicks it.
 export function goTo(event, all, moves) {
   const move = moves[event.key];
   if (!move) return;
@@ -107,7 +107,7 @@ export function goTo(event, all, moves) {
   next.click();
 }
 
-// The drawing in a text of SVG that the server has drawn.
+// Returns the drawing of an SVG text from the server.
 export function drawing(text) {
   const read = new DOMParser().parseFromString(text, "image/svg+xml");
   return document.importNode(read.documentElement, true);

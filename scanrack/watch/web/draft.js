@@ -1,5 +1,5 @@
-// The draft of an edit: the texts that stand in place of rungs of the running program, and new tags. It is kept
-// here, checked by the server, and accepted, tested and assembled there. Every change can be undone.
+// The draft of an edit: texts that replace rungs of the running program, and new tags. The page keeps it, and the
+// server checks, accepts, tests and assembles it. Every change can be undone.
 
 import { el, setText } from "./dom.js";
 import { count, many } from "./format.js";
@@ -9,12 +9,12 @@ import * as orders from "./orders.js";
 import { ask } from "./source.js";
 import { onHello, run } from "./state.js";
 
-const WOULD_MS = 700; // a draft is tried on the last scans when nothing has been changed for so long
+const WOULD_MS = 700; // a draft is tried on the latest scans if it has not changed for this time
 
 const NOTHING = { stage: "", base: "", unsaved: false, edit: "", of: "", by: "", rungs: [], tags: [] };
 
-// `base` is the program that is edited; `own` says that the draft is this page's, not the accepted one of another;
-// `moved` that its rungs have other numbers now.
+// `base` is the edited program. `own`: the draft is of this page, and not the accepted edit of another page.
+// `moved`: its rungs have other numbers now.
 export const draft = {
   rungs: new Map(),
   tags: [],
@@ -27,19 +27,19 @@ export const draft = {
   missing: [],
   mistakes: [],
 };
-// What the session has reported last: the stage, the program that runs, and the edit that is accepted, of which program
-// and by whom.
+// The latest state from the session: the stage, the running program, and the accepted edit with its original program
+// and its page.
 export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
 export const would = el("div", { class: "would", "aria-live": "polite" });
-const watchers = [], ours = new Set(); // edits that were accepted here
-let accepting = false; // an edit, whose name the answer brings
+const watchers = [], ours = new Set(); // ours: edits that this page has accepted
+let accepting = false; // whether the answer to an accept step is pending
 let done = [], undone = [], queried = 0, timer = 0, extra = null, columns = 88, ordering = 0;
 
 export const onDraft = visit => { watchers.push(visit); };
 function changed() {
   save();
-  for (const each of watchers) each();
+  for (const watch of watchers) watch();
 }
 
 export const keyOf = (routine, rung) => `${routine}\n${rung}`;
@@ -57,21 +57,21 @@ export const isAccepted = () =>
 export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
 
-// A draft outlives a reload of its tab.
+// The tab keeps the draft for a reload.
 const tab = () => sessionStorage;
 const save = () =>
   run.hello && keep("draft", draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
 
-// Takes the draft that this tab had before it was loaded again; returns whether there was one.
+// Restores the draft from before a reload of this tab; returns whether there was one.
 function restored() {
   const { base, rungs, tags, ours: mine } = keptOf("draft", {}, tab);
   if (draft.own || !rungs?.length || !orders.allowed()) return false;
   Object.assign(draft, { rungs: mapOf(rungs), tags, base, own: true });
-  for (const each of mine) ours.add(each);
+  for (const edit of mine) ours.add(edit);
   return true;
 }
 
-// Begins to edit; throws why the program's rungs are not edited.
+// Begins to edit; throws the reason if the program's rungs can't be edited.
 export async function begin() {
   draft.words = await ask("words");
   session.base ||= draft.words.base;
@@ -81,7 +81,7 @@ export async function begin() {
 
 const kept = () => structuredClone({ rungs: draft.rungs, tags: draft.tags, base: draft.base });
 
-// Shows what is accepted, if anything is, in place of a draft.
+// Shows the accepted edit, or nothing, in place of a draft.
 function follow() {
   const { rungs, tags, of } = ["accepted", "testing"].includes(session.stage)
     ? session
@@ -89,7 +89,7 @@ function follow() {
   Object.assign(draft, { rungs: mapOf(rungs), tags: [...tags], base: of, own: false });
 }
 
-// Changes the draft; `make` gets a map of texts by key, and may change it.
+// Changes the draft; `make` gets a map of texts by key, which it changes.
 export function change(make, { tags = draft.tags } = {}) {
   if (isLocked()) return tell("The edit is in test: untest it to change it.");
   const before = kept(), rungs = structuredClone(draft.rungs);
@@ -119,14 +119,14 @@ function remember(entry) {
 export const undo = () => repeat("undo", done, undone);
 export const redo = () => repeat("redo", undone, done);
 
-// One that is refused for good is gone; one that waits, null, stays where it is.
-async function repeat(way, from, to) {
-  const entry = from.pop(), taken = entry && await entry[way]();
+// Undoes or redoes an entry. A refused one, false, is dropped; one that must wait, null, stays.
+async function repeat(method, from, to) {
+  const entry = from.pop(), taken = entry && await entry[method]();
   if (entry && taken !== false) (taken === null ? from : to).push(entry);
   changed();
 }
 
-// Also asks for the places of a rung that has not been changed.
+// Also requests the drawing of a rung that is not changed, for its elements.
 export function look(key, text) {
   extra = !key || draft.rungs.has(key) ? null : [key, [text]];
   return check();
@@ -134,8 +134,8 @@ export function look(key, text) {
 
 export const setColumns = now => { columns = now; };
 
-// Says at once that the old verdict is none of the changed draft. One of an earlier program is moved to the one that
-// runs.
+// Checks the draft. Shows at once that the old verdict is outdated, and moves a draft for an earlier program to the
+// running one.
 async function check() {
   const mine = ++queried;
   clearTimeout(timer);
@@ -154,14 +154,11 @@ async function check() {
     return;
   }
   if (mine !== queried) return;
-  const one = answer.missing.filter(
-    each =>
-      each.types.length === 1 &&
-      !draft.tags.some(([name, , program]) => name === each.name && program === each.program)
-  );
+  const isDeclared = tag => draft.tags.some(([name, , program]) => name === tag.name && program === tag.program);
+  const unambiguous = answer.missing.filter(tag => tag.types.length === 1 && !isDeclared(tag));
   take(answer);
-  if (one.length) { // of one type by its use: declared where it is typed
-    draft.tags = [...draft.tags, ...one.map(each => [each.name, each.types[0], each.program])];
+  if (unambiguous.length) { // the use of a tag decides its type
+    draft.tags = [...draft.tags, ...unambiguous.map(tag => [tag.name, tag.types[0], tag.program])];
     return check();
   }
   said(answer);
@@ -173,16 +170,16 @@ async function rebase(mine) {
   let reported = "Another program runs now", moved = { rungs: [], tags: [], base: session.base };
   try {
     if (draft.rungs.size) moved = await ask("rebase", fields());
-    reported += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
+    reported += moved.rungs.length ? ": your edit is kept." : " that already has your edit.";
     const changed = moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`;
-    if (moved.conflicts) reported += ` ${changed} changed there, too.`;
+    if (moved.conflicts) reported += ` ${changed} also changed there.`;
   } catch (refused) {
     if (mine === queried && !refused.lost)
       say(
         "mistake",
         `Another program runs now, and your edit can't be moved to it: ${refused.message}. Cancel drops it.`
       );
-    return false; // what was lost is requested again with the next hello
+    return false; // the next hello requests it again
   }
   if (mine !== queried) return false;
   if (draft.rungs.size) tell(reported, "news");
@@ -203,15 +200,15 @@ function take({ rungs }) {
   }
 }
 
-// What was typed while the connection was lost, or requested before that, has no answer yet.
+// Checks the draft again, since answers may be missing after a lost connection.
 onHello(() => {
   if (draft.words) return check();
   if (!restored()) return;
-  tell("Your draft from before this tab was loaded again is shown.", "news");
+  tell("Your draft from before the reload is shown.", "news");
   changed();
 });
 
-// Declares a missing tag whose type its use does not decide.
+// Declares a missing tag with a type that the operator has chosen.
 export function declare(name, type, program) {
   change(() => {}, { tags: [...draft.tags, [name, type, program]] });
 }
@@ -228,9 +225,9 @@ function said({ mistakes, missing, right }) {
         ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.`
         : ` It is the edit of ${by}.`;
   if (stage && isShown) return say("good", STAGES[stage][1] + whose);
-  if (!places) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
-  if (missing.length && missing.every(each => each.types.length > 1))
-    return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
+  if (!places) return say("", "Nothing is edited: click into a rung, or type at the caret.");
+  if (missing.length && missing.every(({ types }) => types.length > 1))
+    return say("mistake", `${edited}: choose the type of ${missing.map(({ name }) => name).join(", ")}.${whose}`);
   say(
     right ? "good" : "mistake",
     `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : many(counted, "mistake")}.${whose}`
@@ -250,7 +247,7 @@ function say(kind, text) {
 
 async function tryOn() {
   const mine = queried;
-  would.replaceChildren(el("p", { class: "busy", role: "status" }, "Tried on the scans of the last 10 s …"));
+  would.replaceChildren(el("p", { class: "busy", role: "status" }, "Trying it on the last 10 s …"));
   let answer;
   try {
     answer = await ask("would", fields());
@@ -266,7 +263,7 @@ async function tryOn() {
       "p",
       { class: "soft" },
       groups.length
-        ? `In the last ${count(scans)} scans it would have made another:`
+        ? `In the last ${count(scans)} scans it would have changed:`
         : `In the last ${count(scans)} scans it would have changed no value.`
     ),
     el(
@@ -283,13 +280,13 @@ async function tryOn() {
         ),
       ])
     ),
-    more ? el("p", { class: "soft" }, `and ${more} further tags`) : ""
+    more ? el("p", { class: "soft" }, `and ${more} more tags`) : ""
   );
 }
 
 const OPPOSITE = { accept: "cancel", test: "untest", untest: "test", assemble: "reopen" };
 
-// Takes a step with the edit that is accepted; false if it was refused.
+// Takes a step with the accepted edit; returns false if it was refused.
 async function order(step, edit = session.edit) {
   ordering += 1;
   accepting = step === "accept";
@@ -304,7 +301,7 @@ async function order(step, edit = session.edit) {
   return Boolean(state);
 }
 
-// Drops the draft, or the accepted edit if that is shown or in test.
+// Drops the draft, or the accepted edit if it is shown or in test.
 async function cancel() {
   const isShown = isAccepted(), isInTest = isLocked();
   if ((isShown || isInTest) && !await order("cancel")) return false;
@@ -326,24 +323,24 @@ export async function step(name) {
         return taken;
       };
     if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
-    else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back
+    else { done = []; undone = []; } // saved changes can't be undone
   }
   changed();
 }
 
-// The state that the session tells all pages. What is typed here stays, whatever other pages do.
-export function heard(now) {
-  const was = { ...session }, before = JSON.stringify(fields()), wasMine = draft.own && isAccepted();
-  const isGone = was.edit && !now.edit && ![was.of, was.edit].includes(now.base); // another program runs in its place
-  Object.assign(session, NOTHING, now);
-  if (wasMine && !ordering && now.edit && now.edit !== was.edit)
-    tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "news");
-  if (wasMine && !ordering && !now.edit && !isGone)
-    tell("Another page has cancelled the accepted edit, which is kept here.", "news");
-  if (isGone && !draft.own) Object.assign(draft, { rungs: mapOf(was.rungs), tags: was.tags, base: was.of, own: true });
-  else if (!draft.own || !draft.rungs.size || (now.stage === "assembled" && isAccepted())) follow();
-  if (draft.words && (before !== JSON.stringify(fields()) || draft.base !== now.base || was.stage === "testing"))
-    return check();
+// Takes the state that the session sends to all pages. A draft of this page stays.
+export function heard(state) {
+  const old = { ...session }, oldFields = JSON.stringify(fields()), wasMine = draft.own && isAccepted();
+  const isGone = old.edit && !state.edit && ![old.of, old.edit].includes(state.base); // another program runs
+  Object.assign(session, NOTHING, state);
+  if (wasMine && !ordering && state.edit && state.edit !== old.edit)
+    tell(`The edit of ${state.by} is accepted in place of yours, which is kept here.`, "news");
+  if (wasMine && !ordering && !state.edit && !isGone)
+    tell("Another page has canceled the accepted edit, which is kept here.", "news");
+  if (isGone && !draft.own) Object.assign(draft, { rungs: mapOf(old.rungs), tags: old.tags, base: old.of, own: true });
+  else if (!draft.own || !draft.rungs.size || (state.stage === "assembled" && isAccepted())) follow();
+  const isChanged = oldFields !== JSON.stringify(fields()) || draft.base !== state.base;
+  if (draft.words && (isChanged || old.stage === "testing")) return check();
   said(draft);
   changed();
 }

@@ -1,20 +1,20 @@
-// The rungs of the routine that is shown, and the edited ones below them, as in Studio 5000: r is replaced, d
-// deleted, e edited, i inserted. A place is { key, index }: a running rung, and the text of those that replace it.
+// The rungs of the routine, with edited rungs below them, as in Studio 5000: r is replaced, d deleted, e edited,
+// i inserted. A place is { key, index }: the key of a running rung, and the index of a text that replaces it.
 
 import { button, drawing, el, setFlag } from "./dom.js";
 import { declare, draft, keyOf } from "./draft.js";
 import { shown } from "./format.js";
-import { place, unplace } from "./values.js";
+import { bindValue, unbindIn } from "./values.js";
 
 let sheet = null, routine = "", running = new Map(); // text of each running rung by key
-// of running rungs by key, and of edited ones by key and index: a large program has many
+// Rows of running rungs by key, and of edited rungs by key and index, since a large program has many.
 let rows = new Map(), drafts = new Map();
 let deleted = [];
 
-// Called when a routine has been drawn.
+// Takes the rungs of a routine after it has been drawn.
 export function lay(node, name, rungs = []) {
   [sheet, routine] = [node, name];
-  running = new Map(rungs.map(each => [keyOf(name, each.number), each.text]));
+  running = new Map(rungs.map(({ number, text }) => [keyOf(name, number), text]));
   rows = new Map();
   for (const row of node.querySelectorAll(".rungs > .row[data-at]")) {
     const key = keyOf(name, row.dataset.at.slice(row.dataset.at.lastIndexOf(".") + 1));
@@ -34,7 +34,7 @@ export const rowAt = where =>
   drafts.get(`${where.key}\n${where.index}`) ??
   (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
 
-// The place that is so many rows from another one.
+// Returns the place that is a number of rows from another one, or null.
 export function neighborOf(where, by) {
   const all = [...sheet.querySelectorAll(".row[data-key]")].filter(
       row => row.classList.contains("draft") || !row.dataset.edited
@@ -43,10 +43,10 @@ export function neighborOf(where, by) {
   return row ? { key: row.dataset.key, index: Number(row.dataset.index) } : null;
 }
 
-// Draws the edited rungs of the routine, or takes them out.
+// Draws the edited rungs of the routine, or removes them.
 export function drawDrafts(isOpen) {
   for (const row of drafts.values()) {
-    unplace(row);
+    unbindIn(row);
     row.remove();
     if (rows.has(row.dataset.key)) delete rows.get(row.dataset.key).dataset.edited;
   }
@@ -62,50 +62,50 @@ function rowsOf(list, key, texts) {
   const own = rows.get(key);
   if (own && !texts.length) deleted.push(key);
   if (own) own.dataset.edited = !texts.length ? "d" : texts[0] === running.get(key) ? "" : "r";
-  let behind = own;
-  texts.forEach((said, index) => {
-    if (own && index === 0 && said === running.get(key)) return;
-    const row = rowOf(key, index, said, own && index === 0 ? "e" : "i");
+  let previous = own;
+  texts.forEach((text, index) => {
+    if (own && index === 0 && text === running.get(key)) return;
+    const row = rowOf(key, index, text, own && index === 0 ? "e" : "i");
     drafts.set(`${key}\n${index}`, row);
-    behind ? behind.after(row) : list.prepend(row);
-    behind = row;
+    previous ? previous.after(row) : list.prepend(row);
+    previous = row;
   });
 }
 
-function rowOf(key, index, said, letter) {
-  const found = checkedOf({ key, index }), says = { e: "Edited", i: "Inserted" }[letter];
-  const picture = found?.svg ? drawing(found.svg) : el("code", { class: "unread" }, said);
-  if (found?.svg) {
-    picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+function rowOf(key, index, text, letter) {
+  const checked = checkedOf({ key, index }), title = { e: "Edited", i: "Inserted" }[letter];
+  const picture = checked?.svg ? drawing(checked.svg) : el("code", { class: "unread" }, text);
+  if (checked?.svg) {
+    picture.querySelectorAll("[data-name]").forEach(node => bindValue(node, node.dataset.name, shown));
     picture.querySelectorAll("[data-element]").forEach((group, number) =>
       setFlag(
         group,
         "data-mistake",
-        found.mistakes.some(each => each.element === number)
+        checked.mistakes.some(({ element }) => element === number)
       )
     );
   }
   const notes = [
-    ...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")),
-    ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")),
-    ...queried(said),
+    ...(checked?.mistakes ?? []).filter(mistake => !isMissing(mistake)).map(mistake => noteOf(mistake.text, "mistake")),
+    ...(checked?.warnings ?? []).map(warning => noteOf(warning.text, "finding")),
+    ...tagNotes(text),
   ];
   return el(
     "li",
-    { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${says} rung` },
-    el("span", { class: "letter", title: says }, letter),
+    { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${title} rung` },
+    el("span", { class: "letter", title }, letter),
     el("div", { class: "body" }, picture, ...notes)
   );
 }
 
-const isMissing = ({ text: said }) =>
-  draft.missing.some(({ name }) => said.includes(`: no tag ${name} (`) || said.includes(`: no tag ${name};`));
-const noteOf = (said, kind) => el("p", { class: "note", "data-kind": kind }, said);
+const isMissing = ({ text }) =>
+  draft.missing.some(({ name }) => text.includes(`: no tag ${name} (`) || text.includes(`: no tag ${name};`));
+const noteOf = (text, kind) => el("p", { class: "note", "data-kind": kind }, text);
 
-// Asks for the types of new tags, in the line of the rung that uses them; says what has been declared.
-function queried(said) {
-  const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(said);
-  const open = draft.missing
+// Returns notes about the new tags in a rung: choices of a type, and declared types.
+function tagNotes(rungText) {
+  const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(rungText);
+  const choices = draft.missing
     .filter(({ name, types }) => types.length > 1 && uses(name))
     .map(({ name, types, program }) =>
       el(
@@ -115,8 +115,8 @@ function queried(said) {
         ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))
       )
     );
-  const reported = draft.tags
+  const declared = draft.tags
     .filter(([name]) => uses(name))
     .map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
-  return [...open, ...reported];
+  return [...choices, ...declared];
 }

@@ -1,10 +1,10 @@
-// A contact, an operand or a value that is dragged to the strip gets a lane there.
+// Drag a contact, an operand or a value to the strip to show its lane there.
 
 import { at, el, setFlag } from "./dom.js";
 import { subjectOf } from "./subject.js";
 import { hasLane, toggleTag } from "./taglanes.js";
 
-const FAR = 6; // CSS pixels from which on it is a drag
+const FAR = 6; // a longer movement is a drag, CSS pixels
 
 const ghost = el("div", { class: "ghost", "aria-hidden": "true", hidden: true });
 document.body.append(ghost);
@@ -13,8 +13,8 @@ let from = null;
 const over = ({ clientX, clientY }) => Boolean(document.elementFromPoint(clientX, clientY)?.closest("#strip"));
 
 document.addEventListener("pointerdown", event => {
-  const found = event.pointerType !== "touch" && event.button === 0 && subjectOf(event.target);
-  from = found?.tag ? { tag: found.tag, x: event.clientX, y: event.clientY } : null;
+  const subject = event.pointerType !== "touch" && event.button === 0 && subjectOf(event.target);
+  from = subject?.tag ? { tag: subject.tag, x: event.clientX, y: event.clientY } : null;
 }, true);
 
 document.addEventListener("pointermove", event => {

@@ -1,27 +1,27 @@
-// Zoom by dragging on the axis of times: what was dragged over becomes the view.
+// Zoom: a drag over the time axis selects the new view.
 
 import { el } from "./dom.js";
 
-const LEAST = 6; // CSS pixels: less is a click
+const LEAST = 6; // a shorter movement is a click, CSS pixels
 
-// Returns what lies over an axis. timeAt(x) is the time at a place; zoomed(from, to) gets the times that were dragged
-// over.
+// Returns the axis with a layer for the drag. timeAt(x) returns the time at a position; zoomed(from, to) is called
+// with the selected times.
 export function dragZoom(canvas, timeAt, zoomed) {
   const shade = el("div", { class: "dragged", hidden: true });
   const over = el(
     "div",
-    { class: "over dragging", title: "Drag to zoom; a double click shows more again" },
+    { class: "over dragging", title: "Drag to zoom in; double-click to zoom out" },
     canvas,
     shade
   );
   let begin = null;
-  const place = event => event.clientX - over.getBoundingClientRect().left;
-  const span = event => [begin, place(event)].sort((one, other) => one - other);
+  const positionOf = event => event.clientX - over.getBoundingClientRect().left;
+  const span = event => [begin, positionOf(event)].sort((a, b) => a - b);
   const end = () => { begin = null; shade.hidden = true; };
   over.addEventListener("pointerdown", event => {
     event.preventDefault();
     over.setPointerCapture(event.pointerId);
-    begin = place(event);
+    begin = positionOf(event);
   });
   over.addEventListener("pointermove", event => {
     if (begin === null) return;

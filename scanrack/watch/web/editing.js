@@ -1,5 +1,5 @@
-// Edits of the program: rungs in their picture, a text that is typed here, or a saved file that waits. Each is shown
-// before it is taken over: what differs, its mistakes at their lines, what restarts.
+// Edits of the program: drawn rungs, a text that is typed here, or a saved file that waits. The page shows each edit
+// before it is accepted: its differences, its mistakes with their lines, and the sequences that restart.
 
 import { completing, matching } from "./completing.js";
 import { button, el, setFlag, setText, textButton } from "./dom.js";
@@ -14,16 +14,16 @@ import { onHello, onProgram, run } from "./state.js";
 
 const ROWS = 18; // lines of the field
 const BYTES_MOST = 60000; // of a text as JSON
-const KEYS_MS = 600; // a text is previewed when nothing has been typed for so long
+const KEYS_MS = 600; // a text is previewed if nothing has been typed for this time
 
 export const editButton = button("Edit", open, { title: "Edit the program", hidden: true });
 
-// --- rungs in their picture
+// --- drawn rungs
 
 const STEPS = {
-  // of an edit: what it does, and when it can be taken
+  // title, and whether the step is available
   accept: [
-    "Check the edit and load it beside the running program",
+    "Check and load the edit; the running program continues",
     ({ right, rungs }, { stage }) => right && rungs.size > 0 && !draft.isAccepted() && stage !== "testing",
   ],
   test: ["Run the edited rungs", (_, { stage }) => stage === "accepted" && draft.isAccepted()],
@@ -34,7 +34,7 @@ const STEPS = {
   ],
   cancel: ["Drop the edit", ({ rungs }, { stage }) => rungs.size > 0 || stage === "accepted" || stage === "testing"],
   save: [
-    "Write the program's file; the old one is kept",
+    "Write the program's file and keep a backup",
     (_, { stage, unsaved }) => unsaved && (stage === "" || stage === "assembled"),
   ],
 };
@@ -50,8 +50,8 @@ const others = el("div", { class: "soft" });
 const hint = el(
   "p",
   { class: "soft hint" },
-  "Type XIC Start and Enter: it is inserted after what is selected; F2 replaces that. " +
-    "Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung."
+  "Type XIC Start and Enter to insert it after the selection; F2 replaces the selection. " +
+    "Arrows move, [ makes a branch, the comma makes a leg, Shift selects, Enter makes a new rung."
 );
 const bar = el(
   "div",
@@ -72,7 +72,7 @@ const bar = el(
       },
       { title: "Edit the text of the file" }
     ),
-    button("Close edit", close, { text: "Close", title: "Leave the edit: it stays here" })
+    button("Close edit", close, { text: "Close", title: "Close the edit and keep it here" })
   ),
   draft.verdict,
   others,
@@ -80,7 +80,7 @@ const bar = el(
   hint
 );
 
-let pressed = null; // the button of the bar that has the focus, or had it until it could no longer be pressed
+let pressed = null; // the button of the bar with the focus, even after it was disabled
 
 draft.onDraft(() => {
   const { activeElement: focused } = document;
@@ -89,20 +89,20 @@ draft.onDraft(() => {
   undoButton.disabled = !draft.canUndo();
   redoButton.disabled = !draft.canRedo();
   setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "" || draft.would.hasChildNodes());
-  others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
+  others.replaceChildren(...draft.draft.mistakes.map(text => el("p", { class: "note", "data-kind": "mistake" }, text)));
   keepFocus();
-  const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft of this tab before
+  const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft from before a reload
   if (hasEdit && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
 
-// A button that keys have pressed and that can't be pressed again leaves the focus to the next one: Firefox loses it.
+// Moves the focus from a button that is disabled after a key press to the next one, since Firefox loses the focus.
 function keepFocus() {
   if (!pressed?.disabled || isClicked(pressed) || ![pressed, document.body].includes(document.activeElement)) return;
   const all = [...bar.querySelectorAll("button")], at = all.indexOf(pressed);
-  [...all.slice(at), ...all].find(each => !each.disabled).focus();
+  [...all.slice(at), ...all].find(({ disabled }) => !disabled).focus();
 }
 
-// An edit that another page, or this one before it was loaded again, has accepted.
+// Shows an edit that another page has accepted, or this page before a reload.
 async function resume() {
   showBar(true);
   await draft.begin().catch(refused => tell(refused.message));
@@ -125,11 +125,11 @@ function close() {
   editButton.focus();
 }
 
-// Rungs are edited in their picture, any other routine as text.
+// Opens the editor of drawn rungs, or the text of another routine.
 async function open() {
   const { routines } = run.hello,
     name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
-  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder") return openText();
+  if ((routines.find(routine => routine.name === name) ?? routines[0]).kind !== "ladder") return openText();
   const refused = await draft.begin().then(() => null, error => error.message);
   if (refused) return openText(sentence(refused));
   showBar(true);
@@ -154,12 +154,12 @@ const field = el("textarea", {
   scroll: paintMarks,
 });
 const shown = el("div", { class: "shown", "aria-live": "polite" });
-const takeButton = button("Take over", () => take(), { title: "Continue with it from the next scan on" });
+const takeButton = button("Take over", () => take(), { title: "Run it from the next scan on" });
 const restartButton = button("Take over with restart", () => take(restarts.join(",")), {
-  title: "Continue with it; these sequences restart",
+  title: "Run it and restart these sequences",
   hidden: true,
 });
-const backButton = button("Back", back, { title: "Leave the running program as it is" });
+const backButton = button("Back", back, { title: "Keep the running program" });
 const words = completing(field, offered);
 const panel = el(
   "div",
@@ -173,20 +173,20 @@ const panel = el(
 
 export const editor = el("div", {}, bar, panel);
 
-let base = null; // of a typed text: what it is an edit of; null of a saved file
+let base = null; // digest of the text before the edit; null for a saved file
 let restarts = [], timer = 0, queried = 0, noted = [];
 
 onHello(() => { if (base === null) back(); });
 onProgram(hello => {
-  const names = (hello.routines ?? []).map(each => each.kind);
-  setFlag(editButton, "hidden", !orders.allowed() || !names.length || !bar.hidden || !panel.hidden);
+  const hasRoutines = hello.routines?.length > 0;
+  setFlag(editButton, "hidden", !orders.allowed() || !hasRoutines || !bar.hidden || !panel.hidden);
 });
 
 async function openText(why = "") {
   const source = await orders.order("source");
   if (!source) return;
   if (why) tell(why, "news");
-  if (source.lacks) return tell(`${why} ${sentence(source.lacks)} Or save the file: it is taken over at once.`.trim());
+  if (source.lacks) return tell(`${why} ${sentence(source.lacks)} Or save the file, which runs at once.`.trim());
   base = source.base;
   field.value = source.text;
   field.rows = Math.min(ROWS, source.text.split("\n").length + 1);
@@ -204,7 +204,7 @@ function present(file, typing) {
   setFlag(editButton, "hidden", true);
 }
 
-// Shows the preview of a saved file; null when it is as the running program.
+// Shows the preview of a saved file; null if it equals the running program.
 export function waits(preview) {
   if (!preview) { if (base === null) back(); return; }
   base = null;
@@ -212,7 +212,7 @@ export function waits(preview) {
   show(preview);
 }
 
-// The edit has been taken over.
+// Closes the preview after the edit was accepted.
 export function taken() {
   if (!panel.hidden) back();
 }
@@ -236,10 +236,10 @@ function typed() {
   timer = setTimeout(preview, KEYS_MS);
 }
 
-// Mistakes stand at their lines in the field, too.
+// Shows mistakes also at their lines in the field.
 function paintMarks() {
   const { lineHeight, paddingTop } = getComputedStyle(field), high = parseFloat(lineHeight);
-  marks.replaceChildren(...noted.filter(each => each.line).map(({ kind, line, text }) => {
+  marks.replaceChildren(...noted.filter(note => note.line).map(({ kind, line, text }) => {
     const mark = el("div", { "data-kind": kind, "data-line": line }, text);
     mark.style.top = `${(line - 1) * high + parseFloat(paddingTop) + 1 - field.scrollTop}px`;
     return mark;
@@ -253,12 +253,12 @@ function offered(before) {
     from: rest.length,
     found: matching(
       word,
-      (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))
+      (run.hello.tags ?? []).map(({ name, type }) => ({ text: name.replace(/^\\[^.]+\./, ""), says: type }))
     ),
   };
 }
 
-// Tab continues to the next control; Escape leaves the field, not the edit.
+// Tab moves to the next control; Escape leaves the field and keeps the edit.
 function keyed(event) {
   event.stopPropagation();
   if (words.keyed(event)) return;
@@ -268,18 +268,18 @@ function keyed(event) {
 const isTooLong = () => new TextEncoder().encode(JSON.stringify(field.value)).length > BYTES_MOST;
 
 async function preview() {
-  if (isTooLong()) return tell(`The text is too long to be edited here: up to ${BYTES_MOST} bytes.`);
-  const mine = ++queried, text = field.value, said = await orders.order("draft", { text, base });
-  if (mine !== queried || !said) return;
-  show(said.preview);
-  const { mistakes, rows, file } = said.preview;
+  if (isTooLong()) return tell(`The text is too long to edit here: at most ${BYTES_MOST} bytes.`);
+  const mine = ++queried, text = field.value, answer = await orders.order("draft", { text, base });
+  if (mine !== queried || !answer) return;
+  show(answer.preview);
+  const { mistakes, rows, file, groups } = answer.preview;
   if (mistakes.length || !rows.length || file.endsWith(".py")) return;
-  const busy = el("p", { class: "busy", role: "status" }, "What can differ in any run is being worked out");
+  const busy = el("p", { class: "busy", role: "status" }, "Searching for possible effects in any run …");
   shown.append(busy);
   const more = await orders.order("draft", { text, base, effects: true });
   if (mine !== queried) return;
   busy.remove();
-  if (more) shown.append(groupsOf(more.preview.groups.slice(said.preview.groups.length)));
+  if (more) shown.append(groupsOf(more.preview.groups.slice(groups.length)));
 }
 
 async function take(restart = "") {
@@ -302,8 +302,8 @@ function show(preview) {
   permit(true, preview);
   const { mistakes, findings, rows, groups, keeps, more } = preview;
   const notes = [
-    ...mistakes.map(each => ({ ...each, kind: "mistake" })),
-    ...findings.map(each => ({ ...each, kind: "finding" })),
+    ...mistakes.map(mistake => ({ ...mistake, kind: "mistake" })),
+    ...findings.map(finding => ({ ...finding, kind: "finding" })),
   ];
   noted = base === null ? [] : notes;
   paintMarks();
@@ -320,7 +320,7 @@ function show(preview) {
           ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])
         )
       : "",
-    more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
+    more ? el("p", { class: "soft" }, `${more} more lines differ`) : "",
     keeps ? el("p", { class: "keeps" }, sentence(keeps)) : "",
     groupsOf(groups)
   );
@@ -330,14 +330,14 @@ const groupsOf = groups => groups.length ? el("dl", { class: "resets" }, ...grou
 
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
-  const said = restart.length
+  const text = restart.length
     ? `It can't continue as it is, but with ${restart.join(", ")} restarted.`
     : count
       ? `${count === 1 ? "A mistake" : many(count, "mistake")}: it can't be taken over.`
       : rows.length
         ? "It can be taken over."
         : "It is the program that runs.";
-  return el("p", { class: "verdict", "data-kind": count ? "mistake" : "good" }, said);
+  return el("p", { class: "verdict", "data-kind": count ? "mistake" : "good" }, text);
 }
 
 const TITLES = {
@@ -349,7 +349,7 @@ const titleOf = name => TITLES[name] ?? capital(name);
 
 const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, byTag(names).join(", "))];
 
-// The members of one tag stand behind it: Fill (ACC, DN).
+// Groups the members of a tag: Fill (ACC, DN).
 function byTag(names) {
   const tags = new Map();
   for (const name of names) {
@@ -387,7 +387,7 @@ function noteOf({ kind, line, old, text, rule }) {
   );
 }
 
-// Puts the caret into a line of the field.
+// Moves the caret to a line of the field.
 function toLine(line) {
   if (field.hidden) return;
   const lines = field.value.split("\n"), start = lines.slice(0, line - 1).join("\n").length + (line > 1 ? 1 : 0);

@@ -1,4 +1,4 @@
-// The source of a shared page: everything is in the page, as lists of changes. It connects to nothing.
+// The source of a shared page: all data is in the page, as lists of changes. It makes no connections.
 
 import { isHidden } from "./eventkinds.js";
 import { read } from "./exact.js";
@@ -6,7 +6,8 @@ import { read } from "./exact.js";
 export class Refused extends Error {}
 
 const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "pressed", "faults"];
-const BACK = 50, EVENTS = 200, HITS = 200; // scans of a speed, as the server has it; rows of an answer
+// scans over which speed is measured; maximum rows of answers, as in the server
+const BACK = 50, EVENTS = 200, HITS = 200;
 
 const lists = new Map(); // key -> { scans, values }
 let data = null, sizes = {}, heard = null, at = null, number = 0, sent = {}; // sizes: words in and out of each slot
@@ -22,24 +23,24 @@ export async function connect(_key, listener) {
   number = programAt(data.scan);
   heard({ hello: { ...data.hello, ...data.programs[number].described } });
   for (const note of data.notes) heard({ note });
-  if (at === null) show(data.scan); // the link has requested no other scan
+  if (at === null) show(data.scan); // unless the link has requested another scan
 }
 
 function added(differences, from = 0) {
   let sum = from;
-  return differences.map(each => sum += each);
+  return differences.map(difference => sum += difference);
 }
 
 function unpacked({ values, differences, columns }) {
   if (values) return values;
   if (differences) return added(differences);
-  const whole = columns.map(each => added(each));
-  return whole[0].map((_, place) => whole.map(column => column[place]));
+  const valueColumns = columns.map(column => added(column));
+  return valueColumns[0].map((_, index) => valueColumns.map(column => column[index]));
 }
 
 // --- values of a scan
 
-function placeAt(scans, scan) { // the last change up to a scan, or -1
+function indexAt(scans, scan) { // index of the last change up to a scan, or -1
   let low = 0, high = scans.length;
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -50,17 +51,17 @@ function placeAt(scans, scan) { // the last change up to a scan, or -1
 }
 
 function valueAt(key, scan) {
-  const list = lists.get(key), place = list ? placeAt(list.scans, scan) : -1;
-  return place < 0 ? undefined : list.values[place];
+  const list = lists.get(key), index = list ? indexAt(list.scans, scan) : -1;
+  return index < 0 ? undefined : list.values[index];
 }
 
 const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ?? 0);
 const wordsAt = (slot, scan) =>
   Array.from(
     { length: sizes[slot].in + sizes[slot].out },
-    (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0
+    (_, index) => valueAt(`words\n${slot}\n${index}`, scan) ?? 0
   );
-const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
+const programAt = scan => data.programs.findLastIndex(({ first }) => first <= scan);
 const binary = (high, low) => high * 65536 + (low & 0xFFFF);
 const JOINED = {
   "thousands": (first, second) => first * 1000 + second,
@@ -69,7 +70,7 @@ const JOINED = {
   "binary, low word first": (first, second) => binary(second, first),
 };
 
-// The format of a value in a scan; the configuration of some modules selects it.
+// Returns the format of a value in a scan. The configuration of some modules selects it.
 function formatOf(slot, value, scan) {
   if (value.format) return value.format;
   const image = value.words[0] < sizes[slot.number].in ? "I" : "O";
@@ -87,37 +88,37 @@ function valueOf(slot, value, words, scan) {
 const valuesOf = (slot, words, scan) =>
   Object.fromEntries(slot.values.map(value => [value.name, valueOf(slot, value, words, scan)]));
 
-const slotAt = number => data.hello.slots.find(each => each.number === number);
+const slotAt = number => data.hello.slots.find(slot => slot.number === number);
 
-// Whether the words of a slot's image, "in" or "out", are those of configuration mode.
+// Whether a slot's image, "in" or "out", is in configuration mode.
 const configures = (slot, words, image) =>
   slot in data.modes && words[data.modes[slot][image] + (image === "out" ? sizes[slot].in : 0)] < 0;
 
 function machineOf(slot, words, values, scan) {
-  const says = !configures(slot, words, "in"),
-    then = Math.max(data.lead, scan - BACK),
-    before = wordsAt(slot, then),
-    wide = timeOf(scan) - timeOf(then);
-  const position = slotAt(slot).values.find(each => each.name === "position");
-  const spoken = says && !configures(slot, before, "in") && wide > 0 && position;
+  const hasStatus = !configures(slot, words, "in"),
+    earlierScan = Math.max(data.lead, scan - BACK),
+    earlierWords = wordsAt(slot, earlierScan),
+    duration = timeOf(scan) - timeOf(earlierScan);
+  const position = slotAt(slot).values.find(({ name }) => name === "position");
+  const hasSpeed = hasStatus && !configures(slot, earlierWords, "in") && duration > 0 && position;
   return {
-    position: says ? (values?.position ?? null) : null,
+    position: hasStatus ? (values?.position ?? null) : null,
     shaft: null,
     encoder: null,
-    target: says && !configures(slot, words, "out") ? (values?.target ?? null) : null,
-    speed: spoken
-      ? Math.round(((values.position - valueOf(slotAt(slot), position, before, then)) * 1e9) / wide)
+    target: hasStatus && !configures(slot, words, "out") ? (values?.target ?? null) : null,
+    speed: hasSpeed
+      ? Math.round(((values.position - valueOf(slotAt(slot), position, earlierWords, earlierScan)) * 1e9) / duration)
       : null,
     inputs: Object.fromEntries(
       Object.entries(data.inputs).map(([name, bit]) => [
         name,
-        says && data.steppers.includes(slot) ? Boolean(words[1] & bit) : null,
+        hasStatus && data.steppers.includes(slot) ? Boolean(words[1] & bit) : null,
       ])
     ),
   };
 }
 
-// The whole picture of a scan, as the server has it.
+// The complete picture of a scan, as from the server.
 export function picture(scan) {
   const known = scan < data.programs[programAt(scan)].known;
   const frame = {
@@ -140,13 +141,13 @@ export function picture(scan) {
   for (const [key, list] of lists) {
     const [part, program, name] = key.split("\n");
     if (!known || !PARTS.includes(part) || Number(program) !== programAt(scan)) continue;
-    const place = placeAt(list.scans, scan);
-    if (place >= 0) frame[part][name] = list.values[place];
+    const index = indexAt(list.scans, scan);
+    if (index >= 0) frame[part][name] = list.values[index];
   }
-  for (const each of data.hello.slots) {
-    const slot = each.number, words = frame.words[slot] = wordsAt(slot, scan);
-    if (each.values.length) frame.values[slot] = valuesOf(each, words, scan);
-    if (data.machines.includes(slot)) frame.machine[slot] = machineOf(slot, words, frame.values[slot], scan);
+  for (const slot of data.hello.slots) {
+    const { number } = slot, words = frame.words[number] = wordsAt(number, scan);
+    if (slot.values.length) frame.values[number] = valuesOf(slot, words, scan);
+    if (data.machines.includes(number)) frame.machine[number] = machineOf(number, words, frame.values[number], scan);
   }
   return frame;
 }
@@ -157,10 +158,10 @@ function show(scan) {
   if (program !== number) { number = program; sent = {}; heard({ program: data.programs[program].described }); }
   const whole = picture(scan), frame = { ...whole };
   for (const part of ["words", "values", "machine", ...PARTS]) {
-    const before = sent[part] ?? {};
+    const sentValues = sent[part] ?? {};
     frame[part] = Object.fromEntries(
       Object.entries(whole[part]).filter(
-        ([name, value]) => JSON.stringify(value, wide) !== JSON.stringify(before[name], wide)
+        ([name, value]) => JSON.stringify(value, wide) !== JSON.stringify(sentValues[name], wide)
       )
     );
   }
@@ -170,19 +171,19 @@ function show(scan) {
 
 const wide = (_key, value) => typeof value === "bigint" ? `${value}n` : value;
 
-// --- changes between scans: the first one as it stood before
+// --- changes between scans, the first one with the value before
 
 function between(key, from, to) {
-  const list = lists.get(key), found = [];
-  if (!list) return found;
+  const list = lists.get(key), changes = [];
+  if (!list) return changes;
   for (
-    let place = Math.max(placeAt(list.scans, from), 0);
-    place < list.scans.length && list.scans[place] <= to;
-    place += 1
+    let index = Math.max(indexAt(list.scans, from), 0);
+    index < list.scans.length && list.scans[index] <= to;
+    index += 1
   ) {
-    found.push([Math.max(list.scans[place], from), list.values[place]]);
+    changes.push([Math.max(list.scans[index], from), list.values[index]]);
   }
-  return found;
+  return changes;
 }
 
 const clamped = (from, to) => [Math.max(from, data.range[0]), Math.min(to, data.range[1])];
@@ -194,16 +195,17 @@ function pointOf([scan, value]) {
     : [timeOf(scan), value];
 }
 
-// The edges of a bit; words that configure a stepper have no bits but the one that says so.
+// The edges of a bit. In configuration mode only the bit of this mode has its meaning.
 function edgesOf(slot, { word, bit, output }, from, to) {
-  const start = output ? sizes[slot].in : 0, place = word + start, modes = data.modes[slot];
-  const mode = start + (modes?.[output ? "out" : "in"] ?? 0);
-  const keys = [place, ...(modes && place !== mode ? [mode] : [])].map(each => `words\n${slot}\n${each}`);
+  const start = output ? sizes[slot].in : 0, index = word + start, modes = data.modes[slot];
+  const modeIndex = start + (modes?.[output ? "out" : "in"] ?? 0);
+  const indexes = modes && index !== modeIndex ? [index, modeIndex] : [index];
+  const keys = indexes.map(wordIndex => `words\n${slot}\n${wordIndex}`);
   const scans = new Set(keys.flatMap(key => between(key, from, to).map(([scan]) => scan))), edges = [];
-  for (const scan of [...scans].sort((one, other) => one - other)) {
-    const configured = modes && (valueAt(`words\n${slot}\n${mode}`, scan) ?? 0) < 0;
-    const kept = !configured || (place === mode && bit === 15),
-      level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
+  for (const scan of [...scans].sort((a, b) => a - b)) {
+    const isConfiguring = modes && (valueAt(`words\n${slot}\n${modeIndex}`, scan) ?? 0) < 0;
+    const hasMeaning = !isConfiguring || (index === modeIndex && bit === 15),
+      level = hasMeaning ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
     if (edges.at(-1)?.[1] !== level) edges.push([timeOf(scan), level]);
   }
   return edges;
@@ -211,12 +213,12 @@ function edgesOf(slot, { word, bit, output }, from, to) {
 
 function positionOf(slot, position, from, to) {
   const scans = new Set(
-    [data.modes[slot.number].in, ...position.words].flatMap(place =>
-      between(`words\n${slot.number}\n${place}`, from, to).map(([scan]) => scan)
+    [data.modes[slot.number].in, ...position.words].flatMap(index =>
+      between(`words\n${slot.number}\n${index}`, from, to).map(([scan]) => scan)
     )
   );
-  const ordered = [...scans].sort((one, other) => one - other), stretch = Math.ceil(ordered.length / 500);
-  return ordered.filter((_, place) => place % stretch === 0 || place === ordered.length - 1).map(scan => {
+  const ordered = [...scans].sort((a, b) => a - b), stretch = Math.ceil(ordered.length / 500);
+  return ordered.filter((_, index) => index % stretch === 0 || index === ordered.length - 1).map(scan => {
     const words = wordsAt(slot.number, scan), value = valueOf(slot, position, words, scan);
     return configures(slot.number, words, "in") ? [timeOf(scan), null] : [timeOf(scan), value, value, value];
   });
@@ -231,7 +233,7 @@ function stripOf(from, to, signals) {
       if ((bit.output && inputs.has(bit.name)) || (signals && !signals.includes(name))) continue;
       bits[name] = edgesOf(slot.number, bit, from, to);
     }
-    const position = slot.values.find(each => each.name === "position");
+    const position = slot.values.find(({ name }) => name === "position");
     if (position) positions[`${slot.number}.position`] = positionOf(slot, position, from, to);
   }
   return { from: timeOf(from), to: timeOf(to) + data.hello.period_ns, bits, positions };
@@ -243,7 +245,7 @@ const program = () => data.programs[number];
 const isTag = tag => lists.has(`tags\n${number}\n${tag}`);
 const ADDRESS = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/;
 
-// The address of a name of a word or bit, else the name.
+// Returns the address of a word or bit by its name, otherwise the name.
 function addressOf(tag) {
   const bit = data.hello.slots.flatMap(slot => slot.bits).find(({ meaning }) => meaning === tag);
   return (bit ?? program().described.tags.find(({ name }) => name === tag))?.address ?? tag;
@@ -253,7 +255,7 @@ const isAddress = tag => ADDRESS.test(addressOf(tag));
 const unknown = tags => tags.filter(tag => !isTag(tag) && !isAddress(tag));
 
 /**
- * The lists of an address of an image are its word's.
+ * The key of a tag's list, and a function that returns the tag's value from the list's. A bit has the list of its word.
  * @returns {[string, (value: any) => any]}
  */
 function listOf(tag) {
@@ -265,20 +267,20 @@ function listOf(tag) {
   ];
 }
 
-// Its points: of a bit those of its word at which it changes.
+// Returns the points of a tag, for a bit only where it changes.
 function pointsOf(tag, first, last) {
   const [key, shown] = listOf(tag), values = between(key, first, last).map(([scan, value]) => [scan, shown(value)]);
-  return values.filter(([, value], place) => !place || value !== values[place - 1][1]).map(pointOf);
+  return values.filter(([, value], index) => !index || value !== values[index - 1][1]).map(pointOf);
 }
 
-// The scans at which a tag or an address has changed, in order; the first of the page is none.
+// Returns the changes of a tag or an address, in order; the first value of the page is no change.
 export function changesOf(tag) {
-  const [key, shown] = listOf(tag), list = lists.get(key), found = [];
-  for (let place = 1; list && place < list.scans.length; place += 1) {
-    const before = shown(list.values[place - 1]);
-    if (shown(list.values[place]) !== before) found.push({ scan: list.scans[place], before });
+  const [key, shown] = listOf(tag), list = lists.get(key), changes = [];
+  for (let index = 1; list && index < list.scans.length; index += 1) {
+    const before = shown(list.values[index - 1]);
+    if (shown(list.values[index]) !== before) changes.push({ scan: list.scans[index], before });
   }
-  return found;
+  return changes;
 }
 
 const hitOf = ({ name, type, description }) => ({
@@ -288,21 +290,21 @@ const hitOf = ({ name, type, description }) => ({
   tag: name,
 });
 
-// The best hits are first, as the server has them.
+// Ranks hits, the best first, as the server does.
 function rankOf(name, requested) {
   const lower = name.toLowerCase(), own = lower.startsWith("\\") ? lower.slice(lower.lastIndexOf(".") + 1) : lower;
-  const fits = [lower === requested, own === requested, own.startsWith(requested), lower.includes(requested), true];
-  return fits.indexOf(true);
+  const matches = [lower === requested, own === requested, own.startsWith(requested), lower.includes(requested), true];
+  return matches.indexOf(true);
 }
 
 const QUESTIONS = {
   show({ routine, columns }) {
     const widths = Object.keys(program().shows[routine] ?? {}).map(Number);
-    const fits = widths.filter(each => each <= columns).at(-1) ?? widths[0];
-    if (fits === undefined) throw new Refused(`There is no routine ${routine} in this page.`);
+    const width = widths.filter(drawn => drawn <= columns).at(-1) ?? widths[0];
+    if (width === undefined) throw new Refused(`This page has no routine ${routine}.`);
     sent = { ...sent, power: {}, tags: {} };
     queueMicrotask(() => { if (at !== null) show(at); });
-    return program().shows[routine][fits];
+    return program().shows[routine][width];
   },
   watch({ tags }) {
     sent = { ...sent, tags: {} };
@@ -318,14 +320,14 @@ const QUESTIONS = {
     const [first, last] = clamped(from, to);
     if (first > last) return { lanes: {}, next: null };
     const known = tags.filter(tag => !unknown([tag]).length);
-    const found = Object.fromEntries(known.map(tag => [tag, pointsOf(tag, first, last)]));
-    return { lanes: { from: timeOf(first), to: timeOf(last) + data.hello.period_ns, tags: found }, next: null };
+    const points = Object.fromEntries(known.map(tag => [tag, pointsOf(tag, first, last)]));
+    return { lanes: { from: timeOf(first), to: timeOf(last) + data.hello.period_ns, tags: points }, next: null };
   },
   look({ scan }) {
     if (scan === "live") throw new Refused("this is a trace; nothing is running");
     const [first, last] = data.range;
     if (scan < first || scan > last || data.holes.some(([from, to]) => from <= scan && scan <= to))
-      throw new Refused(`Scan ${scan} is not in this page: it has ${first} to ${last}.`);
+      throw new Refused(`This page has no scan ${scan}; it has ${first} to ${last}.`);
     show(scan);
     return { scan };
   },
@@ -334,7 +336,7 @@ const QUESTIONS = {
     return { strip: first > last ? {} : stripOf(first, last, signals) };
   },
   events({ to, skip = 0, most = EVENTS, hide = [] }) {
-    const shown = data.events.filter(each => each.scan <= to && !isHidden(each, data.hello.slots, hide));
+    const shown = data.events.filter(event => event.scan <= to && !isHidden(event, data.hello.slots, hide));
     const end = Math.max(shown.length - skip, 0);
     return { events: shown.slice(Math.max(end - most, 0), end), total: shown.length, whole: true };
   },
@@ -348,30 +350,30 @@ const QUESTIONS = {
     };
   },
   mark({ from, way }) {
-    const next = data.marks.find(({ scan }) => scan > from), before = data.marks.findLast(({ scan }) => scan < from);
-    return { mark: (way > 0 ? next : before) ?? null, whole: true };
+    const next = data.marks.find(({ scan }) => scan > from), previous = data.marks.findLast(({ scan }) => scan < from);
+    return { mark: (way > 0 ? next : previous) ?? null, whole: true };
   },
   since({ tag, from = at }) {
-    const found = changesOf(tag).filter(each => each.scan <= Math.min(at, from)).at(-1);
-    return { since: found ? { ...found, t: timeOf(found.scan) } : null };
+    const change = changesOf(tag).filter(({ scan }) => scan <= Math.min(at, from)).at(-1);
+    return { since: change ? { ...change, t: timeOf(change.scan) } : null };
   },
   why({ tag, fault }) {
     const answer = fault ? data.whys[""] : data.whys[tag];
     if (at === data.scan && answer) return answer;
     throw new Refused(
-      `This page has no answer for that. Ask: scanrack why ${data.hello.record} ${tag ?? "TAG"} --at ${at}`
+      `This page has no answer for that. Use: scanrack why ${data.hello.record} ${tag ?? "TAG"} --at ${at}`
     );
   },
-  xref({ tag }) { throw new Refused(`This page has no list of uses. Ask: scanrack xref ${data.hello.record} ${tag}`); },
+  xref({ tag }) { throw new Refused(`This page has no list of uses. Use: scanrack xref ${data.hello.record} ${tag}`); },
   find({ text }) {
-    const requested = text.toLowerCase(), has = said => said.toLowerCase().includes(requested);
+    const requested = text.toLowerCase(), has = searched => searched.toLowerCase().includes(requested);
     const bits = data.hello.slots.flatMap(slot =>
       slot.bits.map(({ address, meaning }) => ({ name: address, type: "BOOL", description: meaning }))
     );
-    const tags = [program().described.tags, bits].map(each =>
-      each
+    const [tagHits, bitHits] = [program().described.tags, bits].map(candidates =>
+      candidates
         .filter(({ name, description, address = "" }) => has(`${name} ${description} ${address}`))
-        .sort((one, other) => rankOf(one.name, requested) - rankOf(other.name, requested))
+        .sort((a, b) => rankOf(a.name, requested) - rankOf(b.name, requested))
         .map(hitOf)
     );
     const rungs = Object.entries(program().shows).flatMap(([routine, widths]) =>
@@ -379,13 +381,13 @@ const QUESTIONS = {
         .filter(rung => has(`${rung.text} ${rung.comment}`))
         .map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null }))
     );
-    const hits = [...tags[0], ...rungs, ...tags[1]], isNamed = hit => hit.tag?.toLowerCase() === requested;
+    const hits = [...tagHits, ...rungs, ...bitHits], isNamed = hit => hit.tag?.toLowerCase() === requested;
     return { hits: [...hits.filter(isNamed), ...hits.filter(hit => !isNamed(hit))].slice(0, HITS) };
   },
 };
 
-export async function ask(what, fields = {}) {
-  const question = QUESTIONS[what];
+export async function ask(name, fields = {}) {
+  const question = QUESTIONS[name];
   if (!question) throw new Refused("This is a shared recording: it takes no orders.");
   if (!data) throw new Refused("The page is still opening.");
   return question(fields);

@@ -1,27 +1,25 @@
-// The rows of the list of events: by time, each thing once.
+// The rows of the list of events: by time, without repetitions.
 
 import { clocked, grouped } from "./format.js";
 
-// An order that presses an input is reported; that the input is on then says the same.
+// The action that presses an input has its own row, which replaces the row of the input.
 const pressOf = ({ order, scan }) => {
   if (!order) return null;
-  const { do: what, slot, name } = JSON.parse(order);
-  return what === "press" ? `${scan} ${slot} ${name}`.toLowerCase() : null;
+  const { do: action, slot, name } = JSON.parse(order);
+  return action === "press" ? `${scan} ${slot} ${name}`.toLowerCase() : null;
 };
 
-// What happens to a rack stands before what it leads to at the same time.
+// Causes come before their effects at the same time.
 const cause = ({ kind }) => Number(["stimulus", "order", "incident"].includes(kind));
 
 const isStep = event => event?.name === "step";
 
-// Events in the order of their times, one row for many steps.
+// Returns the events in the order of their times, with one row for successive steps.
 export function rowsOf(events) {
   const pressed = new Set(events.map(pressOf));
-  const isSaid = ({ kind, scan, slot, name }) =>
+  const isRepetition = ({ kind, scan, slot, name }) =>
     kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
-  const reported = events
-    .filter(event => !isSaid(event))
-    .sort((one, other) => one.t - other.t || cause(other) - cause(one));
-  const rows = reported.filter((event, place) => !isStep(event) || !isStep(reported[place + 1]));
+  const sorted = events.filter(event => !isRepetition(event)).sort((a, b) => a.t - b.t || cause(b) - cause(a));
+  const rows = sorted.filter((event, index) => !isStep(event) || !isStep(sorted[index + 1]));
   return rows.map(event => ({ ...event, text: grouped(clocked(event.text)) }));
 }

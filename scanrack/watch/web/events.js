@@ -1,6 +1,5 @@
-// What has happened up to the scan that is shown, the latest at the top; a click looks at that scan. The list has all
-// of it:
-// further events come as it is scrolled. Kinds of events can be hidden.
+// The events up to the scan shown, the latest at the top. A click shows the scan of an event. Scrolling requests
+// earlier events. Kinds of events can be hidden.
 
 import { at, button, el, heading, setAttribute, setText } from "./dom.js";
 import { rowsOf } from "./eventrows.js";
@@ -12,20 +11,20 @@ import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
-const MOST = 200, PIECE = 100; // rows that are kept of a rack that runs; events of a question
-const AGAIN_MS = 300; // events that are read in the background are requested again
+const MOST = 200, PIECE = 100; // rows that are kept of a running rack; events per question
+const AGAIN_MS = 300; // delay of another question while events are read in the background
 const GROUPS = {
   Errors: ["error", "fault", "faults"], Rules: ["rule"], Buttons: ["stimulus", "order"], Moves: ["move", "step"],
   Lights: ["indicator"],
 };
-const FIRST = ["Lights"]; // that are hidden at first
+const FIRST = ["Lights"]; // groups that are hidden by default
 
 const list = el("ol", { class: "events", "aria-label": "Events, the latest first", tabindex: "0" });
 const end = el("p", { class: "soft end" });
 const filters = Object.keys(GROUPS).map(name => button(name, () => toggle(name), { "aria-pressed": "true" }));
-const bar = el("div", { class: "filters", role: "group", "aria-label": "Events that are listed" }, ...filters);
+const bar = el("div", { class: "filters", role: "group", "aria-label": "Listed events" }, ...filters);
 
-let latest = [], listed = [], total = 0, whole = true; // the latest events of a rack that runs; those listed, in order
+let latest = [], listed = [], total = 0, whole = true; // latest events of a running rack; listed events, in order
 let hidden = FIRST, asking = false, more = false;
 
 const hide = () => hidden.flatMap(name => GROUPS[name]);
@@ -44,7 +43,7 @@ onPaint(({ events, scan, state }) => {
 });
 
 function toggle(name) {
-  hidden = hidden.includes(name) ? hidden.filter(each => each !== name) : [...hidden, name];
+  hidden = hidden.includes(name) ? hidden.filter(group => group !== name) : [...hidden, name];
   keep("events", hidden);
   paintFilters();
   list.replaceChildren();
@@ -52,7 +51,7 @@ function toggle(name) {
 }
 
 function paintFilters() {
-  for (const each of filters) setAttribute(each, "aria-pressed", String(!hidden.includes(each.textContent)));
+  for (const filter of filters) setAttribute(filter, "aria-pressed", String(!hidden.includes(filter.textContent)));
 }
 
 function showLatest() {
@@ -60,11 +59,10 @@ function showLatest() {
   more = true;
   show(latest.filter(event => !isHidden(event, run.hello.slots, kinds)));
   say(listed.length < PIECE ? "" : "Scroll for earlier events.");
-  if (listed.length < PIECE) further();
+  if (listed.length < PIECE) loadEarlier();
 }
 
-// Asks for the events up to the scan of the past that is shown; while an answer is awaited only the latest wish is
-// kept.
+// Requests the events up to the past scan shown. While a request is pending, only the latest scan counts.
 async function lookBack(again = false) {
   if (asking) return;
   asking = true;
@@ -87,19 +85,19 @@ function take(answer) {
   if (!whole) setTimeout(() => { if (!whole && run.state === "past") lookBack(true); }, AGAIN_MS);
 }
 
-// Asks for events before the first one that is listed.
-async function further() {
+// Requests events before the first listed one.
+async function loadEarlier() {
   if (asking || !more) return;
   asking = true;
   const known = new Set(listed.map(keyOf)), [first] = listed, to = first?.scan ?? run.scan ?? 0;
   try {
-    for (let skip = 0, found = []; more && !found.length; skip += PIECE) {
+    for (let skip = 0, earlier = []; more && !earlier.length; skip += PIECE) {
       const answer = await ask("events", { to, skip, hide: hide(), most: PIECE });
-      found = answer.events.filter(event => !known.has(keyOf(event)));
+      earlier = answer.events.filter(event => !known.has(keyOf(event)));
       more = answer.total > skip + answer.events.length;
       ({ whole } = answer);
       if (run.state !== "past") total = listed.length + answer.total;
-      if (found.length) show([...found, ...listed]);
+      if (earlier.length) show([...earlier, ...listed]);
     }
     sayEnd();
   } catch { more = false; }
@@ -108,14 +106,16 @@ async function further() {
 
 function sayEnd() {
   if (more) return say(`${count(list.children.length)} of ${count(total)} events: scroll for earlier ones.`);
-  say(whole ? `These are all events up to here: ${count(list.children.length)}.` : "Earlier events are being read.");
+  say(whole ? `All ${count(list.children.length)} events up to here.` : "Earlier events are being read.");
 }
 
 const say = text => setText(end, text);
 
-new IntersectionObserver(([{ isIntersecting }]) => { if (isIntersecting && listed.length) further(); }).observe(end);
+new IntersectionObserver(([{ isIntersecting }]) => {
+  if (isIntersecting && listed.length) loadEarlier();
+}).observe(end);
 
-// Shows events; rows that stay are not touched, since one may have the focus.
+// Shows events. Rows that stay are not replaced, since one may have the focus.
 function show(events) {
   listed = events;
   const requested = rowsOf(events).reverse();
@@ -132,7 +132,7 @@ const keyOf = ({ scan, t, slot, text }) => `${scan} ${t} ${slot} ${text}`;
 
 function rowOf(event) {
   const { scan, t, slot, text, kind, name } = event;
-  const said = slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text;
+  const slotText = slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text;
   const row = el(
     "li",
     {
@@ -145,7 +145,7 @@ function rowOf(event) {
       "button",
       { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
       el("time", { class: "figure" }, clock(t)),
-      el("span", { class: "what" }, said)
+      el("span", { class: "what" }, slotText)
     )
   );
   row.key = keyOf(event);

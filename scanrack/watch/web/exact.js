@@ -1,6 +1,6 @@
-// JSON with integers of any width: one that no double has is a BigInt. An older browser rounds it.
+// JSON with integers of any width. An integer that a double can't represent is a BigInt; an older browser rounds it.
 
-const LONG = /\d{16}/; // digits that an unsafe integer has at least
+const LONG = /\d{16}/; // an unsafe integer has at least 16 digits
 
 const whole = (key, value, context) =>
   typeof value === "number" && !Number.isSafeInteger(value) && /^-?\d+$/.test(context?.source ?? "")
@@ -14,7 +14,7 @@ export const read = text => LONG.test(text) ? JSON.parse(text, whole) : JSON.par
 
 export const written = value => JSON.stringify(value, raw);
 
-// An integer from its digits: a number if it is exact.
+// Returns an integer from its digits: a number if that is exact, otherwise a BigInt.
 export function integer(digits) {
   const value = BigInt(digits);
   return Number.isSafeInteger(Number(value)) ? Number(value) : value;

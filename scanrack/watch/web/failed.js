@@ -1,4 +1,4 @@
-// The band of a failed test: what it says, its scan, and where it first differs from the last run that passed.
+// The band of a failed test: its message, its scan, and the first difference from the last run that passed.
 
 import { at, el, textButton } from "./dom.js";
 import { clock, count } from "./format.js";
@@ -7,18 +7,18 @@ import { lookAt } from "./scrub.js";
 import { select } from "./selection.js";
 import { onHello, run } from "./state.js";
 
-const MOST_LINES = 2; // of a message: pytest's own report has all
+const MOST_LINES = 2; // of the message; pytest's report has all of it
 
 const why = el("p", {});
 
 const atScan = scan =>
   textButton(`scan ${count(scan)}, ${clock(scan * run.hello.period_ns)}`, () => lookAt(scan), "Look at this scan");
 
-// Buttons with commas between them.
-const listed = (names, button) => names.flatMap((name, place) => [place ? ", " : " ", button(name)]);
+// Returns buttons with commas between them.
+const listed = (names, button) => names.flatMap((name, index) => [index ? ", " : " ", button(name)]);
 
 function against({ scan, before, equal_to, tags = [], rungs = [], others = [] }) {
-  if (equal_to !== undefined) return ["Like the last run that passed, as far as that goes: ", atScan(equal_to)];
+  if (equal_to !== undefined) return ["Same as the last run that passed, up to its end in ", atScan(equal_to)];
   const look = name => textButton(name, () => { lookAt(scan); select({ tag: name }); }, "Look at this tag");
   const open = name => textButton(name, () => { lookAt(scan); showRung(name); }, "Show this rung");
   return [
@@ -44,7 +44,7 @@ onHello(() => {
     failure.against ? el("p", {}, ...against(failure.against)) : "");
 });
 
-// Opens the place of the first cause; an answer without a chain stands here, since no other band has it.
+// Opens the rung or line of the first cause. An answer without a chain is shown here, since no other band has it.
 export function caused(links, text) {
   const place = links.find(link => link.at)?.at;
   if (place) showRung(place);

@@ -1,4 +1,4 @@
-// Find: text in rungs, comments and tags; a hit opens its rung or its tag.
+// The search for text in rungs, comments and tags. A hit opens its rung or its tag.
 
 import { el, textField } from "./dom.js";
 import { order } from "./orders.js";
@@ -12,7 +12,7 @@ export const field = textField("Find", {
 });
 const box = el("div", { class: "find", focusout: left, keydown: keyed }, field, hits);
 
-let asking = 0, first = null; // the best hit of what is typed
+let asking = 0, first = null; // number of the latest question; the best hit
 
 export const findBox = () => box;
 
@@ -27,7 +27,7 @@ function show(found) {
   hits.replaceChildren(...found.slice(0, 40).map(hit =>
     el("li", {}, el("button", { type: "button", click: () => open(hit) },
       el("b", {}, hit.rung ?? hit.tag ?? ""), el("span", {}, hit.says ?? hit.text)))));
-  if (!found.length && field.value.trim()) hits.append(el("li", { class: "none" }, "nothing found"));
+  if (!found.length && field.value.trim()) hits.append(el("li", { class: "none" }, "no hits"));
   hits.hidden = !hits.children.length;
 }
 
@@ -37,7 +37,7 @@ function open(hit) {
   if (hit.rung) showRung(hit.rung);
 }
 
-// Arrows go through the hits, Enter opens the one with the focus, or the first.
+// Arrows move through the hits. Enter opens the hit with the focus, or the first one.
 function keyed(event) {
   const all = [field, ...hits.querySelectorAll("button")],
     move = { ArrowDown: 1, ArrowUp: -1 }[event.key],
@@ -49,7 +49,7 @@ function keyed(event) {
   event.preventDefault();
 }
 
-// Opens the first hit of what is typed, which is requested again: an answer may be on its way.
+// Opens the first hit; searches again, since the latest answer may still be missing.
 async function enter() {
   await queried();
   if (first) { open(first); field.blur(); }

@@ -1,4 +1,4 @@
-// Values as people read them: digits of fixed width, groups of three, radixes.
+// Values as text: digits of fixed width, groups of three, radixes.
 
 import { integer } from "./exact.js";
 
@@ -6,42 +6,42 @@ export const count = value => Math.trunc(value).toLocaleString("en");
 
 const two = number => String(number).padStart(2, "0");
 
-// A time in ns as min:s.ms, from an hour on as h:min:s.ms.
+// Returns a time in ns as min:s.ms, or h:min:s.ms from an hour on.
 export function clock(ns) {
   const ms = Math.floor(ns / 1e6), s = Math.floor(ms / 1000), min = Math.floor(s / 60);
   const tail = `${two(s % 60)}.${String(ms % 1000).padStart(3, "0")}`;
   return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
 }
 
-// A text in which numbers of four digits and more are grouped as elsewhere; not parts of names and addresses.
+// Groups the digits of numbers in a text, except in names and addresses.
 export const grouped = text =>
   text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
 
-// A text in which a point in time, "since 7.662 s", "scan 3,831, 7.662 s" or "(7.662 s,", is a clock's, as elsewhere.
+// Writes times in a text, such as "since 7.662 s", "scan 3,831, 7.662 s" or "(7.662 s,", as `clock` does.
 export const clocked = text =>
   text.replace(
     /(\b(?:since|edited at|scan [\d,]+,) |\((?=[\d.e+-]+ s[,)]))([\d.e+-]+) s\b/g,
-    (_, before, s) => before + clock(Math.round(Number(s) * 1e9))
+    (_, prefix, s) => prefix + clock(Math.round(Number(s) * 1e9))
   );
 
 export const capital = text => text[0].toUpperCase() + text.slice(1);
 
-// A refusal as a sentence.
+// Returns a refusal as a sentence.
 export const sentence = text => `${capital(text)}${/[.!?]$/.test(text) ? "" : "."}`;
 
 // 1 scan, 2,000 scans
-export const many = (number, thing) => `${count(number)} ${thing}${number === 1 ? "" : "s"}`;
+export const many = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 
-// The step between at most so many marks on a scale: 1, 2 or 5 times a power of ten.
+// Returns the step of a scale with at most `most` marks: 1, 2 or 5 times a power of ten.
 export function stepOf(span, most) {
   const power = 10 ** Math.floor(Math.log10(span / most));
-  return power * [1, 2, 5, 10].find(each => span / (each * power) <= most);
+  return power * [1, 2, 5, 10].find(factor => span / (factor * power) <= most);
 }
 
 /** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
 
-// A time in whole ns as `time_text` of io_images/times.py writes it.
+// Returns a time in whole ns as text, like `time_text` of io_images/times.py.
 export function timeText(ns) {
   const [unit, name] = UNITS.find(([size]) => ns >= size) ?? UNITS[0];
   const rest = ns % unit ? `.${String(unit + ns % unit).slice(1).replace(/0+$/, "")}` : "";
@@ -53,7 +53,7 @@ export function times(factor) {
   return `${factor < 10 ? factor.toFixed(2) : factor < 100 ? factor.toFixed(1) : Math.round(factor)}×`;
 }
 
-// A value as an attribute for scripts has it: BOOL as 1 or 0.
+// Returns a value for an attribute that scripts read: BOOL as 1 or 0.
 export function plain(value) {
   if (value === true) return "1";
   if (value === false) return "0";
@@ -85,7 +85,7 @@ function letters(value, bits) {
 const isWhole = value => typeof value === "bigint" || Number.isInteger(value);
 export const isNumber = value => typeof value === "bigint" || typeof value === "number";
 
-// A value in a radix; what a radix can't say is said in decimal.
+// Returns a value in a radix, or in decimal if the radix does not fit its type.
 export function inRadix(value, radix = "decimal", type = "DINT") {
   if (radix === "exponential" && isNumber(value)) return Number(value).toExponential(6);
   if (isWhole(value) && !type.endsWith("REAL")) {
@@ -98,9 +98,9 @@ export function inRadix(value, radix = "decimal", type = "DINT") {
   return shown(value);
 }
 
-// A value in its plainest form, short enough for the place that a box of a rung keeps for it.
+// Returns a value in its default form, short enough for a box of a rung.
 export function shown(value) {
-  if (value === null || value === undefined) return "–"; // it can't be read now
+  if (value === null || value === undefined) return "–"; // unknown
   if (isWhole(value)) return value.toLocaleString("en");
   if (typeof value !== "number") return plain(value);
   return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4
@@ -108,7 +108,7 @@ export function shown(value) {
     : String(Number(value.toPrecision(7)));
 }
 
-// What was typed, as a value; undefined if it is none.
+// Returns the value of a typed text, or undefined.
 export function parsed(text, type = "") {
   const typed = text.trim().replaceAll("_", "").replace(/^-?\d{1,3}(,\d{3})+$/, whole => whole.replaceAll(",", ""));
   if (type === "BOOL" || /^(true|false)$/i.test(typed)) {

@@ -1,4 +1,4 @@
-// Incidents: what may go wrong, by button. The rack says which there are and what each needs.
+// Injected faults: a card for each kind. The server sends the kinds and their fields.
 
 import { button, dialogOf, el, textField } from "./dom.js";
 import { allowed, incident } from "./orders.js";
@@ -7,12 +7,12 @@ import { run } from "./state.js";
 const dialog = dialogOf("Incidents", "Close incidents");
 
 export function incidentsButton() {
-  const there = run.hello.incidents ?? [];
+  const kinds = run.hello.incidents ?? [];
   return button("Incidents", () => dialog.open(...run.hello.incidents.map(card)), {
     text: "⚡",
-    title: "Incidents: what may go wrong",
+    title: "Incidents: inject a fault",
     class: "sign",
-    disabled: !there.length || !allowed(),
+    disabled: !kinds.length || !allowed(),
   });
 }
 
@@ -41,14 +41,14 @@ function input(field) {
   return { name: field.name, read, node: el("label", {}, el("span", {}, title), control, field.unit ?? "") };
 }
 
-// Text, typed or chosen from what is offered.
+// A field of text, with choices.
 function text({ name, title, choices }) {
   const offers = el("datalist", { id: `${name}-offers` }, ...choices.map(choice => el("option", { value: choice })));
   const control = textField(null, { list: offers.id, placeholder: choices[0], required: true });
   return { name, read: () => control.value.trim(), node: el("label", {}, el("span", {}, title), control, offers) };
 }
 
-// A choice of several words, by number.
+// A choice of several words by number.
 function words(field) {
   const boxes = field.choices.map(word =>
     el("input", { type: "checkbox", value: word, checked: (field.default ?? []).includes(word) })

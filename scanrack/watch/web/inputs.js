@@ -1,12 +1,11 @@
-// The inputs of a slot, a button each. A hand presses what is a button; what the machine operates it can hold against
-// it.
+// The inputs of a slot, each with a button. The operator presses a button, or holds an input that the machine operates.
 
 import { el, setAttribute } from "./dom.js";
 import * as orders from "./orders.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 import { bitName } from "./words.js";
 
-const HELD_MS = 350; // pressed longer than that, a button springs back when it is let go
+const HELD_MS = 350; // a button that is pressed longer springs back when it is released
 
 export function inputsOf(slot) {
   if (!slot.inputs?.length) return null;
@@ -14,7 +13,7 @@ export function inputsOf(slot) {
   const node = el(
     "div",
     { class: "inputs", role: "group", "aria-label": `Inputs of slot ${slot.number}` },
-    ...inputs.map(each => each.node)
+    ...inputs.map(input => input.node)
   );
   return { node, paint: changes => paintInputs(inputs, changes.machine?.[slot.number]?.inputs ?? {}) };
 }
@@ -26,7 +25,7 @@ function paintInputs(inputs, levels) {
 }
 
 class Input {
-  slot; name; rest; byHand; on; held; timer; springs; // what the constructor assigns
+  slot; name; rest; byHand; on; held; timer; springs; // assigned by the constructor
 
   constructor(slot, { name, title, kind, rest = false, word, bit }) {
     Object.assign(this, {
@@ -48,8 +47,8 @@ class Input {
         "aria-pressed": "false",
         "data-kind": kind,
         title: this.byHand
-          ? "Click: press, or let go. Hold: pressed as long as you hold it."
-          : `Operated by a ${kind}. Click: hold it against the machine, or give it back.`,
+          ? "Click to press or release. Hold to press while you hold it."
+          : `Operated by a ${kind}. Click to override the machine, or to return it.`,
         disabled: !orders.allowed(),
         click: () => this.clicked(),
         pointerdown: () => this.down(),
@@ -60,12 +59,12 @@ class Input {
       el("span", { class: "level" })
     );
     if (word === undefined) Object.assign(this.node.dataset, { name: `${slot.number}.input.${name}`, value: "0" });
-    else place(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
+    else bindValue(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
   }
 
   show(on) {
     this.on = on;
-    setAttribute(this.node, "data-value", on === null ? "" : on ? "1" : "0"); // null: not known
+    setAttribute(this.node, "data-value", on === null ? "" : on ? "1" : "0"); // null: unknown
     setAttribute(this.node, "aria-pressed", String(this.byHand ? on !== this.rest : this.held));
   }
 

@@ -1,4 +1,4 @@
-// What this browser keeps for a rack: in its local storage, or for the tab alone in the storage of its session.
+// Data that the browser keeps for a rack: in its local storage, or only for the tab in its session storage.
 
 import { run } from "./state.js";
 
@@ -6,15 +6,15 @@ const keyOf = name => `scanrack ${name} ${run.hello.path}`;
 
 export function kept(name, otherwise, store = () => localStorage) {
   try {
-    const found = JSON.parse(store().getItem(keyOf(name)));
-    return typeof found === "object" && found && Array.isArray(found) === Array.isArray(otherwise) ? found : otherwise;
+    const value = JSON.parse(store().getItem(keyOf(name)));
+    return typeof value === "object" && value && Array.isArray(value) === Array.isArray(otherwise) ? value : otherwise;
   } catch {
-    return otherwise; // kept by another version, or the browser keeps nothing
+    return otherwise; // data of another version, or no storage
   }
 }
 
 export function keep(name, value, store = () => localStorage) {
   try {
     store().setItem(keyOf(name), JSON.stringify(value));
-  } catch { /* the browser keeps nothing: it lasts as long as the page */ }
+  } catch { /* without storage the data lasts as long as the page */ }
 }

@@ -1,4 +1,4 @@
-// Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
+// Rungs: the server draws them, and the page lights them. A frame has a character per element of a changed rung.
 
 import { breakpointsAt, stopButton } from "./breakpoints.js";
 import { drawing, el, setAttribute, setFlag } from "./dom.js";
@@ -7,9 +7,9 @@ import { beginNow, paintNow } from "./now.js";
 import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
 import { namesOf } from "./subject.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 
-const MANY = 60; // rungs; of so many only those in view are laid out
+const MANY = 60; // with more rungs, only rungs in view are laid out
 
 /** @type {(name: string) => void} */
 let openRoutine = () => {};
@@ -36,22 +36,22 @@ function rowOf(ident, { number, svg, comment, file, line }) {
   const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
-  elements.forEach(each => each.setAttribute("data-power", "0"));
+  elements.forEach(element => element.setAttribute("data-power", "0"));
   for (const group of picture.querySelectorAll(".instruction")) {
     group.setAttribute("role", isCall(group) ? "link" : "button");
     group.setAttribute("tabindex", "-1");
   }
-  picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+  picture.querySelectorAll("[data-name]").forEach(node => bindValue(node, node.dataset.name, shown));
   rungs.set(ident, { row, elements, power: "", stop });
   return row;
 }
 
-// Gives a reader of the screen the values of the instruction with the focus, and whether it passes power. Tab reaches
-// this one of all; arrows go to the others.
+// Describes the instruction with the focus for screen readers: its values, and whether it passes power. Tab stops only
+// at this instruction; arrows move to the others.
 function describe({ target, currentTarget }) {
   const group = target.closest(".instruction");
   if (!group) return;
-  const values = [...group.querySelectorAll(".value, .now")].map(each => each.textContent).filter(Boolean);
+  const values = [...group.querySelectorAll(".value, .now")].map(node => node.textContent).filter(Boolean);
   setAttribute(group, "aria-description", [...values, group.dataset.power === "1" ? "power" : "no power"].join(", "));
   for (const other of currentTarget.querySelectorAll(".instruction[tabindex='0']"))
     other.setAttribute("tabindex", "-1");
@@ -67,7 +67,7 @@ function clicked(event, ident) {
   select({ tag: group.dataset.tag || null, element: group.dataset.element, rung: ident, names: namesOf(group) });
 }
 
-// Left and right go from instruction to instruction of a rung; Enter and space choose one.
+// Left and right move between the instructions of a rung; Enter and space select one.
 function keyed(event) {
   const group = event.target.closest(".instruction");
   if (!group) return;
@@ -83,7 +83,7 @@ function keyed(event) {
   next.focus();
 }
 
-// The rung that is so many rows from another one.
+// Returns the rung that is a number of rows from another one.
 export function moveTo(sheet, from, by) {
   const all = [...sheet.querySelectorAll("[data-at]")].map(node => node.dataset.at);
   const here = all.indexOf(from);
@@ -92,9 +92,9 @@ export function moveTo(sheet, from, by) {
 
 /** @param {{ power?: any, breakpoints?: any, tags?: any }} changes */
 export function paintRungs({ power, breakpoints, tags }) {
-  for (const [ident, now] of Object.entries(power ?? {})) {
+  for (const [ident, rungPower] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
-    if (rung) light(rung, now);
+    if (rung) light(rung, rungPower);
   }
   paintNow(tags, power);
   if (breakpoints) {
@@ -102,7 +102,7 @@ export function paintRungs({ power, breakpoints, tags }) {
   }
 }
 
-// A rung's number says for what its breakpoints wait.
+// Shows the conditions of breakpoints at the number of a rung.
 function paintStop(ident, row, stop, set) {
   const number = ident.split(".").at(-1), words = set.map(([, short]) => short).join(", ");
   setFlag(row, "data-breakpoint", set.length);
@@ -111,19 +111,19 @@ function paintStop(ident, row, stop, set) {
   stop.lastChild.textContent = words;
   stop.title = [
     set.length
-      ? `Rung ${number}: waits until it ${set.map(each => each[2]).join(", or ")}`
-      : `Rung ${number}: breakpoint (b); right-click for other ones`,
+      ? `Rung ${number}: waits until it ${set.map(([, , text]) => text).join(", or ")}`
+      : `Rung ${number}: breakpoint (b); right-click for other conditions`,
     stop.dataset.file,
   ]
     .filter(Boolean)
     .join("\n");
 }
 
-function light(rung, now) {
-  const before = rung.power;
-  if (now === before) return;
-  rung.power = now;
-  rung.elements.forEach((element, place) => {
-    if (now[place] !== before[place]) element.setAttribute("data-power", now[place] ?? "0");
+function light(rung, power) {
+  const oldPower = rung.power;
+  if (power === oldPower) return;
+  rung.power = power;
+  rung.elements.forEach((element, index) => {
+    if (power[index] !== oldPower[index]) element.setAttribute("data-power", power[index] ?? "0");
   });
 }

@@ -1,7 +1,7 @@
-// The lamps of a card: its output points by name.
+// The lamps of a card, which are its output points by name.
 
 import { el } from "./dom.js";
-import { placeLevel } from "./values.js";
+import { bindLevel } from "./values.js";
 import { bitName } from "./words.js";
 
 export function lampsOf(slot) {
@@ -14,7 +14,7 @@ export function lampsOf(slot) {
       el("span", {}, lamp.title || lamp.name),
       level
     );
-    placeLevel(node, level, bitName(slot, lamp));
+    bindLevel(node, level, bitName(slot, lamp));
     return node;
   });
   return {

@@ -1,15 +1,14 @@
-// What is known of lanes, in points:
-//   [t, value]               the value from then on; null: not known
-//   [t, level, edges]        so many edges of a bit in a stretch, and its level behind them
+// The known points of lanes:
+//   [t, value]               the value from a time on; null: unknown
+//   [t, level, edges]        the number of edges of a bit in a stretch, and the level after them
 //   [t, least, most, last]   the values of a number in a stretch
 
 const MOST = 60000; // points of a lane
-const KEPT_NS = 120e9; // how long a lane that grows is kept
-const SETTLED_NS = 50e6; // edges before that are of the power-up and of no interest to begin with
+const KEPT_NS = 120e9; // duration that is kept of a growing lane
+const SETTLED_NS = 50e6; // earlier edges belong to the power-up, and do not show a lane
 
-// Puts a piece in the place of what a lane had of its time, [from, to). A piece whose first point is later than its
-// start continues from what was known before it. What follows the piece stays as it was; if that is nothing, it is
-// unknown.
+// Replaces the points of a lane in a time, [from, to), with a piece. If the first point of the piece is later than
+// `from`, the value before it continues. The values after the piece stay; without any they are unknown.
 export function put(list, from, to, items) {
   const next = after(list, to - 1), old = list[after(list, to) - 1];
   const later = list.slice(next);
@@ -21,11 +20,10 @@ export function put(list, from, to, items) {
 
 function extend(list, item) {
   const last = list.at(-1);
-  if (item.length !== 2 || last?.length !== 2 || last[1] !== item[1]) list.push(item); // else it is no edge
+  if (item.length !== 2 || last?.length !== 2 || last[1] !== item[1]) list.push(item); // otherwise it is no edge
 }
 
-// Forgets what is far from the piece that ends at a time: what is older than two minutes, or more than there is room
-// for.
+// Drops points far from a piece that ends at a time: older than two minutes, or beyond the maximum number.
 export function forgetFar(list, to) {
   const grows = list.at(-1)[0] === to,
     old = grows && list[0][0] < to - 1.25 * KEPT_NS ? after(list, to - KEPT_NS) - 1 : 0;
@@ -33,35 +31,35 @@ export function forgetFar(list, to) {
   if (list.length > MOST) list.splice(MOST, Infinity, [list[MOST][0], null]);
 }
 
-// Joins a piece to the time that is there without a gap, [from, to); else that restarts.
+// Extends the known time by a piece, [from, to); a piece after a gap replaces it.
 export function join(have, { from, to }) {
   const apart = from > have.to || to < have.from;
   Object.assign(have, apart ? { from, to } : { from: Math.min(have.from, from), to: Math.max(have.to, to) });
 }
 
-// From which time on something is missing of a time in view; null if nothing is.
+// Returns the time from which points are missing for a time in view, or null.
 export function missing(have, from, to) {
   if (from < have.from || from > have.to) return from;
   return to > have.to ? have.to : null;
 }
 
-// The stretches of a lane from one time to another: [from, to, value], and the edges of a bit or the least and the
-// greatest value in it. Of what is not known the value is null.
+// Returns the stretches of a lane in a time: [from, to, value], and the edges of a bit or the least and greatest
+// value in it. An unknown value is null.
 export function stretches(list, from, to) {
-  const found = [];
-  for (let at = Math.max(after(list, from) - 1, 0); at < list.length && list[at][0] <= to; at++) {
-    const [time, ...rest] = list[at],
-      value = valueOf(list[at]),
-      within = [Math.max(time, from), Math.min(list[at + 1]?.[0] ?? to, to)];
-    found.push([...within, value, ...(rest.length === 3 ? rest.slice(0, 2) : rest.slice(1))]);
+  const result = [];
+  for (let index = Math.max(after(list, from) - 1, 0); index < list.length && list[index][0] <= to; index++) {
+    const [time, ...values] = list[index],
+      value = valueOf(list[index]),
+      bounds = [Math.max(time, from), Math.min(list[index + 1]?.[0] ?? to, to)];
+    result.push([...bounds, value, ...(values.length === 3 ? values.slice(0, 2) : values.slice(1))]);
   }
-  return found;
+  return result;
 }
 
-// The value behind a point.
+// The value from a point on.
 export const valueOf = point => (point.length === 4 ? point[3] : point[1]);
 
-// The least and the greatest value in lanes; a scale of at least one step.
+// Returns the least and the greatest value in lanes, at least one apart.
 export function range(...lists) {
   let low = Infinity, high = -Infinity;
   for (const point of lists.flat()) {
@@ -72,7 +70,7 @@ export function range(...lists) {
   return low < high ? [low, high] : [low === Infinity ? 0 : low, (low === Infinity ? 0 : low) + 1];
 }
 
-// Index of the first point later than a time.
+// Returns the index of the first point later than a time.
 export function after(list, time) {
   let low = 0, high = list.length;
   while (low < high) {
@@ -88,12 +86,12 @@ export class Lanes {
     this.order = order; // names in the order of the lanes
     this.bits = new Map(); // name -> points
     this.curves = new Map(); // name -> points
-    this.levels = new Map(); // name -> the level that was last put
-    this.changed = new Set(); // names of bits that have had an edge
-    this.have = { from: 0, to: 0 }; // the time of the latest pieces, without a gap
+    this.levels = new Map(); // name -> the latest level
+    this.changed = new Set(); // names of bits with an edge so far
+    this.have = { from: 0, to: 0 }; // the known time, without gaps
   }
 
-  // Takes a piece; it may begin later than it was requested.
+  // Adds a piece; it may begin later than the requested time `queried`.
   take(piece, queried = piece?.from) {
     if (!piece?.bits) return;
     const { from, to, bits, positions } = piece;
@@ -112,18 +110,18 @@ export class Lanes {
     }
   }
 
-  // Takes over the names of other lanes, and which of them have changed: of a recording nothing else comes.
+  // Adds the names of other lanes, and of those that have changed, for a trace that has no new pieces.
   learn(other) {
     for (const name of other.bits.keys()) if (!this.bits.has(name)) this.bits.set(name, []);
     for (const name of other.changed) this.changed.add(name);
   }
 
   get names() {
-    const place = name => { const found = this.order.indexOf(name); return found < 0 ? this.order.length : found; };
-    return [...this.bits.keys()].sort((one, other) => place(one) - place(other));
+    const rankOf = name => { const index = this.order.indexOf(name); return index < 0 ? this.order.length : index; };
+    return [...this.bits.keys()].sort((a, b) => rankOf(a) - rankOf(b));
   }
 
-  // The points of a position from one time to another, and one on either side.
+  // Returns the points of a position in a time, and one on either side.
   points(name, from, to) {
     const all = this.curves.get(name) ?? [];
     return all.slice(Math.max(after(all, from) - 1, 0), after(all, to) + 1);

@@ -1,4 +1,4 @@
-// Where the parts are: gutters between them, tabs of the lists. This browser keeps both for each rack.
+// The layout of the page: gutters between its parts, and tabs of the lists. The browser keeps it for each rack.
 
 import { at, el, goTo, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
@@ -13,7 +13,7 @@ const PANELS = {
 const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
 const MARGIN = 12; // CSS pixels beside the parts
 
-// What a gutter sets in a unit of CSS: its share now, keys that change it, and the share at a place of the pointer.
+// Gutters: the CSS unit of a part's size, its present share, keys that change it, and the share at the pointer.
 const GUTTERS = {
   program: {
     unit: "%",
@@ -70,14 +70,14 @@ onHello(() => {
   apply();
 });
 
-// Without a percentage the part has its size of the style sheet.
+// Sets the size of a part; without a percentage it has the size in the style sheet.
 function set(name, percent) {
   layout[name] = percent && Math.min(Math.max(Math.round(percent * 10) / 10, LEAST), MOST);
   keep("layout", layout);
   apply();
 }
 
-// Brings a list to the front: events, watch or words.
+// Shows a list: events, watch, words or panel.
 export function showPanel(id) {
   layout.panel = id;
   keep("layout", layout);

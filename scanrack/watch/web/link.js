@@ -1,10 +1,10 @@
-// The link: the key, and what is looked at. `#key=HEX&scan=12345&rung=Main.6` opens the same picture elsewhere.
+// The link: the key, and the scan and rung shown. `#key=HEX&scan=12345&rung=Main.6` opens the same picture elsewhere.
 
 const read = () => new URLSearchParams(location.hash.slice(1));
 
 export const keyOf = () => read().get("key") ?? "";
 
-// What the link asks for: a scan (a number, or null), a rung such as Main.6 (or null), the panel only.
+// Returns what the link requests: a scan (number or null), a rung such as Main.6 or null, and the panel only.
 export function requested() {
   const fields = read(), scan = fields.get("scan");
   return {
@@ -14,7 +14,7 @@ export function requested() {
   };
 }
 
-// Changes what the link says; null takes a part away. The page does not move, and Back does not fill up.
+// Changes parts of the link; null removes a part. The page and the history of the browser stay unchanged.
 export function link(parts) {
   const fields = read();
   for (const [name, value] of Object.entries(parts)) {

@@ -1,4 +1,4 @@
-// The machines and cards of the rack: each slot with its inputs to press and its lamps.
+// The machines and cards of the rack: each slot with its inputs and its lamps.
 
 import { at, el, heading } from "./dom.js";
 import { inputsOf } from "./inputs.js";

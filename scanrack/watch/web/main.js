@@ -1,11 +1,11 @@
-// Puts the parts of the page together.
+// Connects the parts of the page.
 
 import { button } from "./dom.js";
 import { clocked } from "./format.js";
 import { hush, tell } from "./notice.js";
 import { allowed, reload } from "./orders.js";
 import { connect } from "./source.js";
-import { exchange, greet, handles, run, take } from "./state.js";
+import { exchange, greet, setHandles, run, take } from "./state.js";
 import "./layout.js";
 import "./statebar.js";
 import "./machine.js";
@@ -29,8 +29,8 @@ import { lookAt } from "./scrub.js";
 import { showRung } from "./program.js";
 import { paintMode } from "./statebar.js";
 
-// What the page does with each kind of message.
-const TAKE = {
+// Handlers of messages by kind.
+const HANDLERS = {
   hello: hello => { hush(); greet(hello); follow(); },
   program: exchange,
   frame: frame => { if (run.state === "lost") hush("lost"); take(frame); },
@@ -41,18 +41,18 @@ const TAKE = {
   edited: edit => { taken(); tell(edited(edit), "news"); },
   mistake: mistake => mistake ? tell(mistaken(mistake), "mistake", ...restarting(mistake)) : hush("mistake"),
   note: note => tell(note, "news"),
-  lost: text => { run.state = "lost"; handles(); paintMode(); tell(text, "lost"); },
+  lost: text => { run.state = "lost"; setHandles(); paintMode(); tell(text, "lost"); },
 };
 
 function hear(message) {
-  for (const [kind, content] of Object.entries(message)) TAKE[kind]?.(content);
+  for (const [kind, content] of Object.entries(message)) HANDLERS[kind]?.(content);
 }
 
-// What an edit has done to the tags, one line each.
+// Returns the changes of tags by an edit, a line for each kind.
 function edited({ text, ...tags }) {
   const groups = ["new", "changed", "dropped"].filter(name => tags[name]?.length);
   return [
-    clocked(text) || "The edited program has been taken over.",
+    clocked(text) || "The edited program runs.",
     ...groups.map(name => `${name}: ${tags[name].join(", ")}`),
   ].join("\n");
 }
@@ -62,13 +62,13 @@ function mistaken({ text, file, line }) {
   return `The old program continues. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
 }
 
-// The button that takes the program over all the same, with the sequences that can't continue restarted.
+// The button that accepts the program, and restarts the sequences that can't continue.
 function restarting({ restart }) {
   if (!restart?.length || !allowed()) return [];
   return [button(`Take over, restart ${restart.join(", ")}`, () => reload(restart.join(",")))];
 }
 
-// Opens what the link asks for.
+// Shows the scan and the rung of the link.
 function follow() {
   const { scan, rung } = requested();
   if (rung) showRung(rung);
@@ -77,7 +77,7 @@ function follow() {
   if (failure?.tag && !rung && (scan ?? failure.scan) === failure.scan) explain(failure.tag, caused);
 }
 
-// Another key is the link of another session, which may have been started at the same port.
+// Another key belongs to another session at the same port.
 const key = keyOf();
 addEventListener("hashchange", () => { keyOf() === key ? follow() : location.reload(); });
 connect(key, hear);

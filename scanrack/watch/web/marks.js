@@ -1,4 +1,4 @@
-// Marks of a recording on the axis of all its scans: errors, faults, rules, changes of the mode, restarts.
+// Marks of a trace on the axis of all scans: errors, faults, rules, mode changes, restarts.
 
 import { erred } from "./causeband.js";
 import { button, el, setFlag } from "./dom.js";
@@ -10,8 +10,8 @@ import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
-const AGAIN_MS = 150; // between two questions while the recording is looked through
-const THUMB = 16, HIGH = 10, REACH = 6; // CSS pixels: of the slider's thumb, of the axis of marks; of a click to a mark
+const AGAIN_MS = 150; // delay between two questions during the search
+const THUMB = 16, HIGH = 10, REACH = 6; // width of the slider's thumb, height of the axis, reach of a click; CSS pixels
 const COLORS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
 const FAILURES = ["fault", "error"];
 
@@ -23,7 +23,7 @@ const earlier = button("Previous mark", () => toMark(-1), {
 });
 const later = button("Next mark", () => toMark(1), { text: "!▸", title: "The next mark (e)", class: "sign" });
 
-// What stands above the slider, and the buttons behind it.
+// The axis above the slider, and the buttons after it.
 export const marksAxis = canvas, marksButtons = [earlier, later];
 
 let marks = [], whole = false, asking = false, generation = 0;
@@ -31,24 +31,24 @@ let marks = [], whole = false, asking = false, generation = 0;
 export const marksIn = (from, to) => marks.filter(([scan]) => scan >= from && scan <= to);
 export const colorOf = kind => colors[COLORS[kind]];
 
-const grave = ([, one], [, other]) => Number(FAILURES.includes(one)) - Number(FAILURES.includes(other)); // drawn last
+const bySeverity = ([, a], [, b]) => Number(FAILURES.includes(a)) - Number(FAILURES.includes(b)); // failures come last
 
 onHello(() => {
   marks = [];
   whole = false;
   const recorded = orders.recorded(), mine = ++generation;
-  for (const each of [earlier, later]) setFlag(each, "hidden", !recorded);
+  for (const markButton of [earlier, later]) setFlag(markButton, "hidden", !recorded);
   if (recorded) askMarks(mine);
 });
 
-// Asks for the marks until all scans are looked through; the page shows its scan meanwhile.
+// Requests the marks until all scans are searched.
 async function askMarks(mine) {
   if (mine !== generation) return;
   try {
     const answer = await ask("marks");
     if (mine !== generation) return;
     whole = answer.whole;
-    marks = answer.marks.sort(grave);
+    marks = answer.marks.sort(bySeverity);
     draw();
     if (!whole) return setTimeout(askMarks, AGAIN_MS, mine);
     document.documentElement.dataset.marks = String(answer.total);
@@ -56,20 +56,20 @@ async function askMarks(mine) {
   } catch { /* the next hello asks again */ }
 }
 
-// The line of a failure, which leaves the page where it is.
+// Reports a failure in the state bar; the page stays at its scan.
 function failed({ scan, t, slot, name, tag, text }) {
   if (tag) erred({ scan, t, slot, bit: name, tag, text, rule: "", stopped: false });
 }
 
-// Looks at the next mark, or the one before.
-export async function toMark(way) {
-  if (!orders.recorded()) return tell("Marks are of recordings: this rack runs.");
+// Shows the next mark, or the previous one if `direction` is -1.
+export async function toMark(direction) {
+  if (!orders.recorded()) return tell("Only a recording has marks; this rack is running.");
   if (asking) return;
   asking = true;
-  const answer = await orders.order("mark", { from: run.scan, way });
-  const where = `${way > 0 ? "after" : "before"} scan ${count(run.scan)}`;
+  const answer = await orders.order("mark", { from: run.scan, way: direction });
+  const where = `${direction > 0 ? "after" : "before"} scan ${count(run.scan)}`;
   if (answer?.mark) await show(answer.mark);
-  else if (answer?.whole) tell(`There is no mark ${where}: ${way > 0 ? "E goes back" : "e goes forward"}.`);
+  else if (answer?.whole) tell(`There is no mark ${where}: ${direction > 0 ? "E goes back" : "e goes forward"}.`);
   else if (answer) tell("The recording is still being searched for marks.");
   asking = false;
 }
@@ -80,7 +80,7 @@ async function show(mark) {
   await lookAt(mark.scan);
 }
 
-// Where a scan is on the axis, CSS pixels.
+// Returns the position of a scan on the axis, CSS pixels.
 function placeOf(scan) {
   const [first, last] = run.range ?? [0, 0];
   return THUMB / 2 + ((scan - first) / Math.max(last - first, 1)) * (canvas.clientWidth - THUMB);
@@ -91,7 +91,7 @@ function scanAt(place) {
   return first + ((place - THUMB / 2) / Math.max(canvas.clientWidth - THUMB, 1)) * (last - first);
 }
 
-// A click at a mark goes to it; of several the gravest.
+// A click near marks shows the most severe one.
 async function clicked({ offsetX }) {
   const near = marks.filter(([scan]) => Math.abs(placeOf(scan) - offsetX) <= REACH).at(-1);
   if (!near) return lookAt(scanAt(offsetX));
@@ -112,7 +112,7 @@ function draw() {
 onPaint(({ range }) => {
   if (!range) return;
   draw();
-  if (whole && orders.recorded()) askMarks(generation); // it grows
+  if (whole && orders.recorded()) askMarks(generation); // the trace has grown
 });
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);
 colors.onChange(() => { if (run.hello) draw(); });

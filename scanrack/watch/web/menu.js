@@ -1,11 +1,11 @@
-// The menu of a contact, a coil, an operand or a rung: by right-click, by a long press, by the keys m and Shift+F10.
+// The menu of a contact, a coil, an operand or a rung: by right-click, a long press, or the keys m and Shift+F10.
 
 import { ACTIONS, perform } from "./actions.js";
 import { at, el, setAttribute } from "./dom.js";
 import { tell } from "./notice.js";
 import { subjectOf } from "./subject.js";
 
-const HOLD_MS = 500, STILL = 10, EDGE = 8; // of a long press; CSS pixels
+const HOLD_MS = 500, STILL = 10, EDGE = 8; // time and maximum movement of a long press; margin; CSS pixels
 
 const menu = el("div", { class: "menu", role: "menu", hidden: true, keydown: keyed });
 document.body.append(menu);
@@ -13,10 +13,10 @@ let subject = null, back = null, hold = 0, held = null;
 
 const items = () => [...menu.querySelectorAll("[role^=menuitem]")];
 
-// Opens the menu of a subject at a place of the window; the focus returns to its node.
-export function openMenu(found, x, y) {
-  subject = found;
-  back = found.node;
+// Opens the menu of a subject at a position in the window. Afterwards the focus returns to the subject's node.
+export function openMenu(menuSubject, x, y) {
+  subject = menuSubject;
+  back = subject.node;
   fill();
   menu.hidden = false;
   const { width, height } = menu.getBoundingClientRect();
@@ -37,18 +37,18 @@ function fill() {
     el("div", { class: "of", "aria-hidden": "true" }, tag ?? rung),
     operands.length ? el("div", { role: "group", "aria-label": "Operand" }, ...operands.map(operand)) : "",
     ...["tag", "rung"]
-      .filter(each => subject[each])
-      .map(each =>
+      .filter(kind => subject[kind])
+      .map(kind =>
         el(
           "div",
-          { role: "group", "aria-label": each === "tag" ? "Tag" : "Rung" },
-          ...ACTIONS.filter(({ of, fits }) => of === each && (!fits || fits())).map(itemOf)
+          { role: "group", "aria-label": kind === "tag" ? "Tag" : "Rung" },
+          ...ACTIONS.filter(({ of, fits }) => of === kind && (!fits || fits())).map(itemOf)
         )
       )
   );
 }
 
-// An operand of a block: the menu is that of the tag chosen.
+// An operand of a block. A click shows the menu of this tag.
 const operand = name =>
   el(
     "button",
@@ -61,7 +61,7 @@ const operand = name =>
         subject = { ...subject, tag: name };
         fill();
         items()
-          .find(each => each.textContent === name)
+          .find(item => item.textContent === name)
           .focus();
       },
     },
@@ -69,7 +69,7 @@ const operand = name =>
   );
 
 function itemOf(action) {
-  const lack = action.lacks(subject), checked = action.checked?.(subject);
+  const obstacle = action.lacks(subject), checked = action.checked?.(subject);
   return el(
     "button",
     {
@@ -77,18 +77,18 @@ function itemOf(action) {
       role: checked === undefined ? "menuitem" : "menuitemcheckbox",
       tabindex: -1,
       "aria-checked": checked === undefined ? null : String(checked),
-      "aria-disabled": lack ? "true" : null,
+      "aria-disabled": obstacle ? "true" : null,
       "aria-keyshortcuts": action.key,
       "data-key": action.key,
       click: () => {
-        if (!lack) {
+        if (!obstacle) {
           close();
           perform(action, subject);
         }
       },
     },
     el("span", {}, action.text(subject)),
-    lack ? el("small", {}, lack) : el("kbd", { "aria-hidden": "true" }, action.key)
+    obstacle ? el("small", {}, obstacle) : el("kbd", { "aria-hidden": "true" }, action.key)
   );
 }
 
@@ -106,16 +106,16 @@ function keyed(event) {
     here = all.indexOf(document.activeElement),
     to = { ArrowDown: here + 1, ArrowUp: here - 1, Home: 0, End: -1 }[event.key];
   event.stopPropagation();
-  if (event.key === "Enter" || event.key === " ") return; // the button's own
+  if (event.key === "Enter" || event.key === " ") return; // the button handles it
   event.preventDefault();
   if (to !== undefined) all.at(to % all.length).focus();
   else if (event.key === "Escape" || event.key === "Tab") close();
-  else all.find(each => each.dataset.key === event.key)?.click();
+  else all.find(item => item.dataset.key === event.key)?.click();
 }
 
 document.addEventListener("contextmenu", event => {
   const found = subjectOf(event.target);
-  if (!found || event.shiftKey && event.button === 2) return; // with Shift the browser's own
+  if (!found || event.shiftKey && event.button === 2) return; // with Shift the browser's menu
   event.preventDefault();
   if (menu.hidden)
     event.clientX || event.clientY ? openMenu(found, event.clientX, event.clientY) : menuAt(event.target);
@@ -139,7 +139,7 @@ document.addEventListener(
   true
 );
 for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, () => clearTimeout(hold), true);
-document.addEventListener("click", event => { // of the finger that is lifted from a long press
+document.addEventListener("click", event => { // the click at the end of a long press
   if (!held?.opened || menu.contains(event.target)) return;
   held = null;
   event.preventDefault();

@@ -1,13 +1,13 @@
-// One line for what was refused or has happened; it has its own place and moves nothing.
+// A line for refusals and news, which does not move other parts of the page.
 
 import { at } from "./dom.js";
 
 const LASTS_MS = 8000;
-const LASTING = ["lost", "mistake", "met", "branch"]; // until they are over
+const LASTING = ["lost", "mistake", "met", "branch"]; // kinds that stay until they are dismissed
 
 let timer = 0;
 
-at("notice").addEventListener("click", () => hush()); // one that lasts may be in the way
+at("notice").addEventListener("click", () => hush());
 
 export function tell(text, kind = "refused", ...buttons) {
   const notice = at("notice");

@@ -1,29 +1,29 @@
-// Orders change the run and are recorded with it. A refusal is shown; it changes nothing.
+// Operator actions, which change the run and are recorded with it. A refused action changes nothing.
 
 import { count } from "./format.js";
 import { tell } from "./notice.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 
-export async function order(what, fields = {}) {
+export async function order(name, fields = {}) {
   try {
-    return await ask(what, fields);
+    return await ask(name, fields);
   } catch (refused) {
     tell(refused.message);
     return null;
   }
 }
 
-// What acts in the next scan; in a pause that one may be far away, so the page says so.
-async function act(what, fields) {
-  const answer = await order(what, fields);
+// Sends an action that takes effect before the next scan, and says so during a pause.
+async function act(name, fields) {
+  const answer = await order(name, fields);
   if (answer && run.state === "paused")
-    tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "news");
+    tell(`It takes effect before the next scan, ${count(answer.scan)}.`, "news");
   return answer;
 }
 
-// An order that is given as the rack records it.
-export const operate = ({ do: what, ...fields }) => act(what, fields);
+// Sends an action in the form of a trace.
+export const operate = ({ do: name, ...fields }) => act(name, fields);
 export const mode = name => act("mode", { mode: name });
 export const pause = () => order("pause");
 export const go = () => order("go");
@@ -45,8 +45,8 @@ export const breakpoint = place =>
 // Whether the page may change the run.
 export const allowed = () => Boolean(run.hello) && !run.hello.read_only && run.hello.kind === "rack";
 
-// Whether a recording is shown: time is the page's own.
+// Whether the page shows a trace, in which it moves freely.
 export const recorded = () => run.hello?.kind === "trace";
 
-// Whether time obeys: a real controller does not wait.
+// Whether the page controls time, which a real controller does not allow.
 export const timed = () => allowed() && !run.hello.live_ports;

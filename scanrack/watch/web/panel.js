@@ -1,5 +1,4 @@
-// The operator panel: the items of a file beside the rack, on a grid. Presses are orders, recorded and repeated like
-// all others.
+// The operator panel: the items of a file beside the rack file, on a grid. Presses are recorded like other actions.
 
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { link, requested } from "./link.js";
@@ -9,10 +8,10 @@ import { itemOf, lay } from "./panelitems.js";
 import { editing, editor } from "./paneledit.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, onProgram, run } from "./state.js";
-import { place, unplace } from "./values.js";
+import { bindValue, unbindIn } from "./values.js";
 import { alsoWatched, sendWatched } from "./watchtable.js";
 
-const CONFIRM_MS = 500; // the rack lets go what is not confirmed for four times as long
+const CONFIRM_MS = 500; // the server releases presses that are not confirmed for four times as long
 
 const grid = el("div", { class: "grid" });
 const reason = el("p", { id: "panel-reason", class: "soft" });
@@ -23,10 +22,10 @@ const onlyButton = button(
     link({ panel: requested().panel ? null : "" });
     only(requested().panel);
   },
-  { title: "The panel as the whole page, as on a tablet" }
+  { title: "Show only the panel, as on a tablet" }
 );
 const editButton = button("Edit panel", () => edit(true), { text: "Edit" });
-const held = new Map(); // binding -> { scan, over }: what this page presses
+const held = new Map(); // presses of this page: binding -> { scan, over }
 let reported = null, parts = [], confirming = 0, said = null;
 
 at("panel").append(
@@ -37,7 +36,7 @@ at("panel").append(
   grid
 );
 
-// The server has let go what was pressed when the connection was lost, or another branch began.
+// The server has released all presses after a lost connection, or for a branch.
 onHello(() => { if (held.size) held.clear(), confirm(); });
 
 onProgram(() => {
@@ -49,8 +48,8 @@ export async function load() {
   try { take(await ask("panel")); } catch { /* the next hello asks again */ }
 }
 
-// Shows a panel: what the server tells of it, or of another page's changes. Its word of a file that this page has just
-// written may come when it is edited again.
+// Shows a panel from the server, perhaps with changes of another page. During an edit it only reports another version;
+// the message about a file that this page has written may arrive during its next edit.
 export function take(panel) {
   if (editing())
     return (
@@ -66,14 +65,12 @@ export function edit(on) {
   if (!on) load();
 }
 
-// Shows items with their bindings; while they are edited they press nothing.
+// Shows items with their bindings. During an edit they press nothing.
 export function show(items, bound) {
-  unplace(grid);
+  unbindIn(grid);
   release();
-  parts = bound.map((each, place) => partOf(items[place], each));
-  const inOrder = [...parts].sort(
-    (one, other) => one.item.at[1] - other.item.at[1] || one.item.at[0] - other.item.at[0]
-  );
+  parts = bound.map((binding, index) => partOf(items[index], binding));
+  const inOrder = [...parts].sort((a, b) => a.item.at[1] - b.item.at[1] || a.item.at[0] - b.item.at[0]);
   grid.replaceChildren(...inOrder.map(part => part.cell));
   setText(
     empty,
@@ -81,16 +78,17 @@ export function show(items, bound) {
       (items.length || editing()
         ? ""
         : reported.lacks
-          ? `There is no ${reported.file} beside the rack.`
-          : `No items yet. Edit builds a panel, kept as ${reported.file} beside the rack.`)
+          ? `The rack has no ${reported.file}.`
+          : `No items yet. Press Edit to build a panel, which is kept as ${reported.file} beside the rack.`)
   );
   setAttribute(empty, "class", reported.mistake ? "wrong" : "soft");
   editButton.disabled = Boolean(reported.lacks);
   editButton.title = reported.lacks || "Build the panel";
-  for (const each of [editButton, onlyButton]) setFlag(each, "hidden", Boolean(editing()));
-  // else what has the focus keeps it
+  for (const toolButton of [editButton, onlyButton]) setFlag(toolButton, "hidden", Boolean(editing()));
+  // the same editor stays, so that it keeps the focus
   if (tools.firstChild !== editing()) tools.replaceChildren(...(editing() ? [editing()] : []));
-  alsoWatched.splice(0, Infinity, ...new Set(bound.filter(each => each.read && !isLevel(each)).map(each => each.read)));
+  const readTags = bound.filter(binding => binding.read && !isLevel(binding)).map(({ read }) => read);
+  alsoWatched.splice(0, Infinity, ...new Set(readTags));
   sendWatched();
   said = null;
   for (const part of parts)
@@ -98,7 +96,7 @@ export function show(items, bound) {
   paint({});
 }
 
-// Inputs of an axis come with its machine.
+// Whether an item is an input of an axis, whose level comes with its machine.
 const isLevel = ({ press, read }) => Boolean(press) && !read.startsWith("Local:");
 
 function partOf(item, bound) {
@@ -118,12 +116,12 @@ function partOf(item, bound) {
     },
   };
   made.show(null);
-  if (bound.read && !isLevel(bound)) place(cell, bound.read, value => { part.show(value); return null; });
+  if (bound.read && !isLevel(bound)) bindValue(cell, bound.read, value => { part.show(value); return null; });
   else if (!bound.broken) cell.dataset.name = bound.read;
   return part;
 }
 
-// What an item shows: a button whether it is pressed, by the level of its input or else by the last order.
+// The value that an item shows. A button shows whether it is pressed, from its input or from the last action.
 function levelOf({ item, bound, value }) {
   if (value === null || value === undefined) return null;
   if (item.kind === "momentary" && bound.write) return run.pressed?.[bound.write]?.[0] === true;
@@ -134,7 +132,7 @@ function levelOf({ item, bound, value }) {
 // --- presses
 
 export function whyNot() {
-  if (editing()) return "The panel is being edited: it presses nothing.";
+  if (editing()) return "The panel is being edited and presses nothing.";
   if (run.state === "lost") return "The connection is lost: nothing can be pressed.";
   if (orders.recorded()) return "This is a recording: it shows what was pressed.";
   if (run.hello.read_only)
@@ -164,9 +162,9 @@ async function press(bound) {
   settle();
 }
 
-// Lets a button go, or all. A press lasts one scan at least, however short the touch.
+// Releases a button, or all buttons. A press lasts at least one scan, however short the touch.
 function release(bound) {
-  for (const [each, mine] of held) if (!bound || each === bound) mine.over = true;
+  for (const [binding, press] of held) if (!bound || binding === bound) press.over = true;
   settle();
 }
 
@@ -179,7 +177,7 @@ function settle() {
   }
 }
 
-// Says what is pressed. The rack lets it go when this page closes, is lost, or does not say so again.
+// Confirms the presses. The server releases them when this page closes, is lost, or no longer confirms them.
 function confirm() {
   clearTimeout(confirming);
   ask("hold", { give: [...held.keys()].map(bound => orderOf(bound, false)) }).catch(() => {});
@@ -192,7 +190,7 @@ for (const [target, event] of LEAVINGS) {
   target.addEventListener(event, () => { if (event !== "visibilitychange" || document.hidden) release(); });
 }
 
-// --- the panel as the page
+// --- only the panel
 
 addEventListener("hashchange", () => only(requested().panel));
 
@@ -214,9 +212,9 @@ function paint(changes) {
     if ((why === said && !changes.pressed) || (!part.bound.press && !part.bound.write)) continue;
     const [, by] = run.pressed?.[slot ? `${slot}.input.${name}` : part.bound.write] ?? [];
     setAttribute(part.cell, "title", by ? `Last set by ${by}` : null);
-    for (const each of part.node.matches("button") ? [part.node] : part.node.querySelectorAll("button, input")) {
-      setAttribute(each, "aria-disabled", why ? "true" : null);
-      setAttribute(each, "aria-describedby", why ? "panel-reason" : null);
+    for (const control of part.node.matches("button") ? [part.node] : part.node.querySelectorAll("button, input")) {
+      setAttribute(control, "aria-disabled", why ? "true" : null);
+      setAttribute(control, "aria-describedby", why ? "panel-reason" : null);
     }
   }
   said = why;

@@ -1,4 +1,4 @@
-// Builds an operator panel: items are dragged onto the grid, moved and sized there, by keys, too. Save alone writes
+// Builds an operator panel: items are dragged onto the grid, then moved and resized, also with keys. Only Save writes
 // the file.
 
 import { at, button, el, fill, setFlag, setText, textField } from "./dom.js";
@@ -7,31 +7,31 @@ import * as orders from "./orders.js";
 import { lay } from "./panelitems.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const ROOM = 4; // free rows below the last item
+const FREE_ROWS = 4; // below the last item
 const isList = key => ["positions", "values"].includes(key),
   isNumber = key => ["least", "most", "decimals"].includes(key);
-const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
+const DEFAULTS = { least: 0, most: 100, positions: ["Off", "On"] };
 
-let reported = null,
-  shown = null,
+let panelNow = null,
+  view = null,
   draft = null,
   bound = [],
   chosen = null,
-  filled,
+  itemInForm,
   node = null,
   changed = false,
-  checks = 0;
+  lastCheck = 0;
 const form = el("div", { class: "row form", role: "group" });
-const wrong = el("p", { class: "wrong", role: "status" });
+const errorText = el("p", { class: "wrong", role: "status" });
 const saveButton = button("Save panel", save, { text: "Save" }),
-  leaveButton = button("Discard changes", () => shown.edit(false));
+  leaveButton = button("Discard changes", () => view.edit(false));
 
 // The tools of the panel that is being edited, or null.
 export const editing = () => node;
 
-// Begins to edit a panel; null ends it. `by` shows it: its functions show, edit and take.
+// Begins to edit a panel; null ends the editing. `by` is the view of the panel, with functions show, edit and take.
 export function editor(panel, by) {
-  [reported, shown, chosen, filled, changed] = [panel, by, null, undefined, false];
+  [panelNow, view, chosen, itemInForm, changed] = [panel, by, null, undefined, false];
   node =
     panel &&
     el(
@@ -58,7 +58,7 @@ export function editor(panel, by) {
         el("span", { class: "ways" }, saveButton, leaveButton)
       ),
       form,
-      wrong
+      errorText
     );
   if (!node) return;
   draft = structuredClone(panel.items);
@@ -68,21 +68,21 @@ export function editor(panel, by) {
 
 function redraw() {
   const cells = at("panel").querySelector(".grid"), inGrid = cells.contains(document.activeElement);
-  shown.show(draft, bound);
+  view.show(draft, bound);
   cells.dataset.building = "";
   cells.style.setProperty(
     "--rows",
-    Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + ROOM
+    Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + FREE_ROWS
   );
-  for (const cell of cells.children) handle(cell, draft.find(item => item.name === cell.dataset.item));
+  for (const cell of cells.children) makeEditable(cell, draft.find(item => item.name === cell.dataset.item));
   if (inGrid) focus();
   saveButton.disabled = !changed;
   setText(leaveButton, changed ? "Discard" : "Close");
   fillForm();
 }
 
-// What can be done with an item: a drag moves it, one at its corner sizes it.
-function handle(cell, item) {
+// Makes an item editable: dragging moves it, dragging its corner resizes it.
+function makeEditable(cell, item) {
   const corner = el("i", { class: "corner", "aria-hidden": "true" }),
     [column, row] = item.at,
     [width, height] = item.size;
@@ -94,7 +94,7 @@ function handle(cell, item) {
       tabindex: 0,
       role: "group",
       "aria-label":
-        `${item.name}, ${reported.kinds[item.kind].title}, ` +
+        `${item.name}, ${panelNow.kinds[item.kind].title}, ` +
         `column ${column + 1}, row ${row + 1}, ${width} by ${height}`,
       focus: () => choose(item, cell),
       pointerdown: event => {
@@ -107,7 +107,7 @@ function handle(cell, item) {
         const move = MOVES[event.key];
         if (event.key === "Delete" || event.key === "Backspace") event.preventDefault(), remove(item);
         else if (event.key === "Enter") event.preventDefault(), form.querySelector("input")?.focus();
-        else if (move && !event.ctrlKey) event.preventDefault(), step(item, move, event.shiftKey);
+        else if (move && !event.ctrlKey) event.preventDefault(), moveByKey(item, move, event.shiftKey);
       },
     },
     [corner]
@@ -123,15 +123,15 @@ function choose(item, cell) {
 
 const focus = () => at("panel").querySelector("[data-chosen]")?.focus();
 
-function step(item, [x, y], sizes) {
-  const key = sizes ? "size" : "at", next = { ...item, [key]: [item[key][0] + x, item[key][1] + y] };
+function moveByKey(item, [x, y], resizes) {
+  const key = resizes ? "size" : "at", next = { ...item, [key]: [item[key][0] + x, item[key][1] + y] };
   if (!fits(next, item)) return;
   item[key] = next[key];
-  touched();
+  draftChanged();
 }
 
 /**
- * Whether an item has its cells for itself; `own` is the one that it replaces.
+ * Whether the item is within the grid and no other item has its cells; `own` is the item that it replaces.
  * @param {{ at: number[], size: number[] }} item
  * @param {any} [own]
  */
@@ -142,7 +142,7 @@ function fits({ at: [column, row], size: [width, height] }, own) {
     width > 0 &&
     height > 0 &&
     height <= 8 &&
-    column + width <= reported.columns &&
+    column + width <= panelNow.columns &&
     row + height <= 60;
   return (
     inside &&
@@ -163,30 +163,30 @@ function cellAt({ clientX, clientY }) {
     style = getComputedStyle(cells),
     gap = parseFloat(style.rowGap);
   return [
-    Math.floor((clientX - left) / ((width + gap) / reported.columns)),
+    Math.floor((clientX - left) / ((width + gap) / panelNow.columns)),
     Math.floor((clientY - top) / (parseFloat(style.gridAutoRows) + gap)),
   ];
 }
 
-function drag(begin, cell, item, sizes) {
-  const first = cellAt(begin), from = sizes ? item.size : item.at, key = sizes ? "size" : "at";
-  follow(begin, cell, event => {
+function drag(begin, cell, item, resizes) {
+  const first = cellAt(begin), from = resizes ? item.size : item.at, key = resizes ? "size" : "at";
+  trackPointer(begin, cell, event => {
     const now = cellAt(event), next = { ...item, [key]: from.map((each, way) => each + now[way] - first[way]) };
     if (String(next[key]) === String(item[key]) || !fits(next, item)) return;
     item[key] = next[key];
     changed = true;
     lay(cell, item);
-  }, () => { if (item[key] !== from) touched(); });
+  }, () => { if (item[key] !== from) draftChanged(); });
 }
 
-// A new item under the pointer as long as it is over the grid; it is there where it is dropped.
+// Shows a new item under the pointer while it is over the grid, and adds it where it is dropped.
 function dragNew(begin, kind) {
   if (begin.button !== 0) return;
-  const item = made(kind), ghost = el("div", { class: "item ghost" }, item.name), here = begin.currentTarget;
+  const item = newItem(kind), ghost = el("div", { class: "item ghost" }, item.name), here = begin.currentTarget;
   let moved = false;
-  follow(begin, here, event => {
+  trackPointer(begin, here, event => {
     const [column, row] = cellAt(event),
-      next = { ...item, at: [Math.min(Math.max(column, 0), reported.columns - item.size[0]), Math.max(row, 0)] };
+      next = { ...item, at: [Math.min(Math.max(column, 0), panelNow.columns - item.size[0]), Math.max(row, 0)] };
     moved ||= Math.hypot(event.clientX - begin.clientX, event.clientY - begin.clientY) > 6;
     const cells = at("panel").querySelector(".grid"),
       over = moved && document.elementsFromPoint(event.clientX, event.clientY).includes(cells);
@@ -197,14 +197,15 @@ function dragNew(begin, kind) {
   }, () => { ghost.remove(); if (item.at) put(item); else if (!moved) add(kind); });
 }
 
-function follow(begin, on, moved, ended) {
+function trackPointer(begin, on, moved, ended) {
   on.setPointerCapture(begin.pointerId);
   const end = () => { on.onpointermove = on.onpointerup = on.onpointercancel = null; ended(); };
   Object.assign(on, { onpointermove: moved, onpointerup: end, onpointercancel: end });
 }
 
-function made(kind) {
-  const { title, size, needs } = reported.kinds[kind], word = title.split(" ").at(-1);
+// A new item of a kind with a free name and default fields; its position is null.
+function newItem(kind) {
+  const { title, size, needs } = panelNow.kinds[kind], word = title.split(" ").at(-1);
   let number = 1;
   while (draft.some(each => each.name === `${word} ${number}`)) number += 1;
   return {
@@ -213,15 +214,15 @@ function made(kind) {
     tag: "",
     at: null,
     size: [...size],
-    ...Object.fromEntries(needs.filter(key => key in FIRST).map(key => [key, structuredClone(FIRST[key])])),
+    ...Object.fromEntries(needs.filter(key => key in DEFAULTS).map(key => [key, structuredClone(DEFAULTS[key])])),
   };
 }
 
 // Adds an item at the first free place.
 function add(kind) {
-  const item = made(kind);
-  for (let place = 0; !item.at && place < 60 * reported.columns; place += 1) {
-    const next = { ...item, at: [place % reported.columns, Math.floor(place / reported.columns)] };
+  const item = newItem(kind);
+  for (let place = 0; !item.at && place < 60 * panelNow.columns; place += 1) {
+    const next = { ...item, at: [place % panelNow.columns, Math.floor(place / panelNow.columns)] };
     if (fits(next)) item.at = next.at;
   }
   if (item.at) put(item);
@@ -231,7 +232,7 @@ function put(item) {
   draft.push(item);
   bound.push({ read: "", type: "", broken: "" });
   chosen = item;
-  touched();
+  draftChanged();
   form.querySelector("[name=tag]").focus();
 }
 
@@ -240,68 +241,68 @@ function remove(item) {
   draft.splice(place, 1);
   bound.splice(place, 1);
   chosen = null;
-  touched();
+  draftChanged();
 }
 
-// The draft has changed: what its items are bound to is requested again.
-async function touched() {
+// Redraws the changed draft and asks the server what its items are bound to.
+async function draftChanged() {
   changed = true;
   redraw();
-  const queried = checks += 1, answer = await orders.order("panel", { items: draft });
-  if (answer && queried === checks && node) bound = answer.bound, redraw();
+  const check = lastCheck += 1, answer = await orders.order("panel", { items: draft });
+  if (answer && check === lastCheck && node) bound = answer.bound, redraw();
 }
 
-// The fields of the chosen item; they stay while they are typed into.
+// Fills the form with the fields of the chosen item. They are kept as long as the item is chosen: the user may type.
 function fillForm() {
-  setText(wrong, bound[draft.indexOf(chosen)]?.broken ?? "");
-  if (filled === chosen) return;
-  filled = chosen;
+  setText(errorText, bound[draft.indexOf(chosen)]?.broken ?? "");
+  if (itemInForm === chosen) return;
+  itemInForm = chosen;
   form.setAttribute("aria-label", chosen ? `Fields of ${chosen.name}` : "Fields");
   if (!chosen)
     return form.replaceChildren(
       el(
         "span",
         { class: "soft" },
-        "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows size it, Delete removes it."
+        "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows resize it, Delete removes it."
       )
     );
-  const { needs, may } = reported.kinds[chosen.kind], item = chosen;
+  const { needs, may } = panelNow.kinds[chosen.kind], item = chosen;
   form.replaceChildren(
     ...[...needs, ...may]
       .filter(key => key !== "kind")
-      .map(key => el("label", { title: reported.allowed[key] }, key, field(item, key))),
+      .map(key => el("label", { title: panelNow.allowed[key] }, key, field(item, key))),
     button("Remove item", () => remove(item), { text: "Remove" })
   );
 }
 
 function field(item, key) {
   const value = isList(key) ? (item[key] ?? []).join(", ") : (item[key] ?? ""),
-    changes = event => set(item, key, event.target.value);
+    onChange = event => setField(item, key, event.target.value);
   if (key === "color")
     return el(
       "select",
-      { name: key, change: changes },
-      ...["", ...reported.allowed.color.split(", ")].map(each =>
+      { name: key, change: onChange },
+      ...["", ...panelNow.allowed.color.split(", ")].map(each =>
         el("option", { value: each, selected: each === value }, each || "none")
       )
     );
-  return textField(null, { name: key, value, list: key === "tag" ? "tags" : null, change: changes });
+  return textField(null, { name: key, value, list: key === "tag" ? "tags" : null, change: onChange });
 }
 
-function set(item, key, text) {
-  const number = each => each.trim() === "" || Number.isNaN(Number(each)) ? each.trim() : Number(each);
+function setField(item, key, text) {
+  const numberOf = each => each.trim() === "" || Number.isNaN(Number(each)) ? each.trim() : Number(each);
   const parts = text.split(",").map(each => each.trim()).filter(Boolean);
   const value =
-    key === "positions" ? parts : key === "values" ? parts.map(number) : isNumber(key) ? number(text) : text.trim();
-  if (text.trim() === "" && reported.kinds[item.kind].may.includes(key)) delete item[key];
+    key === "positions" ? parts : key === "values" ? parts.map(numberOf) : isNumber(key) ? numberOf(text) : text.trim();
+  if (text.trim() === "" && panelNow.kinds[item.kind].may.includes(key)) delete item[key];
   else item[key] = value;
-  touched();
+  draftChanged();
 }
 
 async function save() {
-  const saved = await orders.order("save_panel", { items: draft, base: reported.base });
+  const saved = await orders.order("save_panel", { items: draft, base: panelNow.base });
   if (!saved) return;
-  editor(null, shown);
-  shown.take(saved);
+  editor(null, view);
+  view.take(saved);
   tell(`${saved.file} is saved.`, "news");
 }

@@ -1,4 +1,4 @@
-// The items of an operator panel by kind: each a node, and what shows its value.
+// The items of an operator panel by kind. Each is { node, show }: show(value) shows the value of its tag in the node.
 
 import { el, goTo, setAttribute, setText, svg } from "./dom.js";
 import { count, isNumber, shown } from "./format.js";
@@ -8,9 +8,9 @@ const LEVELS = { true: "on", false: "off" };
 const MOVES = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
 const STEPS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
-const NARROW = 4; // columns of a narrow page
+const NARROW = 4; // columns of the grid on a narrow page
 
-// Puts a cell to its place on the grid.
+// Places a cell on the grid.
 /**
  * @param {HTMLElement | SVGElement} cell
  * @param {{ at: number[], size: number[] }} item
@@ -37,7 +37,7 @@ export function figure(value, { decimals, unit }) {
   return unit ? `${text} ${unit}` : text;
 }
 
-// A lamp says in a word what its color says, too.
+// A lamp; a word says what its color says.
 function lamp(item) {
   const word = el("span", { class: "word" }),
     node = el("div", { class: "lamp-item", role: "img" }, el("i", { class: "bulb" }), caption(item), word);
@@ -49,16 +49,17 @@ function lamp(item) {
   } };
 }
 
-// A pushbutton that is pressed as long as the pointer or the key is; a screen reader's click is a short press.
+// A pushbutton, on while the pointer or the key is held down. A click by a screen reader is a short press.
 function momentary(item, { press, release }) {
-  const up = () => release(), isKey = event => [" ", "Enter"].includes(event.key);
+  const letGo = () => release(), isKey = event => [" ", "Enter"].includes(event.key);
   const node = el("button", {
     type: "button", class: "push", "aria-pressed": "false",
     pointerdown: event => { if (event.button === 0) { node.setPointerCapture(event.pointerId); press(); } },
-    pointerup: up, pointercancel: up, lostpointercapture: up, blur: up, contextmenu: event => event.preventDefault(),
+    pointerup: letGo, pointercancel: letGo, lostpointercapture: letGo, blur: letGo,
+    contextmenu: event => event.preventDefault(),
     keydown: event => { if (isKey(event)) { event.preventDefault(); if (!event.repeat) press(); } },
-    keyup: event => { if (isKey(event)) { event.preventDefault(); up(); } },
-    click: event => { if (!event.detail) { press(); up(); } },
+    keyup: event => { if (isKey(event)) { event.preventDefault(); letGo(); } },
+    click: event => { if (!event.detail) { press(); letGo(); } },
   }, caption(item));
   return { node, show: on => setAttribute(node, "aria-pressed", String(on === true)) };
 }
@@ -90,16 +91,16 @@ function maintained(item, { set }) {
 }
 
 function selector(item, { set }) {
-  const values = item.values ?? item.positions.map((_, place) => place);
-  const choices = item.positions.map((text, place) =>
+  const values = item.values ?? item.positions.map((_, position) => position);
+  const choices = item.positions.map((text, position) =>
     el(
       "button",
       {
         type: "button",
         role: "radio",
         "aria-checked": "false",
-        tabindex: place ? -1 : 0,
-        click: () => set(values[place]),
+        tabindex: position ? -1 : 0,
+        click: () => set(values[position]),
         keydown: event => goTo(event, choices, MOVES),
       },
       text
@@ -112,10 +113,10 @@ function selector(item, { set }) {
     el("div", { class: "choices-of" }, ...choices)
   );
   return { node, show(value) {
-    const place = values.indexOf(Number(value));
+    const position = values.indexOf(Number(value));
     choices.forEach((each, own) => {
-      setAttribute(each, "aria-checked", String(own === place && value !== null));
-      each.tabIndex = own === Math.max(place, 0) ? 0 : -1;
+      setAttribute(each, "aria-checked", String(own === position && value !== null));
+      each.tabIndex = own === Math.max(position, 0) ? 0 : -1;
     });
   } };
 }
@@ -124,11 +125,12 @@ function display(item) {
   const value = el("output", { class: "figure", "aria-label": item.name });
   return {
     node: el("div", { class: "readout" }, caption(item), value),
-    show: given => setText(value, figure(given, item)),
+    show: latest => setText(value, figure(latest, item)),
   };
 }
 
-// A number within limits, typed or moved by arrows and buttons. It shows the tag's value until something is typed.
+// A field for a number within limits, typed or changed with arrow keys and buttons. It shows the tag's value until
+// something is typed.
 function entry(item, { set, refuse }) {
   const step = 10 ** -(item.decimals ?? 0), limits = `${figure(item.least, item)} to ${figure(item.most, item)}`;
   let value = null, touched = false;
@@ -137,18 +139,18 @@ function entry(item, { set, refuse }) {
     setAttribute(field, "aria-valuenow", isNumber(value) ? Number(value) : null);
     setAttribute(field, "aria-valuetext", figure(value, item));
   };
-  const give = number => {
+  const submit = number => {
     const wrong = !Number.isFinite(number) || number < item.least || number > item.most;
     setAttribute(field, "aria-invalid", wrong ? "true" : null);
     touched = false;
     if (wrong) return refuse(`${item.name}: ${field.value || "nothing"} is not allowed: ${limits}`);
     set(number);
   };
-  const typed = () => give(field.value.trim() === "" ? NaN : Number(field.value.replaceAll(",", "")));
+  const submitTyped = () => submit(field.value.trim() === "" ? NaN : Number(field.value.replaceAll(",", "")));
   const move = by => {
     const next = Number(value ?? item.least) + by * step;
     touched = false;
-    give(Number(Math.min(Math.max(next, item.least), item.most).toFixed(item.decimals ?? 6)));
+    submit(Number(Math.min(Math.max(next, item.least), item.most).toFixed(item.decimals ?? 6)));
   };
   const field = el("input", {
     type: "text",
@@ -163,14 +165,14 @@ function entry(item, { set, refuse }) {
     input: () => {
       touched = true;
     },
-    change: typed,
+    change: submitTyped,
     focus: () => field.select(),
     keydown: event => {
       if (event.key === "Escape") ((touched = false), paint());
       else if (STEPS[event.key]) (event.preventDefault(), move(STEPS[event.key]));
     },
   });
-  const by = (text, name, press) =>
+  const stepButton = (text, name, press) =>
     el(
       "button",
       {
@@ -188,12 +190,12 @@ function entry(item, { set, refuse }) {
     el(
       "div",
       { class: "line" },
-      by("−", "Less", () => move(-1)),
+      stepButton("−", "Less", () => move(-1)),
       field,
-      by("+", "More", () => move(1))
+      stepButton("+", "More", () => move(1))
     )
   );
-  return { node, show(given) { value = given; paint(); } };
+  return { node, show(latest) { value = latest; paint(); } };
 }
 
 function gauge(item) {
@@ -217,25 +219,25 @@ function gauge(item) {
       el("span", {}, figure(item.most, {}))
     )
   );
-  return { node, show(given) {
-    const share = isNumber(given)
-      ? Math.min(Math.max((Number(given) - item.least) / (item.most - item.least), 0), 1)
+  return { node, show(latest) {
+    const share = isNumber(latest)
+      ? Math.min(Math.max((Number(latest) - item.least) / (item.most - item.least), 0), 1)
       : 0;
     fill.style.strokeDasharray = `${100 * share} 200`;
-    setText(value, figure(given, item));
+    setText(value, figure(latest, item));
     setAttribute(
       node,
       "aria-valuenow",
-      isNumber(given) ? Math.min(Math.max(Number(given), item.least), item.most) : null
+      isNumber(latest) ? Math.min(Math.max(Number(latest), item.least), item.most) : null
     );
-    setAttribute(node, "aria-valuetext", figure(given, item));
+    setAttribute(node, "aria-valuetext", figure(latest, item));
   } };
 }
 
 const KINDS = { momentary, maintained, selector, lamp, display, entry, gauge };
 
-// Makes an item; one that is broken says so in its place. `does` are its actions: press, release, set, refuse.
-export function itemOf(item, { broken }, does) {
+// Makes an item, or shows why it is broken. `actions` has the functions press, release, set and refuse.
+export function itemOf(item, { broken }, actions) {
   if (broken || !KINDS[item.kind])
     return {
       node: el(
@@ -246,7 +248,7 @@ export function itemOf(item, { broken }, does) {
       ),
       show: () => {},
     };
-  const made = KINDS[item.kind](item, does);
+  const made = KINDS[item.kind](item, actions);
   setAttribute(made.node, "data-color", item.color ?? null);
   return made;
 }

@@ -1,20 +1,20 @@
-// A pen for a canvas: sharp on any screen, in the colors of the style sheet.
+// Draws on a canvas: sharp on any screen, in the colors of the style sheet.
 
 const FONT = '11px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
-const SMALL = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
+const SMALL_FONT = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
-export const colors = { onChange(reported) { dark.addEventListener("change", () => { read(); reported(); }); } };
+export const colors = { onChange(redraw) { dark.addEventListener("change", () => { readColors(); redraw(); }); } };
 
-function read() {
+function readColors() {
   const style = getComputedStyle(document.documentElement);
   for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel", "fault"])
     colors[name] = style.getPropertyValue(`--${name}`).trim();
 }
 
-// Clears a canvas of a size in CSS pixels, and returns what draws on it.
+// Clears a canvas, sets its size in CSS pixels, and returns a pen for it.
 export function pen(canvas, wide, high) {
-  if (!colors.ink) read();
+  if (!colors.ink) readColors();
   const scale = devicePixelRatio || 1, context = canvas.getContext("2d");
   if (canvas.width !== Math.round(wide * scale) || canvas.height !== Math.round(high * scale)) {
     canvas.width = Math.round(wide * scale);
@@ -70,23 +70,23 @@ class Pen {
     this.context.fill();
   }
 
-  text(says, x, y, color, align = "left", font = FONT) {
+  text(string, x, y, color, align = "left", font = FONT) {
     this.context.fillStyle = color;
     this.context.font = font;
     this.context.textAlign = align;
-    this.context.fillText(says, x, y);
+    this.context.fillText(string, x, y);
   }
 
-  small(says, x, y) { this.text(says, x, y, colors.soft, "right", SMALL); }
+  small(string, x, y) { this.text(string, x, y, colors.soft, "right", SMALL_FONT); }
 
-  // A name before a lane, its end left out where it is too long.
-  label(says, x, y, color) {
+  // The name of a lane, to the left of it; the end of a long name is left out.
+  label(string, x, y, color) {
     const most = Math.floor((x - 4) / 6.7);
-    this.text(says.length > most ? `${says.slice(0, most - 1)}…` : says, x, y, color, "right");
+    this.text(string.length > most ? `${string.slice(0, most - 1)}…` : string, x, y, color, "right");
   }
 
-  // Paints within a lane, `right` before the end of the canvas: down to wherever it ends.
-  inside(left, top, paint, right = 0, high = 400) {
+  // Calls paint() with drawing limited to a lane that ends `right` pixels before the end of the canvas.
+  clipped(left, top, paint, right = 0, high = 400) {
     this.context.save();
     this.context.beginPath();
     this.context.rect(left, top - 4, this.wide - left - right, high);

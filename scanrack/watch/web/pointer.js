@@ -1,10 +1,10 @@
-// The button that was clicked last: it has the focus, but the space bar is not meant for it.
+// The last button that was clicked: it has the focus, but the space bar pauses the rack and must not press it again.
 
 let clicked = null;
 
 export const isClicked = node => node === clicked;
 
-// An element of a drawing becomes a button of its title's name.
+// Makes an element of a drawing a button that is named by its title.
 export function pressable(group, press) {
   group.setAttribute("role", "button");
   group.setAttribute("tabindex", "0");
@@ -18,6 +18,7 @@ export function pressable(group, press) {
 }
 
 addEventListener("pointerdown", event => { clicked = event.target.closest("button, summary, [role=button]"); }, true);
-addEventListener("keydown", event => { if (event.key === "Tab") clicked = null; }, true); // from now on by keyboard
-// some browsers click then
+// the keyboard is used from now on
+addEventListener("keydown", event => { if (event.key === "Tab") clicked = null; }, true);
+// some browsers click when the space bar is released
 addEventListener("keyup", event => { if (event.key === " " && isClicked(event.target)) event.preventDefault(); }, true);

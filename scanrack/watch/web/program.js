@@ -1,4 +1,4 @@
-// The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
+// The program: its routines as tabs, the rungs or text of the chosen one, and what is selected in it.
 
 import { faultPlaces, markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
@@ -14,9 +14,9 @@ import { tell } from "./notice.js";
 import { order } from "./orders.js";
 import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
-import { learn, unplace } from "./values.js";
+import { learn, unbindIn } from "./values.js";
 
-const PROGRAM = /^\\[^.]+\./; // of the name of a routine, such as \Filling.Main
+const PROGRAM = /^\\[^.]+\./; // the program in the name of a routine, such as \Filling.Main
 const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns between the rails
 
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
@@ -24,17 +24,17 @@ const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routi
 const unknown = el("p", { class: "unknown", role: "status" });
 let routine = null,
   columns = 0,
-  shownAt = "",
-  drawnAt = "",
-  drawn = "",
+  requestedDrawing = "",
+  presentDrawing = "",
+  drawnName = "",
   wantedRung = null,
   smooth = true,
   generation = 0;
 
-const operands = button(
+const operandsButton = button(
   "Parameters",
   () => {
-    keep("parameters", { on: operands.getAttribute("aria-pressed") !== "true" });
+    keep("parameters", { on: operandsButton.getAttribute("aria-pressed") !== "true" });
     open(routine.name);
   },
   { title: "Show the parameters of blocks that say what they do", hidden: true }
@@ -49,7 +49,7 @@ onProgram(hello => {
   const tree = routines.length > 1 && isTree(routines);
   const { scrollTop } = at("program"); // the routine that was shown stays where it was
   at("program").replaceChildren(
-    heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)),
+    heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operandsButton, editButton)),
     editor,
     unknown,
     el("div", { class: "book" }, tree ? tabs : null, sheet)
@@ -63,7 +63,7 @@ onProgram(hello => {
   );
   tabs.hidden = routines.length < 2;
   const before = routines.find(each => each.name === routine?.name);
-  shownAt = "";
+  requestedDrawing = "";
   if (before) at("program").scrollTop = scrollTop;
   if (routines.length) open((before ?? routines[0]).name);
   else
@@ -91,28 +91,28 @@ function tabOf({ name, comment, depth = 0, callers = [] }, text) {
   return tab;
 }
 
-// Shows a routine; asks for it again if the width has changed.
+// Shows a routine. Requests its drawing if it is not the present one: another routine, or another width.
 async function open(name) {
   const found = run.hello.routines.find(each => each.name === name);
   if (!found) return;
   routine = found;
   columns = columnsNow();
-  const all = kept("parameters", {}).on === true && !run.hello.shared, wish = `${name} ${columns} ${all}`;
-  setAttribute(operands, "aria-pressed", String(all));
+  const all = kept("parameters", {}).on === true && !run.hello.shared, drawing = `${name} ${columns} ${all}`;
+  setAttribute(operandsButton, "aria-pressed", String(all));
   for (const tab of tabs.children) {
     setAttribute(tab, "aria-selected", String(tab.dataset.routine === name));
     tab.tabIndex = tab.dataset.routine === name ? 0 : -1;
   }
-  if (wish === shownAt) return reveal();
-  shownAt = wish;
-  const mine = ++generation;
+  if (drawing === requestedDrawing) return reveal();
+  requestedDrawing = drawing;
+  const request = ++generation;
   const answer = await order("show", { routine: name, columns, ...(all ? { operands: true } : {}) });
-  if (!answer) { shownAt = ""; return; }
-  if (mine !== generation) return;
-  drawnAt = wish;
+  if (!answer) { requestedDrawing = ""; return; }
+  if (request !== generation) return;
+  presentDrawing = drawing;
   learn(answer.addresses);
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
-  unplace(sheet);
+  unbindIn(sheet);
   const { scrollTop } = at("program");
   sheet.replaceChildren(
     answer.diagram
@@ -120,12 +120,12 @@ async function open(name) {
       : answer.chart
         ? buildChart(answer)
         : answer.rungs
-          ? buildRungs(name, answer.rungs, call)
+          ? buildRungs(name, answer.rungs, openCalled)
           : buildText(found, answer)
   );
   sheet.dataset.kind = found.kind;
   setFlag(
-    operands,
+    operandsButton,
     "hidden",
     Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))"))
   );
@@ -133,20 +133,20 @@ async function open(name) {
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   const { power, tags, lines, met, breakpoints, ran, scan, state } = run;
   paintText({ power, tags, lines, met, breakpoints, ran, scan, state });
-  mark(selected);
+  markSelected(selected);
   markFaults();
   markCauses(sheet);
-  if (name === drawn) at("program").scrollTop = scrollTop;
-  drawn = name;
+  if (name === drawnName) at("program").scrollTop = scrollTop;
+  drawnName = name;
   if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }
 
-// Whether the routine that was chosen is there, drawn for the width that it has.
-export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow() === columns;
+// Whether the chosen routine is drawn, for the present width.
+export const isDrawn = () => requestedDrawing !== "" && presentDrawing === requestedDrawing && columnsNow() === columns;
 
-// Opens the routine that a JSR of the one shown names.
-function call(name) {
+// Opens the routine that a JSR of the present one calls.
+function openCalled(name) {
   const program = PROGRAM.exec(routine.name)?.[0] ?? "";
   const found = run.hello.routines.find(each =>
     [program + name, name].some(requested => requested.toUpperCase() === each.name.toUpperCase())
@@ -170,25 +170,26 @@ export function showRung(rung, smoothly = true) {
 function reveal() {
   if (!wantedRung) return;
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
-  if (!node) return; // the routine is on its way
+  if (!node) return; // the routine is not drawn yet
   wantedRung = null;
   // of a tall rung
   const cause = node.offsetHeight > at("program").clientHeight / 2 ? node.querySelector("[data-because]") : null;
   (cause ?? node).scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
-// The focus of an instruction goes along.
+// Moves to the next rung, or to the previous one. An instruction with the focus passes it to one of that rung.
 export function moveRung(by) {
   const focused = document.activeElement?.closest?.(".sheet .instruction"),
     from = focused?.closest("[data-at]").dataset.at ?? selected.rung,
-    begin = from ? null : sheet.querySelector(".code-line[data-power='1']")?.dataset.at; // where a sequence waits
+    // the line at which a sequence waits
+    begin = from ? null : sheet.querySelector(".code-line[data-power='1']")?.dataset.at;
   const rung = moveTo(sheet, from ?? begin, begin ? 0 : by);
   if (!rung) return;
   showRung(rung);
   if (focused) sheet.querySelector(`[data-at="${CSS.escape(rung)}"] .instruction`)?.focus({ preventScroll: true });
 }
 
-function mark({ rung, element }) {
+function markSelected({ rung, element }) {
   for (const node of sheet.querySelectorAll("[aria-current]")) node.removeAttribute("aria-current");
   if (rung) sheet.querySelector(`[data-at="${CSS.escape(rung)}"]`)?.setAttribute("aria-current", "true");
   if (element) sheet.querySelector(`[data-element="${CSS.escape(element)}"]`)?.setAttribute("aria-current", "true");
@@ -196,13 +197,13 @@ function mark({ rung, element }) {
 
 onSelect(chosen => {
   link({ rung: chosen.rung });
-  mark(chosen);
+  markSelected(chosen);
   if (chosen.element && narrow.matches)
     // above the tag's sheet
     sheet.querySelector(`[data-at="${CSS.escape(chosen.rung)}"]`)?.scrollIntoView({ block: "nearest" });
 });
 
-// Marks the rung or line of a fault, or of the error that is looked at.
+// Marks the rung or line of a fault, or of the error that is shown.
 function markFaults() {
   const places = faultPlaces();
   for (const row of sheet.querySelectorAll("[data-at]")) setFlag(row, "data-fault", places.includes(row.dataset.at));
@@ -224,7 +225,8 @@ onCauses(() => markCauses(sheet));
 
 let settling = 0;
 new ResizeObserver(() => {
-  const isSmall = sheet.offsetHeight < innerHeight / 2 && run.hello?.routines?.length < 2; // of several sizes differ
+  // several routines differ in size
+  const isSmall = sheet.offsetHeight < innerHeight / 2 && run.hello?.routines?.length < 2;
   setFlag(document.documentElement, "data-fits", isSmall);
   clearTimeout(settling);
   settling = setTimeout(() => { if (routine && run.hello && columnsNow() !== columns) open(routine.name); }, 200);

@@ -1,13 +1,13 @@
-// The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the
+// The rail of an axis: switches below it, stations above it, the shaft, the position that the module knows, and the
 // target.
-// All are drawn in steps of the shaft since power-up: `zero` is where the module's position 0 lies.
+// Positions are steps of the shaft since power-up; `zero` is the step at which the module's position is 0.
 
 import { el, reading, setAttribute, setText, svg } from "./dom.js";
 import { count, plain, stepOf } from "./format.js";
 import { run } from "./state.js";
 
 const HEIGHT = 139, RAIL = 82, STATIONS = 26, SWITCHES = 32, SIDE = 34; // CSS pixels
-const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
+const ROOM = 0.25; // part of the rail's length that is added when the axis leaves the rail
 const LETTER = 6.7; // CSS pixels
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
@@ -31,7 +31,7 @@ class Rail {
     });
     this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
-    // Machines are read at intervals, and once more in a pause: that frame has the same time.
+    // Machines are read at intervals, and once more in a pause; the frame of the pause has the same time.
     this.paint = changes => {
       if (changes.t !== undefined || changes.machine) this.move(run.machine[slot.number] ?? {});
     };
@@ -39,39 +39,39 @@ class Rail {
   }
 
   // Widens the rail where the axis leaves it: a machine without bounds may go anywhere.
-  fit(position) {
+  widenTo(position) {
     if (typeof position !== "number" || (this.low <= position && position <= this.high)) return;
     const low = Math.min(this.low, position), high = Math.max(this.high, position), room = (high - low) * ROOM;
     if (low < this.low) this.low = low - room;
     if (high > this.high) this.high = high + room;
-    this.wide = 0;
+    this.width = 0;
     this.draw();
   }
 
   x(position) {
-    return SIDE + (position - this.low) / (this.high - this.low) * (this.wide - 2 * SIDE);
+    return SIDE + (position - this.low) / (this.high - this.low) * (this.width - 2 * SIDE);
   }
 
-  // Draws the fixed parts; `move` places the others.
+  // Draws the parts that do not move; `move` places the others.
   draw() {
-    const wide = this.node.clientWidth;
-    if (!wide || wide === this.wide) return;
-    this.wide = wide;
-    setAttribute(this.picture, "width", wide);
-    setAttribute(this.picture, "viewBox", `0 ${this.above} ${wide} ${this.tall}`);
+    const width = this.node.clientWidth;
+    if (!width || width === this.width) return;
+    this.width = width;
+    setAttribute(this.picture, "width", width);
+    setAttribute(this.picture, "viewBox", `0 ${this.above} ${width} ${this.tall}`);
     this.switches = (this.machine.switches ?? []).map(each => ({ spec: each, node: this.switchOf(each) }));
-    this.space();
-    this.parts = moving();
+    this.omitOverlappingNames();
+    this.parts = movingParts();
     this.picture.replaceChildren(
-      svg("line", { class: "rail-line", x1: SIDE - 14, x2: wide - SIDE + 14, y1: RAIL, y2: RAIL }),
+      svg("line", { class: "rail-line", x1: SIDE - 14, x2: width - SIDE + 14, y1: RAIL, y2: RAIL }),
       ...this.ticks(), ...this.switches.map(each => each.node),
       ...(this.machine.stations ?? []).map(each => this.stationOf(each)),
       ...(this.machine.jams ?? []).map(each => this.jamOf(each)), ...Object.values(this.parts));
     this.move(run.machine[this.slot.number] ?? {});
   }
 
-  // Leaves out the names of switches that would stand in one another; their titles have them.
-  space() {
+  // Leaves out names of switches that would overlap; their tooltips show them.
+  omitOverlappingNames() {
     let end = -Infinity;
     for (const { node } of [...this.switches].sort((one, other) => one.node.reach[0] - other.node.reach[0])) {
       if (node.reach[0] < end) node.lastChild.remove();
@@ -80,7 +80,7 @@ class Rail {
   }
 
   ticks() {
-    const most = Math.max((this.wide - 2 * SIDE) / 84, 2), found = [];
+    const most = Math.max((this.width - 2 * SIDE) / 84, 2), found = [];
     const step = Math.max(stepOf(this.high - this.low, most), 1);
     for (let value = Math.ceil(this.low / step) * step; value <= this.high; value += step) {
       const x = this.x(value);
@@ -90,17 +90,17 @@ class Rail {
     return found;
   }
 
-  // A switch is a bar beneath the rail, as wide as the range that operates it.
+  // A switch is a bar below the rail, as wide as the range in which it is operated.
   switchOf({ input, first, last, normally_closed: closed }) {
     const from = Math.max(first === null || first === undefined ? 6 : this.x(first), 6);
-    const to = Math.min(last === null || last === undefined ? this.wide - 6 : this.x(last), this.wide - 6);
-    const wide = Math.max(to - from, 4), middle = (from + to) / 2;
-    const anchor = middle < 46 ? "start" : middle > this.wide - 46 ? "end" : "middle";
-    const x = { start: 6, end: this.wide - 6, middle }[anchor];
+    const to = Math.min(last === null || last === undefined ? this.width - 6 : this.x(last), this.width - 6);
+    const width = Math.max(to - from, 4), middle = (from + to) / 2;
+    const anchor = middle < 46 ? "start" : middle > this.width - 46 ? "end" : "middle";
+    const x = { start: 6, end: this.width - 6, middle }[anchor];
     const begin = { start: x, middle: x - input.length * LETTER / 2, end: x - input.length * LETTER }[anchor];
     const node = svg("g", { class: "switch" },
       svg("title", {}, `${input}${closed ? ", normally closed" : ""}: ${first ?? "…"} to ${last ?? "…"}`),
-      svg("rect", { x: from, y: RAIL + 31, width: wide, height: 8, rx: 2 }),
+      svg("rect", { x: from, y: RAIL + 31, width, height: 8, rx: 2 }),
       svg("text", { x, y: RAIL + 53, "text-anchor": anchor }, input));
     return Object.assign(node, { reach: [begin, begin + input.length * LETTER] });
   }
@@ -120,26 +120,26 @@ class Rail {
   move({ shaft, position, target, encoder, speed, zero }) {
     if (!this.parts) return;
     const known = onShaft(position, zero);
-    this.fit(shaft ?? known);
-    this.put(this.parts.cart, shaft); // none where the shaft is not known: in the past
-    this.put(this.parts.known, known);
-    this.put(this.parts.target, onShaft(target, zero));
+    this.widenTo(shaft ?? known);
+    this.placePart(this.parts.cart, shaft); // hidden when the shaft is not known, in the past
+    this.placePart(this.parts.known, known);
+    this.placePart(this.parts.target, onShaft(target, zero));
     for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, shaft));
-    this.readings.say({ shaft, position, target, speed, encoder });
+    this.readings.show({ shaft, position, target, speed, encoder });
   }
 
-  put(node, position) {
-    const there = position !== null && position !== undefined;
-    setAttribute(node, "visibility", there ? "visible" : "hidden");
-    const x = there ? Math.min(Math.max(this.x(position), 8), this.wide - 8) : 0;
-    if (there) setAttribute(node, "transform", `translate(${Math.round(x * 10) / 10})`);
+  placePart(node, position) {
+    const isKnown = position !== null && position !== undefined;
+    setAttribute(node, "visibility", isKnown ? "visible" : "hidden");
+    const x = isKnown ? Math.min(Math.max(this.x(position), 8), this.width - 8) : 0;
+    if (isKnown) setAttribute(node, "transform", `translate(${Math.round(x * 10) / 10})`);
   }
 }
 
-// The place of a module's position on the rail.
+// A position of the module in steps of the shaft.
 const onShaft = (position, zero) => typeof position === "number" ? position + (zero ?? 0) : position;
 
-// Whether the shaft operates a switch, 1 or 0; null: not known.
+// Whether the shaft operates a switch: "1" or "0", null if it is not known.
 const operated = ({ first, last }, shaft) =>
   shaft === undefined || shaft === null
     ? null
@@ -147,7 +147,7 @@ const operated = ({ first, last }, shaft) =>
       ? "1"
       : "0";
 
-const moving = () => ({
+const movingParts = () => ({
   target: svg(
     "g",
     { class: "target" },
@@ -172,7 +172,7 @@ const moving = () => ({
   ),
 });
 
-// The figures beneath the rail, each in a place of fixed width.
+// The readings below the rail, each of a fixed width.
 function readings(hasEncoder, shaftName) {
   const titles = {
     shaft: "Shaft",
@@ -194,7 +194,7 @@ function readings(hasEncoder, shaftName) {
   );
   const nodes = Object.values(figures).map(each => each.node);
   const node = el("div", { class: "figures" }, ...nodes, hasEncoder ? dial : null);
-  const say = values => {
+  const show = values => {
     figures.shaft.value.dataset.value = plain(values.shaft);
     for (const [name, { value: output }] of Object.entries(figures)) {
       const value = values[name];
@@ -203,5 +203,5 @@ function readings(hasEncoder, shaftName) {
     if (hasEncoder && values.encoder !== undefined)
       setAttribute(needle, "transform", `rotate(${((values.encoder % TURN) / TURN) * 360})`);
   };
-  return { node, say };
+  return { node, show };
 }

@@ -1,4 +1,4 @@
-// What lanes have between two scans, as a table for a spreadsheet: lines with tabs.
+// The values of lanes between two scans as a table for a spreadsheet: lines with tabs.
 
 import { clock } from "./format.js";
 import { Lanes, after, put, stretches, valueOf } from "./lanes.js";
@@ -24,12 +24,12 @@ export async function readings(signals, tags, scans) {
   const rows = [...lanes.curves.keys(), ...tags, ...signals].map(name =>
     rowOf(name, listOf(name), ends, first * period, to * period - 1)
   );
-  const places = scans.map((scan, place) => ["AB"[place], `scan ${scan}`, clock(scan * period)]);
-  return [...places, HEAD, ...rows].map(row => row.join("\t")).join("\n");
+  const cursors = scans.map((scan, index) => ["AB"[index], `scan ${scan}`, clock(scan * period)]);
+  return [...cursors, HEAD, ...rows].map(row => row.join("\t")).join("\n");
 }
 
-// A value as a spreadsheet takes it; a bit is 1 or 0.
-const at = (list, time) => plain(valueOf(list[after(list, time) - 1] ?? [0, null]));
+// The value at a time in the form that a spreadsheet takes; a bit is 1 or 0.
+const valueAt = (list, time) => plain(valueOf(list[after(list, time) - 1] ?? [0, null]));
 
 function rowOf(name, list, ends, from, to) {
   const parts = stretches(list, from, to).filter(([, , value]) => value !== null),
@@ -37,10 +37,10 @@ function rowOf(name, list, ends, from, to) {
   const least = parts.map(([, , value, low]) => Number(isNumber ? low ?? value : value));
   const most = parts.map(([, , value, , high]) => Number(isNumber ? high ?? value : value));
   const figures = isNumber ? [Math.min(...least), Math.max(...most), ""] : ["", "", edgesOf(list, from)];
-  return [name, ...ends.map(time => at(list, time)), ...figures];
+  return [name, ...ends.map(time => valueAt(list, time)), ...figures];
 }
 
-// The edges of a bit behind the first scan.
+// The number of edges of a bit after the first scan.
 function edgesOf(list, from) {
   let edges = 0, before = null;
   for (const point of list) {

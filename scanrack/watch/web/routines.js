@@ -1,12 +1,12 @@
-// The routines of a program: tabs, or of many the tree of their calls; and where a JSR leads.
+// How the routines of a program are listed: one after another, or as the tree of their calls.
 
 const MANY = 8; // routines
 
-// Whether a tree shows them better: there are many, or the first one does nothing but call the others.
+// Whether to show a tree: there are many routines, or the first one does nothing but call the others.
 export const isTree = ([first, ...others]) =>
   others.length + 1 >= MANY || (others.length > 1 && first.calls?.length >= first.lines);
 
-// The routines in the order of the tree, each once, with how deep it is and who calls it.
+// The routines in the order of the tree, each once, with its depth and its callers.
 export function treeOf(routines) {
   const byName = new Map(routines.map(each => [each.name, each])),
     callers = new Map(routines.map(each => [each.name, []]));
@@ -19,6 +19,6 @@ export function treeOf(routines) {
     for (const called of byName.get(name).calls ?? []) if (byName.has(called)) add(called, depth + 1);
   };
   for (const { name } of routines) if (!callers.get(name).length) add(name, 0);
-  for (const { name } of routines) add(name, 0); // those that call one another only
+  for (const { name } of routines) add(name, 0); // left over: they only call one another
   return found;
 }

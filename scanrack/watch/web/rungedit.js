@@ -1,5 +1,5 @@
-// Edits rungs where they are drawn: a caret between two elements, where is typed, and the text of the rung below it.
-// `draftrows` has the rungs themselves.
+// Edits rungs where they are drawn: with a caret between two elements to type at, or as text below the rung.
+// draftrows.js draws the rungs.
 
 import { completing } from "./completing.js";
 import { el, setFlag, textField } from "./dom.js";
@@ -13,17 +13,17 @@ const EMPTY = ";";
 const FIRST = -1; // before the first rung
 
 let sheet = null, routine = "", program = "", begins = null;
-let on = false, clipboard = "", requested = false; // whether the caret gets the focus once it can be drawn
-// { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
+let on = false, clipboard = "", wantsFocus = false; // whether the caret gets the focus once it can be drawn
+// { key, index, place, anchor }: the edited rung, the place of the caret, and the other end of the selection
 let at = null;
 
 const mark = el("span", { class: "span", hidden: true });
 const input = textField("Instruction, such as XIC Start", {
   class: "typed",
   autocapitalize: "off",
-  keydown: keyed,
+  keydown: onKey,
   input: () => {
-    widen();
+    fitInput();
     offers.show();
   },
 });
@@ -31,13 +31,13 @@ const caret = el("span", { class: "caret" }, input);
 const text = textField("Text of the rung", {
   class: "rungtext",
   autocapitalize: "off",
-  keydown: textKeyed,
+  keydown: onTextKey,
   change: () => replaceText(),
-  input: () => words.show(),
+  input: () => textOffers.show(),
 });
-const offers = completing(input, typed => offered(typed, routine), widen);
-const words = completing(text, typed => offeredInText(typed, routine));
-const below = el("div", { class: "below" }, offers.list, text, words.list);
+const offers = completing(input, typed => offered(typed, routine), fitInput);
+const textOffers = completing(text, typed => offeredInText(typed, routine));
+const below = el("div", { class: "below" }, offers.list, text, textOffers.list);
 
 export function edit(now) {
   on = now;
@@ -47,40 +47,41 @@ export function edit(now) {
 
 // Puts the caret at the start of a rung of the routine that is shown.
 export function begin(rung) {
-  if (!sheet) { begins = () => begin(rung); return; } // it is being drawn
+  if (!sheet) { begins = () => begin(rung); return; } // once the routine is drawn
   begins = null;
   const first = rung && sheet.querySelector(`[data-at="${CSS.escape(rung)}"]`);
   const row = first ?? sheet.querySelector(".row[data-key]");
-  if (row) go(row.dataset.key, Number(row.dataset.index), 0);
+  if (row) moveCaret(row.dataset.key, Number(row.dataset.index), 0);
   else redraw();
 }
 
 // Called when a routine has been drawn.
 export function decorate(node, name, { rungs, base }, columns) {
   if (sheet !== node) {
-    node.addEventListener("click", clicked, true);
-    node.addEventListener("keydown", entered, true);
+    node.addEventListener("click", onClick, true);
+    node.addEventListener("keydown", onEnter, true);
   }
-  const said = program === base ? null : textOf(at);
+  const rungText = program === base ? null : textOf(at);
   [sheet, routine, program] = [node, name, base];
   lay(node, name, rungs);
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
-  if (at && said !== null && textOf(at) !== said) leave(); // another rung has its number now
-  requested ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
+  if (at && rungText !== null && textOf(at) !== rungText) dropCaret(); // the number is another rung's now
+  // the caret of the previous drawing had the focus
+  wantsFocus ||= on && Boolean(at) && document.activeElement === document.body;
   if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
   begins?.();
 }
 
-// Whether the rungs that are shown can be edited: not those of an earlier program, and none in test.
+// Whether the rungs that are shown can be edited: not those of an earlier program, and none during a test.
 const isOpen = () => on && !isLocked() && program === draft.base;
 
 onDraft(redraw);
 
 function redraw() {
   if (!sheet) return;
-  if (draft.moved) leave();
+  if (draft.moved) dropCaret();
   const focused = [input, text].find(each => each === document.activeElement);
   setFlag(sheet, "data-editing", on);
   drawDrafts(isOpen());
@@ -89,32 +90,32 @@ function redraw() {
 
 // --- the caret
 
-// Keys that follow would edit another rung than the one that was looked at.
-function leave() {
+// Further keys would edit a different rung from the one that the user sees.
+function dropCaret() {
   [at, draft.moved, input.value] = [null, false, ""];
 }
 
-function go(key, index, where, anchor = where) {
-  const far = !at || at.key !== key || at.index !== index;
-  requested = true;
+function moveCaret(key, index, where, anchor = where) {
+  const isOther = !at || at.key !== key || at.index !== index;
+  wantsFocus = true;
   at = { key, index, place: where, anchor };
-  if (far && !checkedOf(at)) look(key, textOf(at) ?? EMPTY);
+  if (isOther && !checkedOf(at)) look(key, textOf(at) ?? EMPTY);
   setCaret(input);
 }
 
-// Draws the caret at its place; the text of its rung stands below the picture.
+// Draws the caret at its place, and the text of its rung below the drawing.
 function setCaret(focused) {
   const row = at && isOpen() ? rowAt(at) : null,
-    said = textOf(at),
+    rungText = textOf(at),
     svg = row?.querySelector("svg.rung"),
     gaps = row && checkedOf(at)?.gaps;
-  if (!row || said === undefined) { caret.remove(); below.remove(); mark.remove(); return; }
+  if (!row || rungText === undefined) { caret.remove(); below.remove(); mark.remove(); return; }
   const body = row.querySelector(".body");
   body.append(below);
-  if (document.activeElement !== text) text.value = said;
+  if (document.activeElement !== text) text.value = rungText;
   const column = checkedOf(at)?.mistakes.find(each => each.column)?.column;
   text.setAttribute("aria-invalid", String(Boolean(column)));
-  const isOld = !gaps || checkedOf(at).text !== said; // the answer for the rung is on its way; typing goes on
+  const isOld = !gaps || checkedOf(at).text !== rungText; // no answer for this text yet; typing goes on
   if (svg && isOld) {
     body.append(caret);
   } else if (svg) {
@@ -130,8 +131,8 @@ function setCaret(focused) {
     caret.remove();
     mark.remove();
   }
-  focused ??= requested ? input : null;
-  requested = !svg && (requested || (focused === input && !checkedOf(at))); // an input that is taken out has lost it
+  focused ??= wantsFocus ? input : null;
+  wantsFocus = !svg && (wantsFocus || (focused === input && !checkedOf(at))); // a removed input has lost the focus
   if (focused === text || (focused && !svg && checkedOf(at))) {
     text.focus({ preventScroll: true });
     if (column && focused !== text) text.setSelectionRange(column - 1, column);
@@ -141,7 +142,7 @@ function setCaret(focused) {
   }
 }
 
-// Places of the drawing in the box that holds it.
+// Returns a function from points of the drawing to points of the box around it.
 function pointOf(svg, body) {
   const box = svg.getBoundingClientRect(),
     outer = body.getBoundingClientRect(),
@@ -150,36 +151,37 @@ function pointOf(svg, body) {
   return ([left, top]) => [box.left - outer.left + left * scale, box.top - outer.top + (top - y) * scale];
 }
 
-function clicked(event) {
+function onClick(event) {
   const row = isOpen() && event.target.closest(".row[data-key]"), svg = row && event.target.closest("svg.rung");
   if (!svg) return;
   event.stopPropagation();
   const { key, index } = row.dataset,
     number = Number(event.target.closest(".instruction")?.dataset.element.split(".").at(-1) ?? NaN);
-  if (row.dataset.edited && !row.classList.contains("draft")) return go(key, 0, 0); // the one below it is edited
+  // the changed rung below it is edited
+  if (row.dataset.edited && !row.classList.contains("draft")) return moveCaret(key, 0, 0);
   if (!Number.isNaN(number)) return choose(key, Number(index), number);
-  go(key, Number(index), 0);
-  nearest(svg, row, event);
+  moveCaret(key, Number(index), 0);
+  moveToNearest(svg, row, event);
 }
 
-// The place nearest to a point, once the places of the rung are known.
-async function nearest(svg, row, { clientX, clientY }) {
+// Moves the caret to the place nearest to a point, once the places of the rung are known.
+async function moveToNearest(svg, row, { clientX, clientY }) {
   if (!checkedOf(at)) await look(at.key, textOf(at));
   const gaps = at && checkedOf(at)?.gaps,
     box = row.querySelector(".body").getBoundingClientRect(),
     point = pointOf(svg, row.querySelector(".body"));
   if (!gaps) return;
-  const far = gaps.map(point).map(([x, y]) => Math.hypot(x + box.left - clientX, 3 * (y + box.top - clientY)));
-  go(at.key, at.index, far.indexOf(Math.min(...far)));
+  const distances = gaps.map(point).map(([x, y]) => Math.hypot(x + box.left - clientX, 3 * (y + box.top - clientY)));
+  moveCaret(at.key, at.index, distances.indexOf(Math.min(...distances)));
 }
 
 function choose(key, index, number) {
   const element = read(textOf({ key, index }) ?? "")?.elements.find(each => each.number === number);
-  if (element) go(key, index, element.behind, element.before);
+  if (element) moveCaret(key, index, element.behind, element.before);
 }
 
-// Enter on an instruction of the picture edits it.
-function entered(event) {
+// Enter on an instruction of the drawing edits it.
+function onEnter(event) {
   const group = isOpen() && event.target.closest(".instruction"), row = group && group.closest(".row[data-key]");
   if (!row || !["Enter", "F2"].includes(event.key)) return;
   event.preventDefault();
@@ -189,80 +191,81 @@ function entered(event) {
 
 // --- changes
 
-// Puts texts in place of the rung that is edited, and the caret into one of them.
-function put(make, where = at) {
+// Changes the texts that replace a rung: make(texts) changes their list.
+function changeTexts(make, where = at) {
   change(rungs => {
-    const texts = textsAt(where.key), said = runs(where.key);
+    const texts = textsAt(where.key), rungText = runs(where.key);
     make(texts);
-    if (texts.length === 1 ? texts[0] === said : !texts.length && said === undefined) rungs.delete(where.key);
+    if (texts.length === 1 ? texts[0] === rungText : !texts.length && rungText === undefined) rungs.delete(where.key);
     else rungs.set(where.key, texts);
   });
 }
 
-const write = said => put(texts => { texts[at.index] = said; });
+const setRungText = rungText => changeTexts(texts => { texts[at.index] = rungText; });
 
-function splice(range, piece, inward = 0) {
+function replace(range, piece, inward = 0) {
   const now = spliced(textOf(at), range.from, range.to, piece);
   const place = inward || now.place;
   Object.assign(at, { place, anchor: place });
-  write(now.text);
+  setRungText(now.text);
 }
 
 const selection = () => between(textOf(at), at.place, at.anchor);
 
 function insert(typed) {
-  const piece = pieceOf(typed, draft.words.instructions, tagsOf(routine)), range = at.retyped ? selection() : after();
+  const piece = pieceOf(typed, draft.words.instructions, tagsOf(routine)),
+    range = at.retyped ? selection() : behindCaret();
   at.retyped = false;
   input.value = "";
-  widen();
+  fitInput();
   offers.close();
-  splice(range, piece);
+  replace(range, piece);
 }
 
 const placeAt = number => { const { at: from } = read(textOf(at)).places[number]; return { from, to: from }; };
-const here = () => placeAt(at.place);
-const after = () => placeAt(Math.max(at.place, at.anchor)); // of what is chosen, as in Studio
+const atCaret = () => placeAt(at.place);
+const behindCaret = () => placeAt(Math.max(at.place, at.anchor)); // after the selection, as in Studio 5000
 
 function branch() {
-  const range = selection() ?? here(),
-    said = textOf(at).slice(range.from, range.to),
+  const range = selection() ?? atCaret(),
+    rungText = textOf(at).slice(range.from, range.to),
     first = Math.min(at.place, at.anchor);
-  const inside = read(said)?.places.length ?? 1; // the caret goes into the new leg
-  splice(range, `[${said},]`, first + (said ? inside + 1 : 1));
+  const inside = read(rungText)?.places.length ?? 1; // the caret goes into the new leg
+  replace(range, `[${rungText},]`, first + (rungText ? inside + 1 : 1));
 }
 
 function leg() {
   const { places, legs } = read(textOf(at)), { branch: inside, to } = legs[places[at.place].leg];
   if (!inside) return branch();
-  splice({ from: to, to }, ",", places.findLastIndex(each => each.leg === places[at.place].leg) + 1);
+  replace({ from: to, to }, ",", places.findLastIndex(each => each.leg === places[at.place].leg) + 1);
 }
 
 function remove(forward) {
   const range = at.place === at.anchor ? taken(textOf(at), at.place, forward) : selection();
   if (!range) return forward ? null : step(-1);
-  splice(range, "");
+  replace(range, "");
 }
 
 export function newRung() {
   if (!isOpen()) return;
   const last = lastKey() ?? keyOf(routine, FIRST), where = at ?? { key: last, index: 0 };
   const index = where.key === keyOf(routine, FIRST) && !draft.rungs.has(where.key) ? 0 : where.index + 1;
-  put(texts => { texts.splice(index, 0, EMPTY); }, where);
-  go(where.key, index, 0);
+  changeTexts(texts => { texts.splice(index, 0, EMPTY); }, where);
+  moveCaret(where.key, index, 0);
 }
 
 export function deleteRung() {
   if (!at) return;
   const where = at, next = neighborOf(at, 1) ?? neighborOf(at, -1);
   at = null;
-  put(texts => { texts.splice(where.index, 1); }, where);
-  if (next && next.key !== where.key) go(next.key, next.index, 0);
+  changeTexts(texts => { texts.splice(where.index, 1); }, where);
+  if (next && next.key !== where.key) moveCaret(next.key, next.index, 0);
 }
 
 function replaceText() {
   if (!at || text.value === textOf(at)) return;
-  words.close();
-  write(text.value.trim() || EMPTY);
+  textOffers.close();
+  setRungText(text.value.trim() || EMPTY);
 }
 
 // --- keys
@@ -284,8 +287,8 @@ const PLAIN = {
   ArrowRight: event => step(1, event.shiftKey),
   ArrowUp: () => toNeighbor(-1),
   ArrowDown: () => toNeighbor(1),
-  Home: () => go(at.key, at.index, 0),
-  End: () => go(at.key, at.index, read(textOf(at)).places.length - 1),
+  Home: () => moveCaret(at.key, at.index, 0),
+  End: () => moveCaret(at.key, at.index, read(textOf(at)).places.length - 1),
   Backspace: () => remove(false),
   Delete: () => remove(true),
   Enter: () => (at.place === at.anchor ? newRung() : retype()),
@@ -298,12 +301,12 @@ const PLAIN = {
   },
 };
 
-function keyed(event) {
+function onKey(event) {
   if (!["Tab", "F6"].includes(event.key)) event.stopPropagation();
   if (offers.keyed(event)) return;
   const typed = input.value.trim(),
     key = event.key.length === 1 && (event.ctrlKey || event.metaKey) ? event.key.toLowerCase() : event.key;
-  if (typed && event.key === "Escape") { input.value = ""; at.retyped = false; widen(); offers.close(); return; }
+  if (typed && event.key === "Escape") { input.value = ""; at.retyped = false; fitInput(); offers.close(); return; }
   if (typed && event.key !== "Enter") return;
   const act =
     event.ctrlKey || event.metaKey
@@ -315,26 +318,26 @@ function keyed(event) {
           : PLAIN[key];
   if (!act || event.isComposing) return;
   event.preventDefault();
-  // only its text can be mended
+  // a rung that cannot be read is corrected as text
   if (!read(textOf(at) ?? "") && !["z", "y", "ArrowUp", "ArrowDown", "Escape"].includes(key)) return text.focus();
   act(event);
 }
 
-// Letters that are typed while no control has the focus go to the caret: they are no keys of the page then.
+// Letters typed while no control has the focus go to the caret; they are not shortcuts then. Returns whether it is one.
 export function takesTyped({ key, target, ctrlKey, metaKey, altKey }) {
   const plain = /^[a-z]$/i.test(key) && !ctrlKey && !metaKey && !altKey;
   if (!plain || !isOpen() || !target.matches("body, #program")) return false;
-  at ? go(at.key, at.index, at.place, at.anchor) : begin(selected.rung);
+  at ? moveCaret(at.key, at.index, at.place, at.anchor) : begin(selected.rung);
   if (!input.isConnected) return true;
   input.value += key;
-  widen();
+  fitInput();
   offers.show();
   return true;
 }
 
-function textKeyed(event) {
+function onTextKey(event) {
   event.stopPropagation();
-  if (words.keyed(event)) return;
+  if (textOffers.keyed(event)) return;
   if (event.key === "Enter") { replaceText(); input.isConnected && input.focus(); }
   if (event.key === "Escape") { text.value = textOf(at) ?? ""; input.isConnected && input.focus(); }
 }
@@ -343,28 +346,30 @@ function step(by, wide = false) {
   const { places } = read(textOf(at)), leg = places[at.place].leg;
   let next = at.place + by;
   while (wide && places[next] && places[next].leg !== leg) next += by; // over a branch
-  if (places[next]) go(at.key, at.index, next, wide ? at.anchor : next);
+  if (places[next]) moveCaret(at.key, at.index, next, wide ? at.anchor : next);
 }
 
-// Up and down go to the next leg, then to the next rung.
+// Moves the caret up or down: to the next leg, or else to the next rung.
 function toNeighbor(by) {
   const gaps = checkedOf(at)?.gaps ?? [], [x, y] = gaps[at.place] ?? [0, 0];
   const beyond = gaps
     .map(([left, top], number) => ({ number, far: (top - y) * by, off: Math.abs(left - x) }))
     .filter(each => each.far > 1);
-  if (beyond.length)
-    return go(at.key, at.index, beyond.sort((one, other) => one.far - other.far || one.off - other.off)[0].number);
+  if (beyond.length) {
+    const [nearest] = beyond.sort((one, other) => one.far - other.far || one.off - other.off);
+    return moveCaret(at.key, at.index, nearest.number);
+  }
   const next = neighborOf(at, by);
-  if (next) go(next.key, next.index, 0);
+  if (next) moveCaret(next.key, next.index, 0);
 }
 
-// Types the chosen instruction again.
+// Puts the selected instruction into the input, to be typed again.
 function retype() {
   const range = selection();
   if (!range || range.from === range.to) return;
   at.retyped = true;
   input.value = typedOf(textOf(at).slice(range.from, range.to));
-  widen();
+  fitInput();
   input.select();
 }
 
@@ -372,13 +377,13 @@ function copy() {
   const range = selection();
   if (!range || range.from === range.to) return false;
   clipboard = textOf(at).slice(range.from, range.to);
-  navigator.clipboard?.writeText(clipboard).catch(() => {}); // the page's own one is enough
+  navigator.clipboard?.writeText(clipboard).catch(() => {}); // the page has its own clipboard
   return true;
 }
 
-const paste = () => { if (clipboard) splice(selection() ?? here(), clipboard); };
+const paste = () => { if (clipboard) replace(selection() ?? atCaret(), clipboard); };
 
-function widen() {
+function fitInput() {
   const body = caret.parentElement, most = (body?.clientWidth ?? 0) - parseFloat(caret.style.left);
   input.style.width = input.value ? `calc(${input.value.length + 1}ch + 14px)` : "";
   setFlag(caret, "data-typing", input.value !== "");

@@ -1,57 +1,57 @@
-// The text of a rung as places where an element may be inserted: before each element of a series, and after its
+// The places in the text of a rung where an element can be inserted: before each element of a series, and after its
 // last one, in the order of the text. The server draws them in the same order.
 //
 //   XIC(A)[XIC(B),]OTE(C);     places  |XIC(A)|[|XIC(B)|,|]|OTE(C)|;
 
-// Returns { places, elements, legs } of a text; null of one that has no such form.
+// Returns { places, elements, legs } of a text, or null if it is not the text of a rung.
 export function read(text) {
   const places = [], elements = [], legs = [];
   let at = 0, count = 0;
-  const blank = () => { while (/\s/.test(text[at] ?? "")) at++; };
+  const skipBlanks = () => { while (/\s/.test(text[at] ?? "")) at++; };
 
-  function series(branch) {
+  function readSeries(branch) {
     const leg = legs.length, from = at;
     legs.push({ from, branch });
     for (;;) {
-      blank();
+      skipBlanks();
       if (at >= text.length || ",];".includes(text[at])) break;
       const element = { from: at, before: places.length, leg };
       places.push({ at, leg });
       elements.push(element);
-      if (text[at] === "[") legsOf(element);
-      else instruction(element);
+      if (text[at] === "[") readLegs(element);
+      else readInstruction(element);
       element.to = at;
     }
     places.push({ at, leg });
     legs[leg].to = at;
   }
 
-  function legsOf(element) {
+  function readLegs(element) {
     do {
       at++;
-      series(element);
+      readSeries(element);
     } while (text[at] === ",");
-    if (text[at] !== "]") throw new SyntaxError("a branch without its end");
+    if (text[at] !== "]") throw new SyntaxError("a branch without an end");
     at++;
   }
 
-  function instruction(element) {
+  function readInstruction(element) {
     const name = /^[A-Za-z_]\w*/.exec(text.slice(at))?.[0];
     if (!name) throw new SyntaxError(`no instruction at ${at}`);
     element.number = count++;
     at += name.length;
-    blank();
+    skipBlanks();
     if (text[at] !== "(") return;
     for (let depth = 0; at < text.length; at++) {
       if (text[at] === "'") while (++at < text.length && text[at] !== "'") if (text[at] === "$") at++;
       depth += text[at] === "(" ? 1 : text[at] === ")" ? -1 : 0;
       if (depth === 0) { at++; return; }
     }
-    throw new SyntaxError("an instruction without its end");
+    throw new SyntaxError("an instruction without an end");
   }
 
   try {
-    series(null);
+    readSeries(null);
   } catch {
     return null;
   }
@@ -61,15 +61,15 @@ export function read(text) {
   return { places, elements, legs };
 }
 
-// The text with a piece in place of a part, and the place behind the piece.
+// Replaces a part of the text by a piece. Returns the new text, and the place after the piece.
 export function spliced(text, from, to, piece) {
-  const now = tidied(text.slice(0, from) + piece + text.slice(to), from + piece.length);
+  const now = withoutLoneLegs(text.slice(0, from) + piece + text.slice(to), from + piece.length);
   const places = read(now.text)?.places ?? [];
   return { text: now.text, place: Math.max(0, places.findIndex(each => each.at >= now.at)) };
 }
 
-// A branch of one leg is its leg.
-function tidied(text, at) {
+// Replaces each branch that has only one leg by the leg.
+function withoutLoneLegs(text, at) {
   for (;;) {
     const found = read(text);
     const lone = found?.elements.find(
@@ -81,13 +81,13 @@ function tidied(text, at) {
   }
 }
 
-// The text between two places of one leg; null of places of two legs.
+// The range of the text between two places of one leg; null for places of two legs.
 export function between(text, one, other) {
   const { places } = read(text), [first, last] = [places[Math.min(one, other)], places[Math.max(one, other)]];
   return first.leg === last.leg ? { from: first.at, to: last.at } : null;
 }
 
-// What a Backspace before a place, or a Delete behind it, takes away: an element, or an empty leg.
+// The range that Backspace or Delete at a place removes: the element before or after it, or an empty leg.
 export function taken(text, place, forward) {
   const found = read(text), here = found.places[place];
   const element = found.elements.find(each => (forward ? each.before : each.behind) === place);
@@ -99,18 +99,19 @@ export function taken(text, place, forward) {
     : { from: leg.from, to: leg.to + (text[leg.to] === "," ? 1 : 0) };
 }
 
-// What someone has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
-// and tags are written as they are declared.
+// Rung text for what was typed: `XIC Start`, `ton fill 1000` or a part of a rung. Missing presets become `?`,
+// and tags get the capital letters of their declarations.
 export function pieceOf(typed, instructions, tags) {
-  const said = typed.trim();
-  if (/^\[|\(/.test(said)) return said.replace(/;$/, "");
-  const [name, ...operands] = said.split(/[\s,]+/).filter(Boolean);
+  const trimmed = typed.trim();
+  if (/^\[|\(/.test(trimmed)) return trimmed.replace(/;$/, "");
+  const [name, ...operands] = trimmed.split(/[\s,]+/).filter(Boolean);
   const known = instructions.find(each => each.name === name.toUpperCase());
-  const lacks = known?.presets ? Math.max(0, known.operands.length - operands.length) : 0;
+  const missing = known?.presets ? Math.max(0, known.operands.length - operands.length) : 0;
   const declared = operands.map(each => tags.find(tag => tag.text.toUpperCase() === each.toUpperCase())?.text ?? each);
-  return `${name.toUpperCase()}(${[...declared, ...Array(Math.min(lacks, known?.presets ?? 0)).fill("?")].join(",")})`;
+  const presets = Array(Math.min(missing, known?.presets ?? 0)).fill("?");
+  return `${name.toUpperCase()}(${[...declared, ...presets].join(",")})`;
 }
 
-// An instruction as it is typed.
+// An instruction in the form in which it is typed: `XIC Start`.
 export const typedOf = text =>
   text.replace(/\(([^()]*)\)$/, (_, operands) => ` ${operands.split(",").join(" ")}`).replace(/\s+$/, "");

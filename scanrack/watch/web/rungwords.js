@@ -1,4 +1,4 @@
-// What is offered while a rung is typed: instructions, then tags, those of the routine's program by their plain names.
+// Completions while a rung is typed: instructions, then tags. Tags of the routine's own program have short names.
 
 import { matching } from "./completing.js";
 import { draft } from "./draft.js";
@@ -6,10 +6,10 @@ import { run } from "./state.js";
 
 export const tagsOf = routine => [
   ...draft.tags.map(([name, type]) => ({ text: name, says: `${type}, new` })),
-  ...(run.hello.tags ?? []).map(each => ({ text: short(each.name, routine), says: each.type })),
+  ...(run.hello.tags ?? []).map(each => ({ text: shortName(each.name, routine), says: each.type })),
 ];
 
-function short(name, routine) {
+function shortName(name, routine) {
   const own = /^\\[^.]+\./.exec(routine)?.[0];
   return own && name.toUpperCase().startsWith(own.toUpperCase()) ? name.slice(own.length) : name;
 }

@@ -1,4 +1,4 @@
-// The slider through the past: the whole recording, then live again, or another way from here.
+// The slider over the recorded scans, with the buttons back to the present and to a branch.
 
 import { button, el, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
@@ -16,7 +16,7 @@ const slider = el("input", {
   "aria-label": "Scan shown",
   input: dragged,
   pointerdown: () => {
-    held = true;
+    isHeld = true;
   },
 });
 const ago = el("output", { class: "figure ago" });
@@ -25,27 +25,27 @@ const branchButton = button("Branch from here", branch, {
   title: "Run again from this scan on, into a recording of its own",
 });
 
-let requested = null, asking = false;
-let aim = null; // the scan that is on its way: keys that follow one another quickly move on from there
-let held = false; // by a finger, which gives no focus: frames leave the slider where it is
-for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { held = false; }, true);
+let wanted = null, isAsking = false;
+let destination = null; // the scan that was requested last: keys pressed in quick succession move on from it
+let isHeld = false; // by a finger, which does not give focus: frames do not move the slider then
+for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { isHeld = false; }, true);
 
-// The slider, with what stands above it, and what stands behind it.
+// The slider, with a node above it, and nodes after it.
 export const scrubber = (above, ...behind) => el("div", { class: "scrub", role: "group", "aria-label": "Past" },
   el("div", { class: "track" }, above, slider), ...behind, ago, live, branchButton);
 
-// Looks at a scan; while an answer is awaited only the latest wish is kept.
+// Shows a scan. Of the scans requested while an answer is awaited, only the latest is kept.
 export async function lookAt(scan) {
-  requested = clamp(scan);
-  aim = requested === "live" ? null : requested;
-  if (asking) return;
-  asking = true;
-  while (requested !== null) {
-    const next = requested;
-    requested = null;
-    if (!await orders.look(next) && requested === null) aim = null; // it was refused
+  wanted = clamp(scan);
+  destination = wanted === "live" ? null : wanted;
+  if (isAsking) return;
+  isAsking = true;
+  while (wanted !== null) {
+    const next = wanted;
+    wanted = null;
+    if (!await orders.look(next) && wanted === null) destination = null; // it was refused
   }
-  asking = false;
+  isAsking = false;
 }
 
 function clamp(scan) {
@@ -70,25 +70,25 @@ export function goOn() {
 
 // Moves by so many scans: from the present into the past, and beyond the last scan of a rack into the present.
 export function moveBy(scans) {
-  const to = (aim ?? run.scan ?? 0) + scans;
+  const to = (destination ?? run.scan ?? 0) + scans;
   if (to > run.range?.[1] && run.hello.kind === "rack") return run.state === "past" && goLive();
   return lookAt(to);
 }
 
-let branched = null; // the scan of a branch of which nothing was reported yet
+let branched = null; // the scan of a new branch that the user has not been told of
 
 async function branch() {
   const scan = branched = run.scan;
   tell(`The rack runs again up to scan ${count(scan)}, where the branch begins.`, "branch");
-  link({ scan: null }); // the new session greets the page before the answer comes
-  // the scan that is shown is the last one in common; the server of a recording ends, and that of the branch begins
+  link({ scan: null }); // the new session connects before the answer comes
+  // the scan shown is the last common one; a recording's server ends, and the branch's server starts
   if (await orders.branch(scan + 1) || run.state === "lost") return;
   branched = null;
   hush("branch");
   link({ scan });
 }
 
-// A branch runs, while a recording did not: the page says so.
+// Tells that the branch runs: the recording before it did not.
 function tellBranch() {
   const { requested: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
   const goes = run.paused ? "it is paused there, and ▶ continues it" : `it runs again, ${pace}`;
@@ -101,10 +101,10 @@ onPaint(changes => {
   if (!run.range) return;
   const [first, last] = run.range;
   const past = run.state === "past";
-  if (run.scan === aim) aim = null;
+  if (run.scan === destination) destination = null;
   if (Number(slider.min) !== first) slider.min = first;
   if (Number(slider.max) !== last) slider.max = last;
-  if (!held && aim === null) slider.value = past ? run.scan : last;
+  if (!isHeld && destination === null) slider.value = past ? run.scan : last;
   slider.setAttribute("aria-valuetext", past ? `scan ${count(run.scan)}` : "present");
   const period = run.hello.period_ns;
   setText(ago, past && run.scan < last ? `−${clock((last - run.scan) * period)}` : "");

@@ -1,4 +1,4 @@
-// Share: a page from a server writes the recording as one file; a shared page copies the link to its scan.
+// The Share button: a page from a server saves the recording as one file; a shared page copies the link to its scan.
 
 import { button } from "./dom.js";
 import { count } from "./format.js";
@@ -18,16 +18,16 @@ export const shareButton = () => run.hello.shared ? copy : write;
 async function save() {
   write.disabled = true;
   tell("The page is being written.", "news");
-  const queried = run.scan ?? 0, answer = await share();
+  const shownScan = run.scan ?? 0, answer = await share();
   write.disabled = false;
   if (!answer) return;
   const content = Uint8Array.from(atob(answer.page), letter => letter.charCodeAt(0));
   const address = URL.createObjectURL(new Blob([content], { type: "text/html" }));
   Object.assign(document.createElement("a"), { href: address, download: answer.name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
-  const last = answer.scan < queried ? ` Its last scan is ${count(answer.scan)}: later ones are not written yet.` : "";
+  const last = answer.scan < shownScan ? ` It ends at scan ${count(answer.scan)}: the rest is not written yet.` : "";
   tell(
-    `${answer.name} is in the browser's downloads. Whoever has it reads the program, its tags ` +
+    `${answer.name} is in the browser's downloads. Everyone who gets it can read the program, its tags ` +
       `and words, and the events.${last}`,
     "news"
   );
@@ -39,6 +39,6 @@ async function copied() {
     await navigator.clipboard.writeText(location.href);
     tell("The link is copied.", "news");
   } catch {
-    tell(`The browser copies nothing here; the link is ${location.href}`, "news");
+    tell(`The browser does not let this page copy; the link is ${location.href}`, "news");
   }
 }

@@ -1,13 +1,15 @@
-// Since when a value is as it is. A source looks back a stretch at a time, and what is left is requested again.
+// Since when a tag has its value. The source looks back a stretch of scans at a time; the page asks until it has found
+// the change.
 
 import { ask } from "./source.js";
 
-const AGAIN_MS = 300; // to wait for scans that are being worked out
+const AGAIN_MS = 300; // wait for scans that are being computed
 
 export const wait = ms => new Promise(done => { setTimeout(done, ms); });
 
-// Returns { scan, t, before } of the last change, null of none in any scan, undefined after another question.
-// Calls lacks(from) with the first scan that was looked at as long as none was found.
+// Returns { scan, t, before } of the last change, null if there was none in any scan, undefined if the answer is no
+// longer requested.
+// Calls lacks(from) with the first scan that was searched, as long as no change was found.
 /** @param {(from: number) => void} [lacks] */
 export async function lastChange(tag, requested, lacks = () => {}) {
   let from;

@@ -1,3 +1,3 @@
-// Where the page's data come from: the server. A shared page has embedded.js in the place of socket.js.
+// The source of the page's data: the server. In a shared page embedded.js takes the place of socket.js.
 
 export { ask, connect, Refused } from "./socket.js";

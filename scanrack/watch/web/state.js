@@ -1,25 +1,26 @@
-// What the rack shows at present. Frames are gathered and painted once per picture of the screen.
+// The present state of the rack. Frames are collected, and painted once per refresh of the screen.
 
 import { setAttribute } from "./dom.js";
 
-const PARTS = ["words", "values", "machine", "power", "tags", "lines"]; // parts that come by what has changed
-const MOST = 20000; // events while nothing is painted
+// parts of a frame that have only what has changed
+const PARTS = ["words", "values", "machine", "power", "tags", "lines"];
+const MOST_EVENTS = 20000; // kept while nothing is painted
 
 export const run = { hello: null, state: "lost", forced: {}, breakpoints: [], faults: [], range: null };
-const painters = [], takers = [], builders = [], programBuilders = [];
+const painters = [], frameTakers = [], builders = [], programBuilders = [];
 let pending = null, due = false;
 
-// Calls build(hello) for each rack that introduces itself.
+// Calls build(hello) for each rack or recording that the page connects to.
 export const onHello = build => { builders.push(build); };
 
-// Calls build(hello) also when a scan is shown that another program has run.
+// Calls build(hello) as onHello does, and also when a scan is shown that ran with another program.
 export const onProgram = build => { builders.push(build); programBuilders.push(build); };
 
 // Calls paint(changes) with what has changed since the last picture.
 export const onPaint = paint => { painters.push(paint); };
 
 // Calls take(frame) with each frame, painted or not.
-export const onFrame = take => { takers.push(take); };
+export const onFrame = take => { frameTakers.push(take); };
 
 export function greet(hello) {
   pending = null;
@@ -36,11 +37,11 @@ export function greet(hello) {
     range: null,
   });
   for (const part of PARTS) run[part] = {};
-  handles();
+  setHandles();
   for (const build of builders) build(hello);
 }
 
-// Shows the program that has run the scans shown from here on: routines and tags.
+// Shows another program, that of the scans shown from now on: its routines and tags.
 export function exchange(program) {
   pending = { ...pending, power: {}, tags: {} };
   Object.assign(run, { hello: { ...run.hello, ...program }, power: {}, tags: {} });
@@ -49,10 +50,10 @@ export function exchange(program) {
 
 export function take(frame) {
   pending ??= {};
-  if (run.hello) for (const each of takers) each(frame);
+  if (run.hello) for (const each of frameTakers) each(frame);
   for (const [name, value] of Object.entries(frame)) {
     if (PARTS.includes(name)) merge(name, value);
-    else if (name === "events") pending.events = [...(pending.events ?? []), ...value].slice(-MOST);
+    else if (name === "events") pending.events = [...(pending.events ?? []), ...value].slice(-MOST_EVENTS);
     else if (name === "forced")
       pending.forced = Array.isArray(value) ? Object.fromEntries(value.map(tag => [tag, null])) : value;
     else pending[name] = value;
@@ -75,17 +76,17 @@ function paint() {
   if (!changes || !run.hello) return;
   if (changes.known === false) forget(changes);
   for (const [name, value] of Object.entries(changes)) {
-    if (["strip", "lanes", "events"].includes(name)) continue; // pieces that were taken
+    if (["strip", "lanes", "events"].includes(name)) continue; // their takers have them already
     if (name === "machine" || name === "values") {
       for (const [slot, items] of Object.entries(value)) run[name][slot] = { ...run[name][slot], ...items };
     } else if (PARTS.includes(name)) Object.assign(run[name], value);
     else run[name] = value;
   }
-  handles();
+  setHandles();
   for (const painter of painters) painter(changes);
 }
 
-// Power and values of the scan are not known yet: none is shown, least of all another scan's.
+// Clears power and values, which are not known yet for this scan: those of another scan must not be shown.
 function forget(changes) {
   changes.power = Object.fromEntries(Object.keys(run.power).map(ident => [ident, ""]));
   changes.tags = Object.fromEntries(Object.keys(run.tags).map(name => [name, null]));
@@ -93,8 +94,8 @@ function forget(changes) {
 
 export const isPainted = () => !due;
 
-// What scripts wait for, see docs/watch.md.
-export function handles() {
+// Sets the attributes that scripts wait for, see docs/watch.md.
+export function setHandles() {
   const root = document.documentElement;
   setAttribute(root, "data-scan", run.scan ?? null);
   setAttribute(root, "data-mode", run.mode ?? null);

@@ -1,4 +1,4 @@
-// The state bar: the key, the transport, what the scans do, and where it is recorded.
+// The state bar: the key, the transport controls, readings of the scans, and the recording.
 
 import { causeLine } from "./causeband.js";
 import { compareButton } from "./compare.js";
@@ -7,7 +7,7 @@ import { findBox } from "./find.js";
 import { clock, clocked, count, many, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
-import { lags, late as tardy } from "./lateness.js";
+import { lags, late as isLate } from "./lateness.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { shareButton } from "./share.js";
@@ -32,11 +32,11 @@ const reached = reading("Speed", "middle", "Speed reached over the last second")
 const late = reading(
   "Late",
   "short",
-  "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see " +
+  "Scans that began more than 0.1 ms late. Their images are the same; only people and real devices see " +
     "them later. Amber from 5 % on, or when the speed is not reached"
 );
 const forces = reading("Forces", "", "Nothing is forced");
-const stubs = reading("Stubs", "", "Nothing stands in for what is not here");
+const stubs = reading("Stubs", "", "No stub stands in for a missing part");
 const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
 const record = reading("Recording", "name", "The trace that is being written");
 
@@ -44,7 +44,7 @@ const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
 const stateWord = el("span", {});
 const state = el("div", { class: "state", role: "status" }, stateSign, stateWord);
 const rack = el("h1", { class: "rack" });
-// on a telephone
+// for a phone
 const more = button(
   "More controls",
   () => setAttribute(more, "aria-expanded", String(more.getAttribute("aria-expanded") !== "true")),
@@ -64,7 +64,7 @@ function build(hello) {
   record.node.title = hello.record ? `Recording to ${hello.record}` : "Nothing is recorded";
   setFlag(document.documentElement, "data-read-only", !orders.allowed());
   for (const each of modes) each.disabled = !orders.allowed();
-  for (const each of [key, reached.node, late.node]) each.hidden = orders.recorded(); // of a rack that runs
+  for (const each of [key, reached.node, late.node]) each.hidden = orders.recorded(); // they concern a running rack
   setFlag(document.documentElement, "data-recorded", orders.recorded());
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport(), more),
@@ -87,7 +87,7 @@ function build(hello) {
   paintMode();
 }
 
-// The height of the bar, for what is beside the program while it scrolls.
+// The height of the bar, for parts that stay beside the program while it scrolls.
 new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${at("bar").offsetHeight}px`)).observe(
   at("bar")
 );
@@ -98,7 +98,7 @@ function paint(changes) {
   setText(scan.value, count(run.scan ?? 0));
   setText(time.value, clock(run.t ?? 0));
   setText(late.value, count(run.late ?? 0));
-  setFlag(late.node, "data-warning", run.late > 0 && run.state === "live" && (tardy || lags()));
+  setFlag(late.node, "data-warning", run.late > 0 && run.state === "live" && (isLate || lags()));
   if (changes.forced) paintForces(Object.keys(changes.forced));
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");

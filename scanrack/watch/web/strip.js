@@ -1,4 +1,4 @@
-// The timing strip: positions as an envelope, bits and tags by their edges. A pulse of one scan is seen at any zoom.
+// The timing strip: positions as envelopes, bits and tags by their edges. A pulse of one scan is visible at any zoom.
 
 import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
@@ -32,13 +32,13 @@ import { watchedTags } from "./watchtable.js";
 import { bitName } from "./words.js";
 
 const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
-// lanes for which there is room from the start: nothing moves when bits change first
+// lanes that have room from the start, so that nothing moves when bits change for the first time
 const ROOM = 10, ROOM_PER_AXIS = 4;
 const MOST_LANES = 24;
-// CSS pixels: of a position in a low strip, and where there is room; of the heading, the times and the choices
+// CSS pixels: a position in a low strip; the most for a position; the heading, the times and the choices together
 const LOW = 40, MOST_CURVE = 320, BESIDE = 100;
-const ROWS = 240; // edges that are listed
-const LEAST_SCANS = 4; // that a view may have
+const ROWS = 240; // edges in the list
+const LEAST_SCANS = 4; // of a view
 const LIST_MS = 250, FILL_MS = 200;
 
 const canvas = el("canvas", {
@@ -62,9 +62,9 @@ const fold = el("button", {
   },
 });
 const spanText = el("output", { class: "figure" });
-const signal = el("select", { "aria-label": "Signal", change: list });
+const signal = el("select", { "aria-label": "Signal", change: listEdges });
 const edges = el("ol", { class: "edges", "aria-label": "Edges, the latest first", tabindex: "0" });
-const details = el("details", { class: "raw", toggle: list }, el("summary", {}, "Edges"), signal, edges);
+const details = el("details", { class: "raw", toggle: listEdges }, el("summary", {}, "Edges"), signal, edges);
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
@@ -73,23 +73,23 @@ const choice = el(
   {
     class: "raw",
     toggle: () => {
-      if (choice.open) choices();
+      if (choice.open) showChoices();
     },
   },
   el("summary", {}, "Signals"),
   signals
 );
 
-let held = null; // the view that was dragged over, ns
-let tall = CURVE; // of a position
+let heldView = null; // the view that was dragged over, ns
+let curveHeight = CURVE; // CSS pixels of a position
 let live = new Lanes([]),
   past = new Lanes([]),
   span = 5,
-  listed = 0,
+  listedAt = 0,
   chosen = {},
   room = ROOM,
   axes = [],
-  asking = false,
+  isAsking = false,
   filling = 0,
   unfolded = false;
 
@@ -130,44 +130,44 @@ onHello(hello => {
   zoom(0);
 });
 
-// Pieces are taken as they come: a page that is not seen is not painted.
+// Pieces are taken as they come, since a page that is not visible is not painted.
 onFrame(({ strip, lanes }) => {
   live.take(strip);
   takeTags(lanes);
 });
 
 onPaint(changes => {
-  if (run.state === "past" || changes.strip) look();
+  if (run.state === "past" || changes.strip) requestMissing();
   if (changes.state || (run.state === "past" && changes.range)) fillSoon();
   if (changes.strip || changes.lanes || changes.scan !== undefined || changes.range) draw();
-  if ((changes.strip || changes.lanes) && details.open && performance.now() - listed > LIST_MS) list();
+  if ((changes.strip || changes.lanes) && details.open && performance.now() - listedAt > LIST_MS) listEdges();
 });
 
-// The tags in the strip, or their points, have changed.
+// Draws again after the points of tags have changed; `others`: the tags in the strip, too.
 function changed(others) {
   if (others) {
     fillSoon();
-    if (choice.open) choices();
+    if (choice.open) showChoices();
   }
-  if (details.open) list();
+  if (details.open) listEdges();
   draw();
 }
 
-// Shows more of time, or less.
+// Shows a longer time, or a shorter one.
 export function zoom(by) {
   const wider = SPANS.findIndex(each => each > span), narrower = SPANS.findLastIndex(each => each < span);
   if (by > 0 && wider >= 0) span = SPANS[wider];
   if (by < 0 && narrower >= 0) span = SPANS[narrower];
-  held = null;
+  heldView = null;
   respan();
 }
 
-// What was dragged over on the axis is the view, as long as the scan shown is in it.
+// Views the time that was dragged over on the axis. The view is kept as long as it has the scan shown.
 function zoomTo(from, to) {
   const period = run.hello.period_ns,
     [begin, end] = [from, to].map(time => Math.max(Math.round(time / period), 0) * period);
   if (end - begin < LEAST_SCANS * period) return;
-  held = { from: begin, to: end };
+  heldView = { from: begin, to: end };
   span = (end - begin) / 1e9;
   respan();
   if (run.state !== "past" || run.t < begin || run.t > end) lookAt((begin + end) / 2 / period);
@@ -175,40 +175,44 @@ function zoomTo(from, to) {
 
 function respan() {
   setText(spanText, timeText(Math.round(span * 1e9)));
-  past = new Lanes(live.order); // in as many points as this span has room for
+  past = new Lanes(live.order); // a span has its own number of points
   forgetAsked();
-  look();
+  requestMissing();
   fillSoon();
   draw();
 }
 
-// What of time is in view: the present at the right, a scan of the past in the middle.
+// The time in view: the present is at the right end, a scan of the past in the middle.
 function view() {
-  const wide = span * 1e9, t = run.t ?? 0;
-  // no empty time behind a recording
+  const duration = span * 1e9, t = run.t ?? 0;
+  // no empty time after the end of a recording
   const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity;
-  if (run.state === "past" && held && t >= held.from && t <= held.to) return [held.from, held.to];
-  if (run.state === "past") { const end = Math.max(Math.min(t + wide / 2, least), wide); return [end - wide, end]; }
-  const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not requested
-  return [end - wide, end];
+  if (run.state === "past" && heldView && t >= heldView.from && t <= heldView.to) return [heldView.from, heldView.to];
+  if (run.state === "past") {
+    const end = Math.max(Math.min(t + duration / 2, least), duration);
+    return [end - duration, end];
+  }
+  // in steps, for users who want less motion
+  const end = reduced.matches ? Math.ceil(t / (duration / 4)) * (duration / 4) : t;
+  return [end - duration, end];
 }
 
-// The time in view of which there are scans, ns.
+// The part of the time in view that has scans, ns.
 function viewed() {
   const period = run.hello.period_ns, [from, to] = view(), [first, last] = run.range ?? [0, -1];
   return [Math.max(Math.floor(from / period), first) * period, Math.min(Math.ceil(to / period), last + 1) * period];
 }
 
-// Requests what is missing of the time in view, while the rack continues: around a scan of the past, or before the
-// first piece of a page that was opened later. That is requested once.
-async function look() {
+// Requests the missing part of the time in view, while the rack continues: around a scan of the past, or before the
+// first piece of a page that was opened later; that is requested only once.
+async function requestMissing() {
   if (run.state === "past") fillSoon();
-  if (asking || !lanes().have.to && run.state !== "past") return; // what is missing after the answer is requested then
+  if (isAsking || !lanes().have.to && run.state !== "past") return; // after the answer it is called again
   const period = run.hello.period_ns, [from, end] = viewed(), into = lanes();
   const to = into === live ? Math.min(end, live.have.from) : end;
   const begin = missing(into.have, from, to);
   if (begin === null || begin >= to) return;
-  asking = true;
+  isAsking = true;
   try {
     const answer = await ask("window", {
       from: begin / period,
@@ -218,11 +222,11 @@ async function look() {
     into.take(answer.strip, begin);
     live.learn(into);
     draw();
-    if (details.open) list();
-  } catch { /* what is there is shown */ }
+    if (details.open) listEdges();
+  } catch { /* the known part is shown */ }
   if (into === live) live.have.from = Math.min(begin, live.have.from);
-  asking = false;
-  if (run.state === "past" ? viewed().join() !== [from, to].join() : viewed()[0] < live.have.from) look();
+  isAsking = false;
+  if (run.state === "past" ? viewed().join() !== [from, to].join() : viewed()[0] < live.have.from) requestMissing();
 }
 
 // Asks for the tags of the time in view, now and then.
@@ -232,22 +236,22 @@ function fillSoon() {
 
 const lanes = () => (run.state === "past" ? past : live);
 
-// The lanes that are drawn: those that were chosen, and those that have changed as far as there is room.
+// The lanes that are drawn: the chosen ones, and as many of those that have changed as there is room for.
 function drawn() {
   const requested = live.names.filter(name => chosen[name]), free = Math.max(room - requested.length, 0);
   const others = live.names.filter(name => !(name in chosen) && live.changed.has(name)).slice(0, free);
   return live.names.filter(name => requested.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
-// The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses
-// stays.
-function busy(shown) {
+// The lanes that are on at some time in view; for a running rack also in the same span before, so that lanes of
+// pulses stay.
+function withLevels(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
   const has = ([, , on, changes]) => on || changes;
   return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(has));
 }
 
-// Says how many lanes are empty, where they would be; a click unfolds them.
+// Shows the number of empty lanes in their place; a click unfolds them.
 function paintFold(empty, top, left) {
   setFlag(fold, "hidden", !empty);
   setText(fold, `${unfolded ? "▾" : "▸"} ${many(empty, "empty lane")}`);
@@ -256,7 +260,7 @@ function paintFold(empty, top, left) {
 }
 
 // The choice of signals, kept per rack in this browser: bits, and the tags that are watched or drawn.
-function choices() {
+function showChoices() {
   const bits = live.names.map(name =>
     choiceOf(name, drawn().includes(name), on => {
       chosen[name] = on;
@@ -281,39 +285,41 @@ const choiceOf = (name, checked, choose) =>
 
 function draw() {
   const shown = lanes(),
-    alive = busy(shown),
-    empty = drawn().filter(name => !alive.includes(name)),
-    names = [...alive, ...(unfolded ? empty : [])];
-  const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
+    active = withLevels(shown),
+    empty = drawn().filter(name => !active.includes(name)),
+    names = [...active, ...(unfolded ? empty : [])];
+  const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), width = canvas.clientWidth;
   const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
   const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0),
     others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
-  if (!wide) return;
+  if (!width) return;
   const least = at("strip").clientHeight < 200 ? LOW : CURVE;
-  tall = Math.max(least, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
+  const share = Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length);
+  curveHeight = Math.max(least, Math.min(MOST_CURVE, share));
   const seen =
       at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * least,
     rest = seen % LANE;
-  if (tall === least && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
-  const high = others + axes.length * tall;
-  const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
-  const axis = axisOf(wide), x = axis.x;
-  grid(to, pen(times, wide, AXIS), x, left, from, end, high);
+  // no half lane above the times
+  if (curveHeight === least && seen > 0 && axes.length) curveHeight += Math.floor(rest / axes.length);
+  const high = others + axes.length * curveHeight;
+  const to = pen(canvas, width, high), left = leftOf(width), [from, end] = view();
+  const axis = axisOf(width), x = axis.x;
+  grid(to, pen(times, width, AXIS), x, left, from, end, high);
   let top = TOP;
   const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
-    // one that rests
+    // the scale of an axis at rest, too
     const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []);
     if (other)
-      curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colors.mark);
-    curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left, tall);
-    top += tall;
+      curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, curveHeight, colors.mark);
+    curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left, curveHeight);
+    top += curveHeight;
   }
   for (const { name, points } of tags) {
     tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, end) }, name, x, top, left, x(end));
     top += highOf(points);
   }
-  const foldTop = top + alive.length * LANE;
+  const foldTop = top + active.length * LANE;
   paintFold(empty.length, foldTop, left);
   for (const name of names) {
     if (top === foldTop && empty.length) top += LANE;
@@ -333,15 +339,15 @@ function draw() {
   drawPlot();
 }
 
-// Where times are in a strip of that width: between the names and its right end, CSS pixels.
-function axisOf(wide) {
-  const left = leftOf(wide), right = wide - 8, [from, end] = view();
+// The scale of time in a strip of a width: from the names to its right end, CSS pixels.
+function axisOf(width) {
+  const left = leftOf(width), right = width - 8, [from, end] = view();
   const x = time => left + ((time - from) / (end - from)) * (right - left),
     time = place => from + ((place - left) / (right - left)) * (end - from);
   return { from, end, left, right, x, time };
 }
 
-// What is plotted larger: the lanes that are drawn, positions and tags first.
+// The lanes for the large plot: those that are drawn, positions and tags first.
 const plotted = {
   names: () => [...axes, ...tagNames(), ...drawn()],
   points: name =>
@@ -360,18 +366,18 @@ function nearestEdge(time, within) {
   return times.length ? times.reduce((best, t) => (Math.abs(t - time) < Math.abs(best - time) ? t : best)) : null;
 }
 
-// Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
+// Where a bit is drawn: top and left in CSS pixels, and a function from a horizontal position to its time in ns.
 export function placeOf(bit) {
   const { left, time } = axisOf(canvas.clientWidth),
     tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
-  return { top: TOP + axes.length * tall + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
+  return { top: TOP + axes.length * curveHeight + tags + withLevels(lanes()).indexOf(bit) * LANE, left, time };
 }
 
-const leftOf = wide => (wide < 400 ? 120 : wide < 600 ? 140 : 168); // where time begins, beside the names
+const leftOf = width => (width < 400 ? 120 : width < 600 ? 140 : 168); // width of the names
 
-// The edges of one signal in words, for a reader of the screen and for scripts.
-function list() {
-  listed = performance.now();
+// Lists the edges of one signal as text, for screen readers and scripts.
+function listEdges() {
+  listedAt = performance.now();
   const names = [...tagNames(), ...lanes().names];
   if (names.join("\n") !== [...signal.options].map(option => option.value).join("\n")) {
     const before = signal.value;
@@ -382,7 +388,7 @@ function list() {
   edges.replaceChildren(...points.filter(isEdge).slice(-ROWS).reverse().map(edgeOf));
 }
 
-// Where a lane ends, or continues with the same level after a gap, is not an edge.
+// Whether a point is an edge. The end of a lane, and the same level again after a gap, are not.
 function isEdge(point, place, points) {
   let before = place - 1;
   while (before >= 0 && valueOf(points[before]) === null) before--;

@@ -1,4 +1,4 @@
-// What the pointer or the keyboard is at: a tag, the operands of its block, its rung or line.
+// What the pointer is at, or what has the focus: a tag, the operands of its block, its rung or line.
 
 import { addressOf } from "./values.js";
 import { selected } from "./selection.js";
@@ -10,7 +10,7 @@ export function subjectOf(place) {
   const node = place?.closest?.(PLACES), row = place?.closest?.("[data-at]");
   if (!node && !row) return null;
   const names = namesAt(node), own = operandAt(place) ?? node?.dataset.tag ?? names[0];
-  // 1.MOVING_CW is no name of a tag
+  // 1.MOVING_CW is not the name of a tag
   const tag = !own || node.dataset.instruction === "JSR" ? null : /^\d+\./.test(own) ? addressOf(own) : own;
   return {
     tag,
@@ -33,7 +33,7 @@ function namesAt(node) {
   return name ? [name] : [];
 }
 
-// The tag of the operand of a block that the pointer is at: its value stands behind it.
+// The tag of the operand of a block under the pointer; the node of its value comes after it.
 function operandAt(place) {
   for (let node = place.closest("text"); node; node = node.nextElementSibling) {
     if (node.dataset.name) return node.dataset.name;

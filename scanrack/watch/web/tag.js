@@ -1,4 +1,4 @@
-// The selected tag: its value, writing and forcing it, and why it is as it is.
+// The card of the selected tag: its value, writing and forcing it, and why it has this value.
 
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
@@ -15,14 +15,14 @@ import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { hasLane, toggleTag } from "./taglanes.js";
 import { brief, treeOf } from "./tree.js";
-import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
+import { addressOf, bindValue, isForced, unbindIn, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 import { answersTo } from "./wanting.js";
 import { bitAt, named, nameOf } from "./words.js";
 
-const SINCE_MS = 500; // between two questions since when
-const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is requested so often, with waits between
-const LATE_MS = 300; // an answer that takes longer is announced
+const SINCE_MS = 500; // between two questions about the latest change
+const TRIES = 10, AGAIN_MS = 300; // how often an answer that is being computed is requested, and the wait between
+const LATE_MS = 300; // after this time the page says that it waits for an answer
 
 const name = el("strong", { class: "name" });
 const type = el("span", { class: "soft" });
@@ -36,7 +36,7 @@ const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), 
 });
 const whyButton = button("Why", why, { title: "Why the tag is as it is" });
 const wantButton = button("What would it take", want, {
-  title: "What an owner could do so that the tag has its other level, or the value typed above",
+  title: "What the owner could do to give the tag its other level, or the typed value",
 });
 const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
@@ -63,8 +63,9 @@ const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
-let sinceOf = "", saidOf = "", asking = false; // the value and scan of the question, and those of the line
-let answered = null; // the tag of the answer
+// the questions that were asked and answered last: tag, value and scan
+let asked = "", answeredQuestion = "", isAsking = false;
+let answered = null; // the tag whose answer is shown
 const head = el(
   "div",
   { class: "head" },
@@ -97,41 +98,42 @@ function show({ tag, names }) {
   setText(name, nameOf(tag));
   setText(type, known.type ?? "");
   setText(says, known.description || meaningOf(tag));
-  unplace(card);
+  unbindIn(card);
   own.replaceChildren(el("output", { class: "figure" }, "–"));
-  place(own.firstChild, tag, brief(shown));
+  bindValue(own.firstChild, tag, brief(shown));
   parts.replaceChildren(treeOf(tag), ...[...new Set(names)].filter(each => each !== tag).map(part));
   if (tag !== answered) answer.replaceChildren(), clearChain();
   answered = tag;
   entry.value = "";
-  permit(tag);
+  enableButtons(tag);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
-  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag), paintForced(); });
+  sendWatched(names).then(() => { if (tag === selected.tag) enableButtons(tag), paintForced(); });
   paintForced();
   setText(since, "");
-  sinceOf = "";
+  asked = "";
   askSince();
   at("tag").scrollIntoView({ block: "nearest" });
 }
 
-// Since when the tag has its value: requested again when that changes, or another scan of the past is shown.
+// Asks since when the tag has its value; again when the value changes, or another scan of the past is shown.
 async function askSince() {
-  const wish = wishNow(), { tag } = selected;
-  if (!tag || wish === sinceOf || asking) return;
-  sinceOf = wish;
-  asking = true;
+  const question = questionNow(), { tag } = selected;
+  if (!tag || question === asked || isAsking) return;
+  asked = question;
+  isAsking = true;
   try {
     const reported = await lastChange(
       tag,
-      () => wish === wishNow(),
-      from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`)
+      () => question === questionNow(),
+      from => setText(since, `It has not changed since scan ${count(from)}; earlier scans are being searched …`)
     );
-    if (reported !== undefined) showSince(reported), saidOf = wish;
+    if (reported !== undefined) showSince(reported), answeredQuestion = question;
   } catch { if (tag === selected.tag) setText(since, ""); }
-  setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
+  setTimeout(() => { isAsking = false; askSince(); }, SINCE_MS);
 }
 
-const wishNow = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
+const questionNow = () =>
+  `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
 
 function showSince(reported) {
   if (!reported) return setText(since, "It has not changed in any scan up to here.");
@@ -148,14 +150,14 @@ function showSince(reported) {
   );
 }
 
-// What a bit of an image means, with the section of the manual.
+// The address of a bit of an image, with the section of the manual.
 function meaningOf(tag) {
   const bit = bitAt(addressOf(tag));
   return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
-// What can't be done with a tag says why.
-function permit(tag) {
+// Disables the buttons that cannot be used with a tag; their tooltips say why.
+function enableButtons(tag) {
   const lacks = [
     [writeButton, lacksWrite({ tag })],
     [forceButton, lacksForce({ tag })],
@@ -172,7 +174,7 @@ function permit(tag) {
 
 function part(tag) {
   const value = el("output", { class: "figure" }, "–");
-  place(value, tag, brief(shown));
+  bindValue(value, tag, brief(shown));
   const line = el(
     "div",
     { class: "part" },
@@ -187,7 +189,10 @@ function typed() {
     entry.value,
     declared(selected.tag)?.type ?? (typeof valueOf(selected.tag) === "boolean" ? "BOOL" : "")
   );
-  if (value === undefined) tell(`${entry.value || "Nothing"} is not a value for ${selected.tag}.`);
+  if (value === undefined)
+    tell(
+      entry.value ? `${entry.value} is not a value for ${selected.tag}.` : `Type a value for ${selected.tag} first.`
+    );
   return value;
 }
 
@@ -196,13 +201,13 @@ async function write() {
   if (value !== undefined) await orders.write(selected.tag, value);
 }
 
-// The value that is typed, or else the other level of a BOOL.
+// The typed value; without one the other level of a BOOL.
 function newValue(tag) {
   const present = valueOf(tag);
   return entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
 }
 
-// Forces the selected tag to what is typed; a BOOL without a typed value to the other level. Key f also removes.
+// Forces the selected tag to the new value. Key f also removes a force; `only` does not.
 export async function forceSelected(only = false) {
   const { tag } = selected;
   if (!tag) return tell("Select a tag first: click a contact.");
@@ -212,53 +217,53 @@ export async function forceSelected(only = false) {
 }
 
 export function why() {
-  answerTo(selected.tag);
+  showWhy(selected.tag);
 }
 
-// Selects a tag and says why it is as it is, with its chain. Calls then(links, text).
+// Selects a tag and shows why it has its value. Calls then(links, text) with the chain of causes.
 export async function explain(tag, then) {
   select({ tag });
-  const said = await answerTo(tag, TRIES);
-  if (said) then(said.chain ?? [], said.text);
+  const reply = await showWhy(tag, TRIES);
+  if (reply) then(reply.chain ?? [], reply.text);
 }
 
-// Asks why and shows the answer of a tag. Returns it, or null.
-async function answerTo(tag, tries = 1) {
+// Asks why a tag has its value, and shows the answer. Returns it, or null.
+async function showWhy(tag, tries = 1) {
   const late = setTimeout(
     () => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")),
     LATE_MS
   );
   let refusal = "";
-  const said = await askWhy({ tag }, () => tag === selected.tag, tries).catch(({ message }) => { refusal = message; });
+  const reply = await askWhy({ tag }, () => tag === selected.tag, tries).catch(({ message }) => { refusal = message; });
   clearTimeout(late);
   if (tag !== selected.tag) return null;
-  if (!said) return answer.replaceChildren(refusal && el("p", { class: "refused" }, sentence(refusal))), null;
-  // else the chain says the rest
-  const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text;
-  const when = textButton(`In scan ${count(said.scan)}:`, () => lookAt(said.scan), "Look at this scan");
+  if (!reply) return answer.replaceChildren(refusal && el("p", { class: "refused" }, sentence(refusal))), null;
+  // a longer chain shows the rest
+  const lines = linesOf(reply), text = reply.chain?.length > 1 ? reply.text.split("\n")[0] : reply.text;
+  const when = textButton(`In scan ${count(reply.scan)}:`, () => lookAt(reply.scan), "Look at this scan");
   answer.replaceChildren(
     when,
     el("p", {}, text),
     lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "",
-    chainOf(said.chain)
+    chainOf(reply.chain)
   );
   showAnswer();
-  return said;
+  return reply;
 }
 
-// Asks why; the answer calls words and bits by their names. Returns it, or null if another one came meanwhile.
+// Asks why; the answer has names of words and bits in place of addresses. Returns null if it is no longer requested.
 export async function askWhy(fields, requested, tries = TRIES) {
-  const said = await askAgain(fields, requested, tries);
+  const reply = await askAgain(fields, requested, tries);
   return (
-    said && {
-      ...said,
-      text: clocked(named(said.text)),
-      chain: said.chain?.map(link => ({ ...link, text: clocked(named(link.text)) })),
+    reply && {
+      ...reply,
+      text: clocked(named(reply.text)),
+      chain: reply.chain?.map(link => ({ ...link, text: clocked(named(link.text)) })),
     }
   );
 }
 
-// Asks of a scan that is being computed again and again until another question comes.
+// Repeats the question while the scan is being computed, as long as the answer is requested.
 async function askAgain(fields, requested, tries) {
   while (--tries > 0 && !isPython()) {
     try {
@@ -271,7 +276,7 @@ async function askAgain(fields, requested, tries) {
   return ask("why", fields);
 }
 
-// Brings an answer for which there is no room to the top of the card, beneath what stays there: no row is cut.
+// Scrolls an answer that does not fit to the top of the card, below the part that stays: no row is cut.
 function showAnswer() {
   const box = at("tag"), { offsetHeight: high } = getComputedStyle(head).display === "block" ? head : head.firstChild;
   answer.style.minHeight = "";
@@ -280,7 +285,7 @@ function showAnswer() {
   box.scrollTop += answer.getBoundingClientRect().top - box.getBoundingClientRect().top - high;
 }
 
-// The lines of the program in Python that an answer names.
+// The lines of the Python program that an answer names.
 function linesOf({ lines = [] }) {
   const names = (run.hello.routines ?? []).map(each => each.name);
   return lines.filter(({ file }) => names.includes(file)).map(({ file, line }) => `${file}.${line}`);
@@ -302,8 +307,8 @@ export async function want() {
 }
 
 export async function uses() {
-  const tag = selected.tag, said = await orders.order("xref", { tag });
-  if (said && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(said.hits ?? []).map(hit)));
+  const tag = selected.tag, reply = await orders.order("xref", { tag });
+  if (reply && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(reply.hits ?? []).map(hit)));
 }
 
 const hit = ({ text, rung }) =>
@@ -327,6 +332,6 @@ onPaint(changes => {
   nextButton.disabled = run.state !== "past";
   if (changes.forced || changes.breakpoints) paintForced();
   if (!selected.tag || !(changes.tags || changes.words || changes.scan !== undefined)) return;
-  setFlag(since, "data-old", saidOf && saidOf !== wishNow());
+  setFlag(since, "data-old", answeredQuestion && answeredQuestion !== questionNow());
   askSince();
 });

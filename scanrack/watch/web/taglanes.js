@@ -1,4 +1,4 @@
-// Tags in the timing strip: which ones, and their points. A point is [t, value] or, of a number, [t, least, most,
+// The tags in the timing strip and their points. A point is [t, value]; the point of a number is [t, least, most,
 // last].
 
 import { forgetFar, join, missing, put, range, stretches } from "./lanes.js";
@@ -14,19 +14,19 @@ export const MOST = 16;
 
 let names = [], points = new Map();
 /** @type {(others: boolean) => void} */
-let reported = () => {};
-let have = { from: 0, to: 0 }, asking = null; // the time that was requested, and where the present question begins
+let onChange = () => {};
+let have = { from: 0, to: 0 }, askingFrom = null; // the known time, and where the present request begins
 
 export const tagNames = () => names;
 export const pointsOf = name => points.get(name) ?? [];
 
-// Begins with a rack; changed() is called when there is more to draw.
+// Begins with a rack or a recording; changed() is called when there is more to draw.
 export function beginTags(changed) {
   names = kept("lanes", []).filter(name => typeof name === "string").slice(0, MOST);
   points = new Map();
   forgetAsked();
-  reported = changed;
-  if (names.length) send();
+  onChange = changed;
+  if (names.length) requestLanes();
 }
 
 export const hasLane = name => names.some(each => isSame(each, name));
@@ -36,26 +36,26 @@ export function toggleTag(name) {
   if (!has && names.length >= MOST) return tell(`The strip has room for ${MOST} tags.`);
   names = has ? names.filter(each => !isSame(each, name)) : [...names, nameOf(name)];
   keep("lanes", names);
-  send();
-  reported(true);
+  requestLanes();
+  onChange(true);
 }
 
-// Asks for everything in view once more.
+// Forgets what was requested: everything in view is requested again.
 export function forgetAsked() {
   have = { from: 0, to: 0 };
-  asking = null;
+  askingFrom = null;
 }
 
-async function send() {
+async function requestLanes() {
   forgetAsked();
   const answer = await order("lanes", { tags: names });
   if (!answer) return;
   names = names.filter(name => !answer.unknown.includes(name));
-  if (answer.unknown.length) tell(`No tag is called ${answer.unknown.join(", ")}.`);
-  reported(true);
+  if (answer.unknown.length) tell(`There is no tag ${answer.unknown.join(", ")}.`);
+  onChange(true);
 }
 
-// Takes a piece of the tags.
+// Adds a piece of the tags' points.
 export function takeTags(piece) {
   if (!piece?.tags) return;
   for (const name of names) {
@@ -66,21 +66,21 @@ export function takeTags(piece) {
   }
 }
 
-// Asks for the points of a time in view, piece by piece, as far as it has not been requested.
+// Requests the missing points of the time in view, piece by piece.
 export async function fill(from, to) {
   const begin = missing(have, from, to), period = run.hello?.period_ns;
-  if (!names.length || !period || begin === null || begin === asking) return;
-  const mine = asking = begin, end = Math.ceil(to / period) - 1;
+  if (!names.length || !period || begin === null || begin === askingFrom) return;
+  const start = askingFrom = begin, end = Math.ceil(to / period) - 1;
   try {
-    for (let next = Math.floor(begin / period); next !== null && next <= end && mine === asking;) {
+    for (let next = Math.floor(begin / period); next !== null && next <= end && start === askingFrom;) {
       const answer = await ask("steps", { from: next, to: end, tags: names });
       takeTags(answer.lanes);
       if (answer.lanes.tags) join(have, { from: next * period, to: answer.lanes.to });
       next = answer.next;
-      reported(false);
+      onChange(false);
     }
-  } catch { /* what is there is shown */ }
-  if (mine === asking) asking = null;
+  } catch { /* the known part is shown */ }
+  if (start === askingFrom) askingFrom = null;
 }
 
 export const stretchesOf = (name, from, to) => stretches(pointsOf(name), from, to);

@@ -1,4 +1,4 @@
-// Structured text with values beside its lines; Python with the line that runs and the variables that are recorded.
+// Structured text with values beside its lines; Python with the line that runs and the recorded variables.
 
 import { breakpointsAt, stopButton } from "./breakpoints.js";
 import { at as partOf, el, setAttribute, setFlag, setText, textButton } from "./dom.js";
@@ -6,15 +6,15 @@ import { clock, shown } from "./format.js";
 import { select } from "./selection.js";
 import { askRanLines, ranLines } from "./ranlines.js";
 import { run } from "./state.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 
 let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
 let routine = ""; // its name
-let variables = null, chips = new Set(); // place of the values of a program in Python, and their names
-let followed = null; // the row of the line that was brought into view
-let waits = null; // where it is said at which line each sequence waits
-let ranSays = null; // where it is said that the lines that ran are not known
-let users = []; // lines in Python: { beside, uses }, the names in each
+let variables = null, chips = new Set(); // the node with the values of a Python program, and their names
+let followed = null; // the row that was scrolled into view last
+let waits = null; // the list of sequences, with the line at which each waits
+let ranNote = null; // the sentence about the lines that ran
+let users = []; // { beside, uses } of Python lines: the node for values, and the names in the line
 
 export function buildText({ name, kind }, { text = [], names = [] }) {
   lines = new Map();
@@ -22,15 +22,15 @@ export function buildText({ name, kind }, { text = [], names = [] }) {
   routine = name;
   followed = null;
   waits = kind === "st" ? null : el("ul", { class: "waits", "aria-label": "Sequences" });
-  ranSays = kind === "python" ? el("p", { class: "soft", role: "status" }) : null;
+  ranNote = kind === "python" ? el("p", { class: "soft", role: "status" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(rowOf));
   variables = waits && el("div", { class: "variables", role: "group", "aria-label": "Variables" });
   chips = new Set();
   addChips(names);
-  return el("div", {}, variables ?? "", waits ?? "", ranSays ?? "", code);
+  return el("div", {}, variables ?? "", waits ?? "", ranNote ?? "", code);
 }
 
-// A program in Python may make variables while it runs. Each stands above, and beside the lines that name it.
+// Adds variables, which a Python program may make while it runs: above the text, and beside the lines that name them.
 function addChips(names) {
   const more = names.filter(name => !chips.has(name));
   if (!variables || !more.length) return;
@@ -43,7 +43,7 @@ function addChips(names) {
   }
 }
 
-// The text of a line, its spans marked with their kinds.
+// The text of a line, divided into spans that have kinds.
 function pieces(text, spans) {
   const found = [];
   let done = 0;
@@ -83,7 +83,7 @@ function rowOf({ number, text, names = [], spans = [], uses = [] }) {
 
 function chip(name, text = name) {
   const value = el("output", { class: "figure" }, "–");
-  place(value, name, shown);
+  bindValue(value, name, shown);
   return el(
     "button",
     {
@@ -109,17 +109,17 @@ export function paintText({ power, tags, lines: running, breakpoints, met, ran, 
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
   if ((running || met) && waits) paintRunning();
-  if (ranSays && (ran || scan !== undefined || state)) {
+  if (ranNote && (ran || scan !== undefined || state)) {
     askRanLines(paintRan);
     paintRan();
   }
 }
 
 function paintRan() {
-  if (!ranSays) return;
+  if (!ranNote) return;
   const { lines: ran, says } = ranLines();
   for (const [ident, [row]] of lines) setFlag(row, "data-ran", ran.includes(lineOf(ident)));
-  setText(ranSays, says);
+  setText(ranNote, says);
 }
 
 function paintStop(row, isSet) {
@@ -127,7 +127,7 @@ function paintStop(row, isSet) {
   setAttribute(row.firstChild, "aria-pressed", String(isSet));
 }
 
-// A sequence waits at one line at a time: that line is marked, and said for what it waits and since when.
+// Marks the line at which each sequence waits, and lists for what it waits and since when.
 function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
   const marked = new Set([...here.filter(([, at]) => isHere(at)).map(([, { line }]) => line), ...metLines()]);
@@ -141,10 +141,10 @@ function paintRunning() {
 
 const lineOf = ident => Number(ident.split(".").at(-1));
 
-// The lines whose breakpoints have ended the latest run.
+// The lines whose breakpoints ended the latest run.
 const metLines = () => (run.met ?? []).map(said => Number(/ line (\d+) has run$/.exec(said)?.[1])).filter(Boolean);
 
-// Brings the line at which the first sequence waits into view, unless the reader has gone elsewhere.
+// Scrolls to the line at which the first sequence waits, unless the user has scrolled elsewhere.
 function follow(row) {
   // a narrow page scrolls as a whole
   if (!row || row === followed || !matchMedia("(min-width: 1000px)").matches) return;
@@ -157,7 +157,7 @@ function isSeen(row) {
   return place.bottom > top && place.top < bottom;
 }
 
-// Whether a line is in the file that is shown: a program may import its sequences.
+// Whether a line is in the shown file: a program may import its sequences.
 const isHere = ({ file }) => !file || file.split("/").at(-1) === routine;
 
 function paintWait(item, name, at) {

@@ -1,14 +1,14 @@
-// Pause, continue, one scan, speed: of the rack, or of a recording that the page plays.
+// The controls for pause, continue, single scan and speed, of the rack or of a recording that the page plays.
 
 import { button, el } from "./dom.js";
 import { times } from "./format.js";
 import * as orders from "./orders.js";
-import { play, player, rest } from "./player.js";
+import { play, player, stop } from "./player.js";
 import { goOn, moveBy } from "./scrub.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10, 60, "max"];
-const FASTEST = 60; // times real time that a recording is played at most
+const FASTEST = 60; // times real time, for a recording
 
 const pauseButton = button("Pause", pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
 const goButton = button("Go on", go, { text: "▶", title: "Go on (space)", class: "sign" });
@@ -29,7 +29,7 @@ export function step() {
 
 function pause() {
   if (!orders.recorded()) return orders.pause();
-  rest();
+  stop();
   paint();
 }
 
@@ -46,23 +46,23 @@ function chosen() {
 }
 
 function paint() {
-  const obeys = orders.timed() || orders.recorded(), lost = run.state === "lost";
-  // a rack runs on behind its past
-  pauseButton.disabled = !obeys || lost || (orders.recorded() ? !player.playing : run.paused);
-  goButton.disabled = !obeys || lost || (orders.recorded() ? player.playing : run.state === "live");
-  stepButton.disabled = speedChoice.disabled = !obeys || lost;
+  const isControllable = orders.timed() || orders.recorded(), lost = run.state === "lost";
+  // the rack may run while the page shows the past
+  pauseButton.disabled = !isControllable || lost || (orders.recorded() ? !player.playing : run.paused);
+  goButton.disabled = !isControllable || lost || (orders.recorded() ? player.playing : run.state === "live");
+  stepButton.disabled = speedChoice.disabled = !isControllable || lost;
 }
 
 function paintSpeed(requested) {
-  const wish = String(requested);
-  if (![...speedChoice.options].some(option => option.value === wish)) {
-    speedChoice.append(el("option", { value: wish }, times(requested)));
+  const choice = String(requested);
+  if (![...speedChoice.options].some(option => option.value === choice)) {
+    speedChoice.append(el("option", { value: choice }, times(requested)));
   }
-  if (document.activeElement !== speedChoice) speedChoice.value = wish;
+  if (document.activeElement !== speedChoice) speedChoice.value = choice;
 }
 
 onHello(() => {
-  rest();
+  stop();
   if (orders.recorded()) paintSpeed(player.speed);
   paint();
 });

@@ -1,28 +1,28 @@
-// A structure or an array as a tree that opens: its members by name, each with its value; a click selects a member.
+// A structure or an array as a tree of members, each with its value; a click on a member selects it.
 
 import { el, setFlag, setText, textButton } from "./dom.js";
 import { shown } from "./format.js";
 import { select } from "./selection.js";
-import { place } from "./values.js";
+import { bindValue } from "./values.js";
 
 const MOST = 256; // members shown of one value
 
 const isGroup = value => typeof value === "object" && value !== null;
 const countOf = value => (Array.isArray(value) ? `${value.length} elements` : `${Object.keys(value).length} members`);
 
-// The text of a value beside its tree: how many members it has, or else what `say` makes of it.
-export const brief = say => value => (isGroup(value) ? countOf(value) : say(value));
+// Text of a value for a place beside its tree: the number of members of a structure; else the text of the value.
+export const brief = toText => value => (isGroup(value) ? countOf(value) : toText(value));
 
-// The tree of a tag; hidden while its value is a single one. `say` makes the text of a member.
-export function treeOf(tag, say = shown, open = false) {
-  const root = branch(tag, "members", say);
+// The tree of a tag, hidden while its value has no members. `toText` makes the text of a member.
+export function treeOf(tag, toText = shown, open = false) {
+  const root = branch(tag, "members", toText);
   root.node.open = open;
-  place(root.node, tag, value => { root.fill(value); return null; });
+  bindValue(root.node, tag, value => { root.fill(value); return null; });
   return root.node;
 }
 
-// A node that opens, filled while it is open.
-function branch(name, title, say, isRow = false) {
+// A node of the tree; it is filled only while it is open.
+function branch(name, title, toText, isRow = false) {
   const node = el("details", { class: "tree", hidden: true, toggle: () => fill(latest) }, el("summary", {}, title));
   const rows = new Map();
   let latest = null;
@@ -33,7 +33,7 @@ function branch(name, title, say, isRow = false) {
     for (const [key, item] of Object.entries(value).slice(0, MOST)) {
       if (!rows.has(key))
         node.append(
-          rows.set(key, rowOf(memberOf(name, key, value, isRow), key, say, Array.isArray(value))).get(key).node
+          rows.set(key, rowOf(memberOf(name, key, value, isRow), key, toText, Array.isArray(value))).get(key).node
         );
       rows.get(key).show(item);
     }
@@ -41,14 +41,14 @@ function branch(name, title, say, isRow = false) {
   return { node, fill };
 }
 
-// Axis.State of Axis, Words[3] of Words; Grid[1,2] of a row of Grid, `Grid[1]`.
+// Names of members: Axis.State of Axis, Words[3] of Words, Grid[1,2] of the row Grid[1].
 function memberOf(name, key, value, isRow) {
   if (!Array.isArray(value)) return `${name}.${key}`;
   return isRow ? `${name.slice(0, -1)},${key}]` : `${name}[${key}]`;
 }
 
-function rowOf(name, key, say, inArray) {
-  const value = el("output", { class: "figure" }), inner = branch(name, "members", say, inArray);
+function rowOf(name, key, toText, inArray) {
+  const value = el("output", { class: "figure" }), inner = branch(name, "members", toText, inArray);
   const line = el(
     "div",
     { class: "part" },
@@ -56,7 +56,7 @@ function rowOf(name, key, say, inArray) {
     value
   );
   return { node: el("div", {}, line, inner.node), show(item) {
-    setText(value, brief(say)(item));
+    setText(value, brief(toText)(item));
     inner.fill(item);
   } };
 }

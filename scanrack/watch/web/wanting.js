@@ -1,5 +1,5 @@
-// What it would take for a tag to have a value: answers, each with a button that runs it as a branch beside the past.
-// The branch pauses when the value is there.
+// The answers to What would it take: each has a button that runs it as a branch, compared with the past.
+// The branch pauses when the tag has the value.
 
 import { compareWith } from "./compare.js";
 import { button, el } from "./dom.js";
@@ -11,9 +11,9 @@ import { ask } from "./source.js";
 import { run } from "./state.js";
 import { nameOf } from "./words.js";
 
-const LOOK_MS = 50, PATIENCE_MS = 60000; // for the branch to have repeated the past
+const LOOK_MS = 50, PATIENCE_MS = 60000; // interval and limit of the wait until the branch has repeated the past
 
-// The answers to a question as nodes, or why there are none.
+// The nodes of the answers, or of the reason why there are none.
 export async function answersTo(tag, value) {
   try {
     const { scan, answers } = await ask("want", { tag, value });
@@ -26,14 +26,14 @@ export async function answersTo(tag, value) {
   }
 }
 
-// What is done by no one, or by no order of a page, has no button.
+// An answer without an action, or with one that the page cannot send, has no button.
 function rowOf(answer, scan) {
   if (!answer.orders || !run.hello.branches) return [answer.text];
   const text = answer.acts.join(", then ") || "wait";
   return [
     button(`Try: ${text}`, () => attempt(answer, scan), {
       text: capital(text),
-      title: "Run this as a branch beside the past",
+      title: "Run this as a branch, compared with the past",
     }),
     ` ${timeText(answer.after_ns)} later`,
   ];
@@ -54,12 +54,12 @@ async function attempt({ orders: steps, after_ns: after, text }, scan) {
   tell(`${text}. This is a branch: ▶ continues it.`, "news");
 }
 
-// Waits until the branch stands at its scan.
+// Waits until the branch is paused at its scan.
 async function arrived(scan) {
   for (const end = performance.now() + PATIENCE_MS; performance.now() < end;) {
     if (run.hello?.kind === "rack" && run.state === "paused" && run.scan === scan) return ask("look", { scan: "live" });
     await wait(LOOK_MS);
   }
-  tell("The branch has not reached its scan in time.");
+  tell("The branch did not reach its scan in time.");
   return null;
 }

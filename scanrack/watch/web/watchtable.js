@@ -1,4 +1,4 @@
-// The watch table: tags that the user chooses, each in its own radix, kept per rack in this browser.
+// The watch table: tags chosen by the user, each with its radix. The browser keeps the table of each rack.
 
 import { at, button, el, heading, optionsOf, setFlag, textButton, textField } from "./dom.js";
 import { RADIXES, inRadix } from "./format.js";
@@ -7,13 +7,13 @@ import { ask } from "./source.js";
 import { select, selected } from "./selection.js";
 import { onProgram, run } from "./state.js";
 import { brief, treeOf } from "./tree.js";
-import { again, isSame, learn, place, unplace } from "./values.js";
+import { bindValue, isSame, learn, rewrite, unbindIn } from "./values.js";
 import { nameOf, paintAddressed } from "./words.js";
 
 let rows = []; // { tag, radix }
 
 const field = textField("Tag to watch", { list: "tags", placeholder: "Add a tag", keydown: keyed });
-const known = el("datalist", { id: "tags" });
+const knownTags = el("datalist", { id: "tags" });
 const body = el("tbody");
 const table = el(
   "table",
@@ -26,38 +26,38 @@ const table = el(
   ),
   body
 );
-const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
+const empty = el("p", { class: "soft" }, "Add tags to see their values here.");
 
 onProgram(hello => {
-  rows = load();
-  known.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));
+  rows = storedRows();
+  knownTags.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));
   at("watch").replaceChildren(heading("Watch"),
-    el("div", { class: "line" }, field, known, button("Add to watch table", add, { text: "Add" })), table, empty);
+    el("div", { class: "line" }, field, knownTags, button("Add to watch table", add, { text: "Add" })), table, empty);
   show();
 });
 
-export const alsoWatched = []; // names that other parts show
+export const alsoWatched = []; // names that other parts of the page show
 
 export const watchedTags = () => rows.map(row => row.tag);
 export const isWatched = tag => rows.some(row => isSame(row.tag, tag));
 
-const load = () => kept("watch", []).filter(row => typeof row?.tag === "string")
+const storedRows = () => kept("watch", []).filter(row => typeof row?.tag === "string")
   .map(({ tag, radix }) => ({ tag, radix: RADIXES.includes(radix) ? radix : "decimal" }));
 
 const typeOf = tag => run.hello.tags?.find(each => each.name === tag)?.type ?? "DINT";
 
 function show() {
-  unplace(body);
+  unbindIn(body);
   body.replaceChildren(...rows.flatMap(rowOf));
   setFlag(empty, "hidden", rows.length > 0);
   sendWatched();
 }
 
 function rowOf(row) {
-  const say = given => inRadix(given, row.radix, typeOf(row.tag)),
+  const toText = value => inRadix(value, row.radix, typeOf(row.tag)),
     value = el("output", { class: "figure" }, "–"),
-    tree = treeOf(row.tag, say, true);
-  place(value, row.tag, brief(say));
+    tree = treeOf(row.tag, toText, true);
+  bindValue(value, row.tag, brief(toText));
   const radix = el(
     "select",
     {
@@ -65,7 +65,7 @@ function rowOf(row) {
       change: () => {
         row.radix = radix.value;
         keep("watch", rows);
-        again(row.tag, value, tree);
+        rewrite(row.tag, value, tree);
       },
     },
     ...optionsOf(RADIXES, row.radix)
@@ -91,7 +91,7 @@ function rowOf(row) {
             keep("watch", rows);
             show();
           },
-          { text: "✕", title: "Out of the table", class: "sign" }
+          { text: "✕", title: "Remove from the table", class: "sign" }
         )
       )
     ),
@@ -115,7 +115,7 @@ function keyed(event) {
   if (event.key === "Enter") add();
 }
 
-// Says to the server which tags are looked at beside the routine: those of the table, and those selected.
+// Tells the server which tags are shown besides those of the routine: the tags of the table, and the selected ones.
 export async function sendWatched(more = selected.names) {
   try {
     const { unknown, addresses } = await ask("watch", {
@@ -125,5 +125,5 @@ export async function sendWatched(more = selected.names) {
     paintAddressed();
     for (const [place, row] of rows.entries())
       body.querySelectorAll("tr.tag")[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
-  } catch { /* the next hello asks again */ }
+  } catch { /* repeated after the next hello */ }
 }

@@ -1,27 +1,27 @@
-// Words and bits of each slot by name, with the manual's section, and the rule that fired.
+// The words and bits of each slot by name, with the section of the manual, and the rules that have set error bits.
 
 import { at, el, heading, setFlag, setText } from "./dom.js";
 import { inRadix } from "./format.js";
 import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
-import { eachShown, give, learn, place, placeLevel, valueOf } from "./values.js";
+import { bindLevel, bindValue, eachShown, learn, setValue, valueOf } from "./values.js";
 
 let slots = new Map(); // number -> { bits, words, values }
 
-// What a bit is called for scripts: by meaning, or else by address.
+// The name of a bit for scripts: by its meaning, or else its address.
 export const bitName = (slot, bit) =>
   bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
 
-// The program's alias of an address.
+// The program's alias for an address.
 export const aliasOf = address => run.hello.tags?.find(each => each.address === address)?.name;
 
-// The tag's name of an address: the program's alias, or else its meaning; another name stays.
+// The name for an address: the program's alias, or else the bit's meaning. Other names are returned unchanged.
 export const nameOf = address => aliasOf(address) ?? bitAt(address)?.meaning ?? address;
 
-// The bit of a module with an address.
+// The bit of a module at an address.
 export const bitAt = address => run.hello.slots.flatMap(slot => slot.bits).find(bit => bit.address === address);
 
-// A text with the names of the addresses in it.
+// Replaces addresses in a text by names.
 export const named = text => text.replace(/Local:\d+:[IO]\.Data\[\d+\](\.\d+)?|\b[IO]:\d+\.\d+(\/\d+)?/g, nameOf);
 
 const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`;
@@ -60,7 +60,7 @@ function bitOf(slot, bit) {
     el("span", {}, label(bit)),
     level
   );
-  placeLevel(node, level, name);
+  bindLevel(node, level, name);
   return node;
 }
 
@@ -70,7 +70,7 @@ function valuesOf(slot) {
   if (!slot.values?.length) return null;
   return el("dl", { class: "values" }, ...slot.values.flatMap(value => {
     const output = el("dd", { class: "figure" });
-    place(output, `${slot.number}.${value.name}`);
+    bindValue(output, `${slot.number}.${value.name}`);
     return [el("dt", {}, value.title ?? value.name), output];
   }));
 }
@@ -105,8 +105,8 @@ function cells(slot, output, word, most) {
   const hex = el("td", { class: "figure" }),
     decimal = el("td", { class: "figure" }),
     name = nameOfWord(slot, output, word);
-  place(hex, name, value => inRadix(value, "hex", "INT"));
-  place(decimal, name, value => String(value));
+  bindValue(hex, name, value => inRadix(value, "hex", "INT"));
+  bindValue(decimal, name, value => String(value));
   return [hex, decimal];
 }
 
@@ -114,7 +114,7 @@ function paint(changes) {
   for (const [number, words] of Object.entries(changes.words ?? {})) paintSlot(slots.get(number), words);
   if (changes.words) paintAddressed();
   for (const [number, values] of Object.entries(changes.values ?? {})) {
-    for (const [name, value] of Object.entries(values)) give(`${number}.${name}`, value);
+    for (const [name, value] of Object.entries(values)) setValue(`${number}.${name}`, value);
   }
   if (changes.rules || (changes.words && run.rules?.length)) paintRules();
 }
@@ -124,38 +124,38 @@ const signed = word => (word & 0x8000 ? word - 0x10000 : word);
 function paintSlot(slot, words) {
   if (!slot) return;
   const ins = slot.words.in, wordAt = bit => words[bit.word + (bit.output ? ins : 0)];
-  for (const bit of slot.bits) give(bitName(slot, bit), Boolean(wordAt(bit) >> bit.bit & 1));
+  for (const bit of slot.bits) setValue(bitName(slot, bit), Boolean(wordAt(bit) >> bit.bit & 1));
   for (const lamp of slot.lamps ?? [])
-    give(bitName(slot, lamp), Boolean((wordAt({ output: true, ...lamp }) >> lamp.bit) & 1));
+    setValue(bitName(slot, lamp), Boolean((wordAt({ output: true, ...lamp }) >> lamp.bit) & 1));
   words.forEach((word, place) =>
-    give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word))
+    setValue(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word))
   );
 }
 
-// Shows words and bits where they stand under other names, as in the watch table; of the program's tags frames tell.
+// Shows words and bits in nodes that are bound to other names, as in the watch table. Frames have the program's tags.
 export function paintAddressed() {
   eachShown((name, address) => {
     const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(address) ?? [];
     const words = run.words[slot], place = Number(word) + (image === "O" ? slots.get(slot)?.words.in : 0);
     if (words?.[place] === undefined || name in run.tags) return;
-    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> Number(bit) & 1));
+    setValue(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> Number(bit) & 1));
   });
 }
 
-// Shows the rules that have set the bits that are on.
+// Shows the rules that have set those error bits that are on.
 function paintRules() {
-  const rules = at("rules"); // over the lists, so that they move nothing
+  const rules = at("rules"); // drawn over the lists, so that nothing moves
   const fired = (run.rules ?? []).filter(rule => valueOf(`${rule.slot}.${rule.bit}`)),
     many = run.hello.slots.length > 1;
-  const said = new Set(
+  const sentences = new Set(
     fired.map(
       rule =>
         `⚠ ${many ? `${rule.slot}: ` : ""}${rule.bit}: ${rule.text} ` +
           `[${[rule.rule, rule.section].filter(Boolean).join(", ")}]`
     )
   );
-  setFlag(rules, "hidden", !said.size);
-  setText(rules, [...said].join("\n"));
+  setFlag(rules, "hidden", !sentences.size);
+  setText(rules, [...sentences].join("\n"));
 }
 
 onHello(build);

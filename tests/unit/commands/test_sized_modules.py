@@ -109,7 +109,7 @@ EVERY: dict[str, tuple[str, ...]] = {  # command: what of it is said of the last
     "compare {}.mcap forced-{}.mcap": ("slot2.in.in29", "slot2.out.out29"),
     "repair {}.mcap --out {}-again.mcap": ("nothing to repair",),
     "replay {}.mcap": ("the same",),
-    "replay --into session {}.mcap": ("the same byte for byte",),
+    "replay --into session {}.mcap": ("identical byte for byte",),
     "replay --into program {}.mcap": ("the same",),
     "why {}.mcap Local:2:O.Data[29]": ("MUL(Seen,7,Local:2:O.Data[29])|large.outputs[29] = 7",),
     "why {}.mcap": ("output word 30 since scan 1", "in29 ", "out7|COUNT"),

@@ -61,7 +61,8 @@ def test_a_contact_and_the_level_of_its_input(
         line = next(number for number, row in enumerate(rack.splitlines(), 1) if f'"{name}"' in row)
         assert [each.place.line for each in found] == [line]
         kind, level = ("normally closed", "high") if closed else ("normally open", "low")
-        assert f"{name} is {kind}, and its configured level is active {level}" in found[0].text
+        expected = f"{name} is {kind}, but it is configured as active {level}: it is active at rest"
+        assert expected in found[0].text
 
 
 @pytest.mark.parametrize(
@@ -98,5 +99,5 @@ def test_a_home_switch_beyond_a_limit(tmp_path: Path) -> None:
         rack = RACK.replace("first = -1500, last = -1300", f"first = {first}, last = {last}")
         found = check(tmp_path, "line.py", text, rack=rack).findings
         said = [each.text for each in found if each.rule == "search-without-switch"]
-        expected = "slot 1: home lies where ccw_limit is operated: the limit ends the search before"
+        expected = "slot 1: home lies where ccw_limit is operated: the limit ends the search first"
         assert said == [expected] * wrong

@@ -167,11 +167,14 @@ def test_moments_survive_a_file() -> None:
     [
         (
             "[[scene]]\nname = 'x'\nsteps = 'zero for 1 ms'",
-            "its first words are not zero, then a configuration",
+            "the first words must be zero, and the second a configuration",
         ),
         ("[[scene]]\nname = 'x'\nsteps = 'HOLD for 1 ms'", "line 1: HOLD is not a command bit"),
         ("[[scene]]\nname = 'x'\nsteps = 'zero'", "has no end"),
-        ("[[scene]]\nname = 'x'\nsteps = 'inputs STOP for 5 ms'", "is not allowed; inputs CAPTURE"),
+        (
+            "[[scene]]\nname = 'x'\nsteps = 'inputs STOP for 5 ms'",
+            "invalid step 'inputs STOP for 5 ms'; must be inputs CAPTURE",
+        ),
         ("[[scene]]\nname = 'x'\nneeds = ['luck']\nsteps = 'zero for 1 ms'", "needs 'luck'"),
         ("color = 'red'\n[[scene]]\nname = 'x'\nsteps = ''", "color"),
     ],

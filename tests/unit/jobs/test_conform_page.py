@@ -106,7 +106,7 @@ def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None
             differing("a"),
             "mine",
             0,
-            "a: nothing known explains it. Play it again with --scene 'a'. Does a program",
+            "a: no known alternative explains it. Play it again with --scene 'a'. Check whether a program",
         ),
         (differing("a", rules=["MC-01"]), "mine", 0, "Send june.json: it has"),
         (
@@ -119,7 +119,7 @@ def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None
             SceneVerdict("a", ConformVerdict.OPEN, 1, 1),
             "mine",
             1,
-            "a counter of scans in the program decides",
+            "a counter of scans in the program settles",
         ),
     ],
 )
@@ -133,8 +133,8 @@ def test_scenes_that_need_wiring_are_suggested() -> None:
     plain = [each.name for each in plan.scenes if not each.needs]
     steps = list(next_steps(recorded("hour", *plain), judged().result, ""))
     wired = [each.name for each in plan.scenes if "inputs" in each.needs]
-    assert steps[0] == f"To play {', '.join(wired)}: wire inputs and give --wire."
-    assert steps[1].endswith("give --encoder with one that stands still.")
+    assert steps[0] == f"To play {', '.join(wired)}: wire inputs and use --wire."
+    assert steps[1].endswith("connect an encoder that does not turn, and use --encoder.")
     whole = recorded("hour", *(each.name for each in plan.scenes))
     assert list(next_steps(whole, judged().result, "")) == []
 

@@ -50,15 +50,15 @@ def test_an_order_is_made_of_its_message_and_makes_it_again(said, order):
 
 
 BAD: list[tuple[object, str]] = [
-    (None, "an order is an object"),
-    ([], "an order is an object"),
+    (None, "an action must be an object"),
+    ([], "an action must be an object"),
     ({}, "no action None"),
     ({"do": "explode"}, "no action 'explode'; choose from mode, pause"),
     ({"do": ["mode"]}, "no action"),
     ({"do": "mode"}, "mode needs mode"),
     ({"do": "mode", "mode": "off"}, "mode: mode 'off' is not allowed: run, program, test"),
     ({"do": "mode", "mode": {}}, "mode: mode {} is not allowed"),
-    ({"do": "pause", "why": 1}, "pause has no 'why': it has nothing"),
+    ({"do": "pause", "why": 1}, "pause has no 'why'; it has no keys"),
     ({"do": "step", "scans": 0}, "step: scans 0 is not allowed: 1 to 1,000,000"),
     ({"do": "step", "scans": True}, "step: scans True is not allowed"),
     ({"do": "step", "scans": 1.5}, "step: scans 1.5 is not allowed"),

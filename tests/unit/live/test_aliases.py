@@ -11,7 +11,7 @@ from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
 from scanrack.watch.history.catalog import Catalog, tag_hits
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from typer.testing import CliRunner
 
 PANEL = Path(__file__).parents[3] / "examples" / "three_stations_panel" / "line.toml"

@@ -22,7 +22,7 @@ from scanrack.runtime.live.ring import REQUESTS
 from scanrack.watch import edited_programs, online
 from scanrack.watch.edited_programs import EditedPrograms
 from scanrack.watch.editor import EditManner, Editor
-from scanrack.watch.history.program_file import digest, save, why_not
+from scanrack.watch.history.program_file import digest, save, why_not_editable
 
 RACK = 'name = "small"\nprogram = "line.rung"\nscan_ms = 2\nwatchdog_ms = 0\n'
 RACK += '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
@@ -57,7 +57,7 @@ class EditedSession:
     def asked(self, order: Any) -> list[Any]:
         """Ask; the returned list gets the answer when it is attended to."""
         answers: list[Any] = []
-        self.editor.ask(order, answers.append)
+        self.editor.request(order, answers.append)
         return answers
 
     def until(self, wanted: Callable[[], Any], *, attended: bool = True) -> None:
@@ -100,7 +100,7 @@ def test_an_error_of_our_own_is_refused_and_the_editor_goes_on(session, monkeypa
         raise SyntaxError("on purpose")
 
     with monkeypatch.context() as patched:
-        patched.setattr(online, "why_not", breaks)
+        patched.setattr(online, "why_not_editable", breaks)
         assert session.step("test") == "it can't be carried out: SyntaxError: on purpose"
     assert "on purpose" in capsys.readouterr().err
     with monkeypatch.context() as patched:
@@ -141,7 +141,7 @@ def test_an_exchange_that_fails_is_refused_and_the_old_rungs_stay(session, monke
     session.accept()
     with monkeypatch.context() as patched:
         patched.setattr(session.live.run.program, "planned", fails)
-        assert "could not be exchanged" in session.step("test")
+        assert "could not be replaced" in session.step("test")
     assert session.runs == RUNGS
     assert session.step("test") == "testing"
     assert "N,2" in session.runs
@@ -154,7 +154,7 @@ def test_a_step_waits_for_the_exchange_before_it(session):
     session.until(lambda: len(takeovers) >= 4, attended=False)  # exchange, its outcome, and two answers
     session.until(lambda: cancelled)
     assert tested[0]["stage"] == "testing"
-    assert "being exchanged" in cancelled[0]["refused"]
+    assert "being replaced" in cancelled[0]["refused"]
     assert session.step("cancel") == ""
     assert session.runs == RUNGS
 
@@ -176,7 +176,7 @@ def test_the_accepted_edit_has_its_page_and_another_page_does_not_test_it_unseen
 def test_an_edit_that_changes_nothing_is_not_accepted(session):
     base = digest(session.runs.encode())
     same = session.ask(Online("accept", base, (("Main", 0, ("ADD(N, 1, N);",)),)))
-    assert "are those that run" in same["refused"]
+    assert "are the same as the running ones" in same["refused"]
     assert session.step("test") == "test: no edit has been accepted"
 
 
@@ -186,12 +186,12 @@ def test_an_edit_that_changes_nothing_is_not_accepted(session):
         ("a.rung", ""),
         ("a.L5X", ""),
         ("a.slc", ""),
-        ("a.py", "since Python makes them: edit that"),
+        ("a.py", "edit the Python code"),
         ("a.st", "a .st file"),
     ],
 )
 def test_a_page_says_why_rungs_are_not_edited_in_their_picture(file, why):
-    said = why_not(Path(file))
+    said = why_not_editable(Path(file))
     assert why in said
     assert bool(why) == bool(said)
 
@@ -217,7 +217,7 @@ def test_a_new_monitor_is_told_the_state_of_the_edit(session):
     live.tap.attend()
     told = [json.loads(each) for each in live.ring.messages.read(at)[0]]
     assert [each["online"]["stage"] for each in told if "online" in each] == ["accepted"]
-    live.tap.give()  # asked for once, told once
+    live.tap.send_values()  # asked for once, told once
     assert not any("online" in json.loads(each) for each in live.ring.messages.read(at)[0][len(told) :])
 
 

@@ -80,7 +80,7 @@ def test_a_message_follows_the_rows_of_the_scans_before_it():
     class Teller(QuietListener):
         def scan(self, scan, now_ns, flags):
             if scan in (0, 77, 1500):
-                session.tap.tell({"note": "here"})
+                session.tap.send({"note": "here"})
                 written[scan] = session.ring.written
 
     session.run.cpu.add_listener(Teller())
@@ -101,7 +101,7 @@ def ends_of_batches(monkeypatch, *, telling=False, wall_of=None):
     class Teller(QuietListener):
         def scan(self, scan, now_ns, flags):
             if telling and scan % 3 == 0:
-                session.tap.tell({"note": "here"})
+                session.tap.send({"note": "here"})
 
     session.run.cpu.add_listener(Teller())
     monkeypatch.setattr(session.tap, "_end_batch", noted)

@@ -21,7 +21,7 @@ from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.history.event_table import piece_of, table_of
 from scanrack.watch.monitors import marks as marks_module
 from scanrack.watch.monitors import since as since_module
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow
@@ -88,21 +88,21 @@ def test_the_next_and_the_previous_mark_and_the_failure(seen: Opened) -> None:
     answer = asked(seen, "marks")
     assert (answer["whole"], answer["total"]) == (True, len(seen.monitor.marks.all))
     assert answer["failure"]["name"] == "INPUT_ERROR"
-    assert "from is the number" in asked(seen, "mark", **{"from": "x", "way": 1})["refused"]
+    assert "from must be a scan number" in asked(seen, "mark", **{"from": "x", "way": 1})["refused"]
 
 
 def test_modes_restarts_and_bits_without_a_rule_are_marks(seen: Opened) -> None:
     marks = seen.monitor.marks
     rows = seen.monitor.subject.timeline.apart(0, 9).copy()
-    marks._of_rows.clear()
+    marks._row_marks.clear()
     marks._errors.clear()
-    marks._before = None
+    marks._last_row = None
     rows["flags"] = [1, 1, 0, 0, 1 | ScanFlag.FIRST_SCAN, 1, 1, 1 | ScanFlag.FIRST_SCAN, 1, 1]
     rows["words"][:] = 0
     rows["words"][5:, 8] = 1 << 12  # COMMAND_ERROR, in the first word of the inputs
     for part in (rows[:5], rows[5:]):
         marks._take(part)
-    found = [(each.scan, each.kind, each.text) for each in marks._of_rows]
+    found = [(each.scan, each.kind, each.text) for each in marks._row_marks]
     assert sorted(found) == [
         (2, "mode", "Mode program, before that run"),
         (4, "mode", "Mode run, before that program"),
@@ -179,7 +179,7 @@ def test_since_goes_on_until_the_change_or_the_first_scan(seen: Opened, trace: P
 
         def value(at: int) -> Any:
             seen.look(at)
-            return seen.monitor.whole(seen.page)["tags"][tag]
+            return seen.monitor.picture(seen.page)["tags"][tag]
 
         values = [value(each) for each in (found - 1, found, (found + scan) // 2, scan)]
         assert values == [answer["since"]["before"], *[not answer["since"]["before"]] * 3]

@@ -23,7 +23,7 @@ class ToldSession(LiveSession):
 
     def tell(self, message):
         super().tell(message)
-        self.tap.tell(message)
+        self.tap.send(message)
 
 
 def setup_of(session, trace, started):

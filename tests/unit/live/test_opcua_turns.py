@@ -6,7 +6,7 @@ import threading
 
 import pytest
 from scanrack.runtime.live.opcua_server import OpcUaServer
-from scanrack.runtime.live.tag_server import ScanProcess
+from scanrack.runtime.live.tag_server import ExchangeResults, ScanProcess
 
 pytestmark = pytest.mark.extra("opcua")
 
@@ -25,7 +25,7 @@ class SlowProcess(ScanProcess):
         self.begun.release()
         self.ends.acquire(timeout=5)  # else a failure would never end
         self.running -= 1
-        return 0, 1, [[b"result"] for _ in packets]
+        return ExchangeResults(0, 1, [[b"result"] for _ in packets])
 
 
 def test_an_exchange_of_a_client_that_is_cut_off_ends_before_the_next_one():

@@ -31,7 +31,7 @@ from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.monitors import panel_questions, session_monitor
 from scanrack.watch.monitors.monitor import SessionFacts, Subject
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 from scanrack.watch.panels import bindings
 from scanrack.watch.panels.kept_panel import KeptPanel
@@ -114,7 +114,7 @@ def items(draw: st.DrawFn) -> list[dict[str, object]]:
             "decimals": draw(st.integers(0, 6)),
             "color": draw(st.sampled_from(COLORS)),
         }
-        may = draw(st.sets(st.sampled_from(KINDS[kind].may))) if KINDS[kind].may else set()
+        may = draw(st.sets(st.sampled_from(KINDS[kind].optional))) if KINDS[kind].optional else set()
         item |= {key: given[key] for key in (*KINDS[kind].needs, *may)}
         lines = draw(st.lists(WORDS.map(lambda text: f"# {text}"), max_size=2))
         found.append(item | ({"comment": lines} if lines else {}))
@@ -194,7 +194,9 @@ def bound(rack, **item):
     """Return the binding of an item in the session of a rack."""
     job = load_job(str(rack))
     subject = Subject(job.spec, (), np.dtype([]), None)
-    return subject.bindings(subject.programs.add(0, job.logic, job.program)).of({"kind": "lamp", **item})
+    return subject.bindings(subject.programs.add(0, job.logic, job.program)).binding_of(
+        {"kind": "lamp", **item}
+    )
 
 
 LINE = FEEDER.parents[1] / "three_stations_panel" / "line.toml"
@@ -264,14 +266,17 @@ def test_names_are_suggested_for_a_few_unknown_tags_and_looked_up_once(monkeypat
     program = subject.programs.add(0, job.logic, job.program)
     for lamps, hints in ((range(100), 5), (range(3), 3), (range(100), 10)):
         found = bindings.Bindings(program, [], tags)
-        said = [found.of({"kind": "lamp", "tag": f"b-{each}"})["broken"] for each in lamps]
+        said = [found.binding_of({"kind": "lamp", "tag": f"b-{each}"})["broken"] for each in lamps]
         assert [each.partition("; ")[2] for each in said[:hints]] == ["did you mean B1?"] * hints
         assert all("; " not in each for each in said[hints:])
     assert asked_for == [(f"B-{each}", bindings.COMPARED_MOST) for each in range(10)]
     monkeypatch.undo()
     tags.append({"name": "Station", "type": "BOOL", "writable": True})
     found = bindings.Bindings(program, [], tags)
-    assert found.of({"kind": "lamp", "tag": "Btatoin"})["broken"] == "no tag Btatoin; did you mean Station?"
+    assert (
+        found.binding_of({"kind": "lamp", "tag": "Btatoin"})["broken"]
+        == "no tag Btatoin; did you mean Station?"
+    )
 
 
 # --- a file that is none
@@ -424,18 +429,18 @@ def test_a_page_that_says_nothing_any_more_lets_go(monitor, monkeypatch):
         monitor.tick()
         if ms == 1999:
             assert monitor.sent == []
-        assert bool(page.holds) is (ms > 0 and held)
+        assert bool(page.releases) is (ms > 0 and held)
         if ms == 0:
             asked(monitor, page, "hold", give=[RELEASE])
     assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
-    assert any("let go" in each.get("note", "") for each in page.outbox)
+    assert any("were released" in each.get("note", "") for each in page.outbox)
 
 
 @pytest.mark.parametrize("give", ["x", [{"do": "mode", "mode": "run"}], [{"do": "press"}], [RELEASE] * 21])
 def test_only_presses_and_writes_are_kept_for_that(monitor, give):
     page = joined(monitor)
     assert "refused" in asked(monitor, page, "hold", give=give)
-    assert page.holds == []
+    assert page.releases == []
 
 
 def test_a_branch_lets_go_what_a_page_presses_once(monitor):
@@ -444,7 +449,7 @@ def test_a_branch_lets_go_what_a_page_presses_once(monitor):
     ran = monitor.ran
     told = {"record": None, "trace": "none.mcap", "rows": 0, "snapshots": 0}
     monitor._take_branch({**told, "programs": [(ran.first, ran.place, ran.rack, ran.program)]})
-    assert page.holds == []
+    assert page.releases == []
     assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
 
 

@@ -21,7 +21,7 @@ WEB = files("scanrack.watch") / "web"
 
 
 def answer(path="/", **more):
-    found = GATE.answer(path, HOST, None, **more)
+    found = GATE.respond(path, HOST, None, **more)
     assert found is not None
     return found
 
@@ -157,10 +157,10 @@ def test_a_browser_that_does_not_read_gzip_gets_none(accepts):
 
 def test_what_a_browser_has_already_is_not_sent_again():
     first = answer("/page.js", accepts="gzip")
-    again = answer("/page.js", accepts="gzip", known=f'"other", W/{first.headers["ETag"]}')
+    again = answer("/page.js", accepts="gzip", cached=f'"other", W/{first.headers["ETag"]}')
     assert (again.status, again.body) == (304, b"")
-    assert answer("/page.js", accepts="gzip", known='"other"').status == 200
-    assert answer("/", accepts="gzip", known=first.headers["ETag"]).status == 200
+    assert answer("/page.js", accepts="gzip", cached='"other"').status == 200
+    assert answer("/", accepts="gzip", cached=first.headers["ETag"]).status == 200
 
 
 def test_the_first_picture_takes_less_than_100_kb():

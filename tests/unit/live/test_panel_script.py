@@ -57,7 +57,7 @@ STUBS = {
         export { run } from "./stage.js";
         export const onHello = build => builders.hello.push(build), onPaint = () => {};
         export const onProgram = build => { builders.hello.push(build); builders.program.push(build); };""",
-    "values.js": "export const place = () => {}, unplace = () => {};",
+    "values.js": "export const bindValue = () => {}, unbindIn = () => {};",
     "watchtable.js": "export const alsoWatched = [], sendWatched = () => {};",
 }
 

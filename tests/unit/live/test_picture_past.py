@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601 import WORDS_3601, StatusLsw
 from scanrack.runtime.live.ring import row_type
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.watch.history.watched_machines import PER_SLOT
-from scanrack.watch.monitors.picture import Places
+from scanrack.watch.monitors.picture import RowLayout
 
 STATUS = 8  # word of the rack's memory: eight outputs come first
 
@@ -19,7 +19,7 @@ def test_levels_of_inputs(past, level):
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["wall_ns"] = 1  # of the ring
     rows["words"][0, STATUS + 1] = StatusLsw.IN_ESTOP.value
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=past)
+    shown = RowLayout({1: WORDS_3601}, (1,)).picture_of(rows[0], rows[:0], NumberFormats(), past=past)
     assert shown["machine"]["1"]["inputs"]["estop"] is level
 
 
@@ -29,7 +29,9 @@ def test_the_shaft_of_a_past_scan_is_not_known(past, shaft, wall_ns):
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["wall_ns"] = wall_ns
     rows["figures"][0, 0] = 700
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=past)["machine"]["1"]
+    shown = RowLayout({1: WORDS_3601}, (1,)).picture_of(rows[0], rows[:0], NumberFormats(), past=past)[
+        "machine"
+    ]["1"]
     assert shown["position"] == 0
     assert shown["shaft"] == (shaft if wall_ns else None)
 
@@ -37,5 +39,5 @@ def test_the_shaft_of_a_past_scan_is_not_known(past, shaft, wall_ns):
 def test_the_mirror_of_a_configuration_has_no_levels():
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["words"][0, STATUS : STATUS + 2] = -0x8000, 0x7FFF
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=True)
+    shown = RowLayout({1: WORDS_3601}, (1,)).picture_of(rows[0], rows[:0], NumberFormats(), past=True)
     assert set(shown["machine"]["1"]["inputs"].values()) == {None}

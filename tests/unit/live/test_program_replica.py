@@ -32,7 +32,7 @@ def test_a_session_of_any_length_has_all_its_values_and_takes_no_more_memory():
     (_, short), (kept, long) = stored(100), stored(400)
     assert long - short < 300 * 2 * 8 * 1.5  # the scan and the place of each value, and some room to grow
     for scan in (0, 1024 * 200 + 1023, 1024 * 399):
-        place = kept.place(scan)
+        place = kept.index_for(scan)
         assert place is not None
         assert kept.values(place)["a"][0] == scan // 1024 * 1024
     assert list(kept.inputs) == [0]
@@ -76,7 +76,7 @@ def test_notes_of_inputs_are_bounded():
 
 def test_each_program_of_a_session_has_values_of_its_own():
     programs = Stretches({}, Timeline(RecentRows(row_type(0, 0)), None), ValueHistory(2_000_000))
-    programs.kept(1).take(Values(256, {"a": 1}, 1))  # its notes may come before the edited program
+    programs.store(1).take(Values(256, {"a": 1}, 1))  # its notes may come before the edited program
     begins, edited = programs.add(0, None, None), programs.add(200, None, None)
-    assert (list(begins.kept.scans), list(edited.kept.scans)) == ([], [256])
+    assert (list(begins.store.scans), list(edited.store.scans)) == ([], [256])
     assert [programs.at(scan).number for scan in (0, 199, 200, 10**6, None)] == [0, 0, 1, 1, 1]

@@ -68,7 +68,7 @@ def test_a_value_is_met_when_it_changes(stops):
         ("other.py", 9, "true", "no file other.py; the program is line.py"),
         ("line.py", 2, "true", "line.py line 2: nothing runs there in a scan"),
         ("line.py", 6, "true", "nothing runs there in a scan"),
-        ("line.py", 9, "changes", "a line of Python has no 'changes'; it executes"),
+        ("line.py", 9, "changes", "a breakpoint on a line can't have the condition 'changes'"),
     ],
 )
 def test_what_can_not_be_waited_for_is_refused(stops, routine, line, when, says):

@@ -6,7 +6,7 @@ from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.watch.monitors.comparison import recordings_beside
 from scanrack.watch.monitors.hello import machine_of, slot_of
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.play import Play
 from scanrack.watch.typed_text import effects_between
 from typer.testing import CliRunner
@@ -31,7 +31,7 @@ def test_a_name_is_text_of_1_to_400_characters(seen, text):
     for do, key in (("why", "tag"), ("xref", "tag"), ("since", "tag"), ("find", "text"), ("show", "routine")):
         assert asked(seen, do, **{key: text}) == {
             "id": 1,
-            "refused": f"{key} is text of 1 to 400 characters",
+            "refused": f"{key} must be text of 1 to 400 characters",
         }
 
 
@@ -151,9 +151,9 @@ def test_clients_of_tags_wait_while_the_orders_of_a_branch_repeat():
     said: list[bool] = []
     play = object.__new__(Play)
     play._services = type("Services", (), {"rest": lambda _self, rests: said.append(rests)})()
-    play._rest_desk(True)
-    play._rest_desk(False)
+    play._hold_clients(True)
+    play._hold_clients(False)
     assert said == [True, False]
     play._services = None
-    play._rest_desk(True)
+    play._hold_clients(True)
     assert said == [True, False]

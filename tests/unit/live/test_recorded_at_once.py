@@ -12,7 +12,7 @@ from scanrack.traces import open_trace
 from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.history.program_replica import MOST_REPEATED
 from scanrack.watch.history.recorded_events import RecordedEvents
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 
 CHUNK = 50
 

@@ -82,7 +82,7 @@ def test_a_row_that_is_half_written_is_left_out(ring):
 def test_another_opening_of_the_file_sees_the_same(ring):
     put(ring, 7)
     ring.messages.write(b"hello")
-    place = ring.memory.place
+    place = ring.memory.handle
     again = os.dup(place) if isinstance(place, int) else place
     other = Ring.opened(ring.shape, SharedMemory(ring.memory.size, again))
     other.head[ORDERS] = 3
@@ -97,7 +97,7 @@ def test_a_row_begins_at_a_multiple_of_eight():
 
 
 def test_a_ring_needs_a_power_of_two():
-    with pytest.raises(ValueError, match="a ring of 12 rows is not allowed: a power of two"):
+    with pytest.raises(ValueError, match="a ring of 12 rows is not allowed: must be a power of two"):
         Ring(32, rows=12)
 
 

@@ -131,7 +131,7 @@ REFUSED = [
     ({"do": "write", "tag": "Homing", "value": "yes"}, "Homing"),
     ({"do": "write", "tag": "Local:1:O.Data[0]", "value": 1}, "force it instead"),
     ({"do": "force", "tag": "Local:1:I.Data[0]", "value": 70_000}, "a word is -32768 to 65535"),
-    ({"do": "force", "tag": "Local:1:I.Data[0].3", "value": 0.5}, "takes whole numbers"),
+    ({"do": "force", "tag": "Local:1:I.Data[0].3", "value": 0.5}, "must be a whole number"),
     ({"do": "unforce", "tag": "Homing"}, "Homing is not forced"),
     ({"do": "breakpoint", "at": "Main.99"}, "has no rung 99"),
     ({"do": "breakpoint", "at": "Nowhere.1"}, "no routine Nowhere"),

@@ -122,7 +122,7 @@ def test_a_past_scan_is_shown_to_the_page_that_asks_and_to_no_other(session):
         await page.until(lambda seen: seen.frame["state"] == "live" and seen.frame["scan"] > 40)
         return await page.ask("look", scan=10**9)
 
-    assert "is not there" in on_a_page(session, look)["refused"]
+    assert "no scan 1000000000; available are" in on_a_page(session, look)["refused"]
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from typing import Any
 import pytest
 from recordings import Opened, opened, recorded
 from scanrack.watch.monitors import comparison
-from scanrack.watch.monitors.questions import ask
+from scanrack.watch.monitors.questions import handle_message as ask
 from scanrack.watch.recorded_session import open_beside
 
 SCANS = 300
@@ -112,7 +112,7 @@ def test_without_another_recording_nothing_is_compared(seen: Opened) -> None:
     assert "other" not in seen.look(120)
     for question in ("difference", "beside"):
         told = asked(seen, question, **{"from": 1, "to": 2, "way": 1})
-        assert told["refused"] == "this page compares with no recording"
+        assert told["refused"] == "this page does not compare with a recording"
 
 
 def test_a_shorter_recording_does_not_have_all_scans(tmp_path: Path) -> None:

@@ -88,7 +88,7 @@ def test_a_mistake_is_shown_at_its_line_and_the_program_goes_on(feeder):
             await page.until(lambda seen: seen.frame["scan"] > begun + 200)
             assert page.frame["mode"] == "run"
             edited(feeder, "OTE(Truble);", "OTE(Trouble);")  # as it was
-            assert await told(page, "note") == "The program has not changed: it goes on."
+            assert await told(page, "note") == "The program has not changed."
             return mistake
 
     with watched(rack=feeder / "feeder.toml") as session:
@@ -105,7 +105,7 @@ def test_a_program_that_has_not_changed_is_no_edit(feeder):
             await page.until(lambda seen: "scan" in seen.frame)
             for _ in range(2):
                 assert (await page.ask("reload"))["ok"]
-                assert await told(page, "note") == "The program has not changed: it goes on."
+                assert await told(page, "note") == "The program has not changed."
             edited(feeder, "TAG Trouble : BOOL", "TAG Trouble : BOOL\nTAG Brand : DINT := 7")
             await told(page, "edited")
 

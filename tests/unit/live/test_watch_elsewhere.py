@@ -56,7 +56,7 @@ def answered(asked, page, count=1):
 @pytest.mark.slow
 def test_the_line_that_changed_a_value_is_named(asked, recording, columns):
     page = Page()
-    asked.ask(page, 7, why(str(recording), "line.step", columns))
+    asked.start(page, 7, why(str(recording), "line.step", columns))
     (answer,) = answered(asked, page)
     assert answer["id"] == 7
     assert answer["ok"]
@@ -69,14 +69,14 @@ def test_scans_that_are_not_written_yet_go_along(asked, recording, columns):
     page = Page()
     last = columns.rows(SCANS - 1, SCANS)
     more = Columns(last.scan + 1, last.time_ns + 2_000_000, last.flags, np.array(last.words))
-    asked.ask(page, 1, why(str(recording), "line.step", more))
+    asked.start(page, 1, why(str(recording), "line.step", more))
     (answer,) = answered(asked, page)
     assert answer["scan"] == SCANS
 
 
 def test_a_name_that_there_is_not_is_refused(asked, recording, columns):
     page = Page()
-    asked.ask(page, 1, why(str(recording), "line.nonsense", columns))
+    asked.start(page, 1, why(str(recording), "line.nonsense", columns))
     (answer,) = answered(asked, page)
     assert "nonsense" in answer["refused"]
 
@@ -84,7 +84,7 @@ def test_a_name_that_there_is_not_is_refused(asked, recording, columns):
 def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(asked, recording, columns):
     page = Page()
     for number in (1, 2):
-        asked.ask(page, number, why(str(recording), "line.step", columns))
+        asked.start(page, number, why(str(recording), "line.step", columns))
     asked.close()
     assert answers(page) == [
         {"id": 1, "refused": "another question was asked meanwhile"},
@@ -95,9 +95,9 @@ def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(ask
 @pytest.mark.slow
 def test_lines_that_the_page_marks_end_no_question_of_a_person(asked, recording, columns):
     page = Page()
-    asked.ask(page, 1, why(str(recording), "line.step", columns))
+    asked.start(page, 1, why(str(recording), "line.step", columns))
     for number in (2, 3):
-        asked.ask(page, number, lines(str(recording), (1000, 1001), columns, ()))
+        asked.start(page, number, lines(str(recording), (1000, 1001), columns, ()))
     found = {each["id"]: each for each in answered(asked, page, 3)}
     assert found[2] == {"id": 2, "refused": "another question was asked meanwhile"}
     assert "line.step" in found[1]["text"]
@@ -108,7 +108,7 @@ def test_lines_that_the_page_marks_end_no_question_of_a_person(asked, recording,
 def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, monkeypatch):
     monkeypatch.setattr(question_process, "PATIENCE_S", -1)
     page = Page()
-    asked.ask(page, 1, why(str(recording), "line.step", columns))
+    asked.start(page, 1, why(str(recording), "line.step", columns))
     asked.tick()
     (answer,) = answers(page)
     assert f"scanrack why {recording} line.step --at {SCANS - 1}" in answer["refused"]

@@ -84,11 +84,13 @@ def test_rungs_are_checked_tried_tested_and_untested(rack):
                 ({"rungs": [["Main", 9, []]]}, "no rung 9"),
                 ({"rungs": [["Main", 1, ["A" * 60_000]]]}, "60,000 bytes"),
                 ({"rungs": "Main"}, "is not allowed"),
-                ({"base": "another"}, "edited meanwhile"),
+                ({"base": "another"}, "changed meanwhile"),
                 ({"tags": [["N", "BOOL", ""]]}, "already"),
             ):
                 assert why in (await page.ask("rungs", columns=80, **(draft | wrong)))["refused"]
-            assert "edited meanwhile" in (await page.ask("would", **(draft | {"base": "another"})))["refused"]
+            assert (
+                "changed meanwhile" in (await page.ask("would", **(draft | {"base": "another"})))["refused"]
+            )
             assert "no edit has been accepted" in (await page.ask("online", step="test"))["refused"]
             wrong = {"step": "accept", "base": words["base"], "rungs": [["Main", 0, ["XIC(Rum)OTE(Lamp);"]]]}
             assert "no tag Rum" in (await page.ask("online", **wrong))["refused"]
@@ -124,7 +126,7 @@ def test_two_pages_know_whose_edit_is_accepted_and_keep_their_drafts(rack):
             assert "page 2 has accepted another edit" in wrong["refused"]
             done = await other.ask("online", step="assemble", base=taken["edit"])
             await until_online(one, heard, taken["edit"], stage="assembled")
-            assert "edited meanwhile" in (await one.ask("online", step="accept", **mine))["refused"]
+            assert "changed meanwhile" in (await one.ask("online", step="accept", **mine))["refused"]
             moved = await one.ask("rebase", **mine)
             assert (moved["base"], moved["rungs"], moved["tags"]) == (
                 done["base"],

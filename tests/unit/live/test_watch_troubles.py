@@ -116,7 +116,7 @@ def test_a_port_in_use_is_named(tmp_path):
         for what in (str(FEEDER), str(path)):
             done = CliRunner().invoke(build(), ["watch", what, "--port", port])
             assert done.exit_code == 2
-            assert f"--port {port}: Address already in use: choose another one" in " ".join(
+            assert f"--port {port}: Address already in use; choose another port" in " ".join(
                 done.stderr.split()
             )
 

@@ -185,8 +185,8 @@ def test_what_the_pages_do_not_tell_is_refused_by_name(file: str, words: tuple[i
     shown = played.give((*words, 1, 0, 5, 0, 100, 100))
     assert shown[0] & COMMAND_ERROR
     assert shown[2:4] == [0, 0], "nothing moves"
-    said = f"the manual pages of a {file.title()} do not tell what {name} does"
-    assert any(said in each for each in played.refused), played.refused
+    message = f"the manual of a {file.title()} does not describe {name}"
+    assert any(message in each for each in played.refused), played.refused
     played.give(IDLE)
     shown = played.give((RESET, *IDLE[1:]))
     assert not shown[0] & COMMAND_ERROR

@@ -145,7 +145,7 @@ def test_a_rack_file_says_what_happens(tmp_path):
     [
         ('at_s = 1\nwhat = "lost"', "what"),
         ('what = "removed"', "one of at_ms and at_s is needed"),
-        ('at_s = 1\nwhat = "torn-update"', "name the words that come late"),
+        ('at_s = 1\nwhat = "torn-update"', "name the words that arrive late"),
         ('at_s = 1\nwhat = "torn-update"\nlate_words = [8]', "0 to 7"),
         ('at_s = 1\nwhat = "removed"\nslot = 1', "this slot is empty: modules sit in 3"),
         ('at_s = 1\nwhat = "program-mode"\nslot = 3', "leave the slot out"),

@@ -146,7 +146,7 @@ def test_a_run_holds_them_if_it_is_told_to(job):
             logic: Any = run.program.logic
             tags = logic.tags
             assert (tags.Count, tags.Own, tags.Seen) == values
-    assert said[:1] == ["a force is not held: Level is REAL and has no bits"]
+    assert said[:1] == ["a force is not applied: Level is REAL and has no bits"]
     assert job.notices[-1].endswith("machine.L5X: the export has 4 forces; --forces holds them")
 
 

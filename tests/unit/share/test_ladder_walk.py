@@ -75,8 +75,8 @@ def test_a_walk_notes_what_reading_every_tag_gives() -> None:
         for name in names:
             if name in engine.tags:
                 value = shown_value(value_of(engine.tags, name))
-                assert lists.at(f"tags\n0\n{name}", scan) == value, (name, scan)
-                assert type(lists.at(f"tags\n0\n{name}", scan)) is type(value), (name, scan)
-                changes[name] += lists.of(f"tags\n0\n{name}")[0][-1] == scan
+                assert lists.value_in(f"tags\n0\n{name}", scan) == value, (name, scan)
+                assert type(lists.value_in(f"tags\n0\n{name}", scan)) is type(value), (name, scan)
+                changes[name] += lists.list_of(f"tags\n0\n{name}")[0][-1] == scan
     assert changes.pop("Nothing") == 0
     assert not [name for name, count in changes.items() if count < 2]

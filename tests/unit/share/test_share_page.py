@@ -122,7 +122,7 @@ def test_a_scan_that_a_recording_lacks_is_refused_and_its_first_and_last_are_the
         ({"scan": 50_000}, (30_000, 52_000, 50_000)),
         ({"scan": 50_000, "before": 10, "after": 0}, (49_990, 50_000, 50_000)),
         ({"scan": 5}, (0, 2_005, 5)),
-        ({"scan": 5, "whole": True}, (0, 100_000, 5)),
+        ({"scan": 5, "all_scans": True}, (0, 100_000, 5)),
     ],
 )
 def test_of_long_ones_what_is_around_the_scan(given, kept):

@@ -158,18 +158,18 @@ MALFORMED = {
 @pytest.mark.parametrize("what", WRONG)
 def test_a_refusal_has_its_statuses_and_changes_nothing(client: Client, what: str) -> None:
     request, *wanted = WRONG[what]
-    before, given = memory(client), len(client.rack.hands.given)
+    before, given = memory(client), len(client.rack.hands.applied)
     assert status_of(client, request) == tuple(wanted)
     assert memory(client) == before
-    assert len(client.rack.hands.given) == given, "an order was given"
+    assert len(client.rack.hands.applied) == given, "an order was given"
 
 
 @pytest.mark.parametrize("what", MALFORMED)
 def test_what_is_malformed_is_refused_and_changes_nothing(client: Client, what: str) -> None:
-    before, given = memory(client), len(client.rack.hands.given)
+    before, given = memory(client), len(client.rack.hands.applied)
     assert status_of(client, MALFORMED[what])[0] != 0
     assert memory(client) == before
-    assert len(client.rack.hands.given) == given, "an order was given"
+    assert len(client.rack.hands.applied) == given, "an order was given"
 
 
 def test_what_is_compared_is_what_writes_change(client: Client) -> None:

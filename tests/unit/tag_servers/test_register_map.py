@@ -185,7 +185,7 @@ def test_what_is_refused_changes_nothing(bench: Bench, pdu: str, reply: str) -> 
 
 def test_a_write_is_an_order_of_its_client(bench: Bench) -> None:
     bench.write(4, 5)
-    (given,) = [each.order for each in bench.rack.hands.given]
+    (given,) = [each.order for each in bench.rack.hands.applied]
     assert given == Store("anInt", 0, "0500", "", "127.0.0.1:5000")
 
 

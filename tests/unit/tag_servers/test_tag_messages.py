@@ -46,7 +46,7 @@ def test_a_write_is_read_back_and_is_an_order_with_the_address(client: Client) -
     assert client.ask(message(WRITE, symbol("aDint"), struct.pack("<HHi", 0xC4, 1, -9))) == (0, b"")
     assert client.rack.debugger.tags["aDint"] == -9
     assert client.ask(message(READ, symbol("aDint"), ONE)) == (0, struct.pack("<Hi", 0xC4, -9))
-    given = [each.order for each in client.rack.hands.given]
+    given = [each.order for each in client.rack.hands.applied]
     assert given == [Store("aDint", 0, "f7ffffff", "", "127.0.0.1:5000")]
 
 

@@ -64,7 +64,7 @@ LOUD = ExportFormat(
     kind=beginning("a shout", b"LOUD"),
     write=shout,
     help="Write it in capitals.",
-    holds="capitals only",
+    contents="capitals only",
     reader="whoever is far away",
 )
 

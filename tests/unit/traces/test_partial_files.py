@@ -17,7 +17,7 @@ WRITERS = [
         each.write, marks=[pytest.mark.extra("parquet")] if each.name == "parquet" else [], id=each.name
     )
     for each in FORMATS
-    if each.chooses
+    if each.selects_signals
 ]
 
 

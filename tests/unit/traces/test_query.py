@@ -101,7 +101,7 @@ def test_what_is_not_over_at_the_end_is_open(path: Path) -> None:
         ("slot7.out.zzz", "column 1: no signal 'slot7.out.zzz'"),
         (
             "rose(slot1.in.position)",
-            "column 6: rose() takes a condition, and slot1.in.position is a number; "
+            "column 6: rose() needs a condition here, but slot1.in.position is a number; "
             "compare it, as in slot1.in.position > 0",
         ),
         (
@@ -110,10 +110,10 @@ def test_what_is_not_over_at_the_end_is_open(path: Path) -> None:
         ),
         (
             "slot1.in.MOVING_CW > slot1.in.AT_HOME",
-            "column 20: conditions are compared with == and !=, not with >",
+            "column 20: > does not compare conditions; use == or !=",
         ),
-        ("slot1.in.MOVING_CW + 1 > 0", "column 1: + takes a number, and slot1.in.MOVING_CW is a condition"),
-        ("time * time > 1 s", "column 8: * takes a number, and time is a time"),
+        ("slot1.in.MOVING_CW + 1 > 0", "column 1: + needs a number here, but slot1.in.MOVING_CW is"),
+        ("time * time > 1 s", "column 8: * needs a number here, but time is a time"),
         (
             "slot1.in.MOVING_CW and",
             "column 23: the query ends too early; allowed here: rose, fell or changed",
@@ -125,7 +125,7 @@ def test_what_is_not_over_at_the_end_is_open(path: Path) -> None:
         ("slot1.in.MOVING_CW without slot1.in.AT_HOME", "column 44: the query ends too early"),
         ("", "column 1: the query ends too early"),
         ("time > 99999999 h", "column 8: '99999999 h' is longer than 146 years, the longest time"),
-        (f"scan > 0x{300 * 'F'}", "FFF is too large a number"),
+        (f"scan > 0x{300 * 'F'}", "FFF is too large"),
         (3000 * "not " + "scan > 1", "the query is nested too deeply"),
     ],
 )

@@ -99,8 +99,8 @@ def test_queries(trace: Path, text: str, count: int) -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ('Level == "full"', "column 7: a text is compared with a step or a text, with == or !="),
-        ('Step > "FILL"', "a text is compared with a step or a text, with == or !="),
+        ('Level == "full"', "column 7: use == or != to compare a text with a step, or with a tag"),
+        ('Step > "FILL"', "use == or != to compare a text with a step, or with a tag"),
         ("Recipe > 3", r"Recipe has 2 values: write Recipe[0] or Recipe[1]"),
     ],
 )

@@ -157,7 +157,7 @@ def test_patterns() -> None:
         ("MOVING_CW", "did you mean slot1.in.MOVING_CW or slot1.in.MOVING_CCW?"),
         ("cpu.flags.32", "did you mean cpu.flags"),
         ("slot7.in.word0.16", "did you mean slot7.in.word"),
-        ("quite another thing", "there are cpu.flags and those of slot1, slot7"),
+        ("quite another thing", "the trace has cpu.flags and signals of slot1, slot7"),
     ],
 )
 def test_an_unknown_name_is_told_with_the_closest(name: str, hint: str) -> None:

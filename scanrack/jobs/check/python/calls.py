@@ -25,7 +25,7 @@ from .nodes import field_of, missing, nodes_in, unpacks
 from .reader import NEUTRAL, Reader, UnknownError, variants
 
 _VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
-"""Expressions that are not functions."""
+"""Expressions that have a value now, where a wait needs a function."""
 
 SEARCH = "home"
 """The method of an axis that starts a home search."""
@@ -36,14 +36,14 @@ class Calls:
 
     Args:
         axes: axes of the program by name.
-        classes: the class of the program and its bases. Other classes have other axes under `self`.
+        classes: the class of the program and its bases. Calls in other classes are ignored.
     """
 
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
         self._reader, self._classes = reader, list(classes)
-        own = [node for node in reader.tree.body if not _is_other_class(node, reader.names, classes)]
-        self._calls = list(nodes_in(own, ast.Call))
-        self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
+        statements = [node for node in reader.tree.body if not _is_other_class(node, reader.names, classes)]
+        self._calls = list(nodes_in(statements, ast.Call))
+        self._commands = [(axes[_owner(call)], call) for call in self._calls if _owner(call) in axes]
 
     def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
         """Yield the calls that start a home search, with their axes."""
@@ -66,17 +66,17 @@ class Calls:
                 yield Violation(self._reader.place(call), text)
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
-            text = self._no_time(kind, call) if kind in (dwell, steady) else ""
+            text = self._time_problem(kind, call) if kind in (dwell, steady) else ""
             if kind in (until, steady) and not text:
-                text = self._no_condition(call)
+                text = self._condition_problem(call)
             if text:
                 yield Violation(self._reader.place(call), text)
 
     def short_waits(self, scan_ns: int) -> Iterator[tuple[str, ast.Call, str]]:
-        """Yield the waits for no time or for less than a scan, each as rule, call and problem."""
+        """Yield the waits for a time of 0 or of less than a scan, each as rule, call and problem."""
         for call, time_ns in self._times():
             if time_ns == 0:
-                yield "preset-zero", call, f"{ast.unparse(call)} waits for no time"
+                yield "preset-zero", call, f"{ast.unparse(call)} does not wait: its time is 0"
             elif 0 < time_ns < scan_ns:
                 text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
                 yield "preset-unit", call, text
@@ -94,8 +94,7 @@ class Calls:
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
         """Return the reason why the constants of a command are refused; "" if they are accepted."""
         starting_speed = axis.starting_speed
-        neutral = {**NEUTRAL, "speed": starting_speed}
-        arguments = self._arguments(axis, call, neutral)
+        arguments = self._arguments(axis, call, {**NEUTRAL, "speed": starting_speed})
         for variant in variants(arguments) if arguments else ():
             try:
                 command = getattr(axis, _method(call))(**variant)
@@ -103,15 +102,19 @@ class Calls:
                 return ""
             if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
                 return command.detail
-            speed, least = variant.get("speed"), starting_speed
-            if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
-                return f"speed {speed} is below the starting speed of {axis.name}, {least}"
+            speed = variant.get("speed")
+            if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < starting_speed:
+                return f"speed {speed} is below the starting speed of {axis.name}, {starting_speed}"
         return ""
 
     def _arguments(
         self, axis: Axis3601, call: ast.Call, neutral: Mapping[str, object]
     ) -> Mapping[str, Sequence[object]] | None:
-        """Return the values to try for each argument, legal ones if unknown; None if that is impossible."""
+        """Return the values to try for each argument; None if an unknown argument has no neutral value.
+
+        Args:
+            neutral: legal values for unknown arguments, by name.
+        """
         method = getattr(axis, _method(call), None)
         if not callable(method) or unpacks(call) or _misfit(axis, call):
             return None
@@ -125,20 +128,20 @@ class Calls:
                 arguments[name] = (neutral[name],)
         return arguments
 
-    def _no_condition(self, call: ast.Call) -> str:
+    def _condition_problem(self, call: ast.Call) -> str:
         """Return a message if a wait has a value where it needs a function; "" if not, or if unknown."""
-        argument = call.args[0] if call.args else None
-        name = "" if argument is None else field_of(argument)
+        if not call.args:
+            return ""
+        argument = call.args[0]
+        name = field_of(argument)
         field = getattr_static(self._classes[0], name, None) if name and self._classes else None
-        if argument is not None and (
-            isinstance(argument, _VALUES) or isinstance(field, bool | int | float | Signal)
-        ):
-            text = ast.unparse(argument)
-            return f"{ast.unparse(call.func)}: `{text}` is a value of now; give a function: lambda: {text}"
+        if isinstance(argument, _VALUES) or isinstance(field, bool | int | float | Signal):
+            text, wait = ast.unparse(argument), ast.unparse(call.func)
+            return f"{wait}: `{text}` is evaluated once, before the wait; give a function: lambda: {text}"
         return ""
 
-    def _no_time(self, kind: Any, call: ast.Call) -> str:
-        """Return the problem with a wait's time; "" if there is none, or if the time is unknown."""
+    def _time_problem(self, kind: Any, call: ast.Call) -> str:
+        """Return the problem with a wait's time; "" if the time is valid or unknown."""
         if unpacks(call):
             return ""
         try:
@@ -165,10 +168,10 @@ def _method(call: ast.Call) -> str:
     return call.func.attr if isinstance(call.func, ast.Attribute) else ""
 
 
-def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
+def _bound(function: Signature, call: ast.Call) -> dict[str, ast.expr]:
     """Return the arguments of a call by parameter name; TypeError if they do not fit."""
-    named = {str(keyword.arg): keyword.value for keyword in call.keywords}
-    return dict(of.bind(*call.args, **named).arguments)
+    keywords = {str(keyword.arg): keyword.value for keyword in call.keywords}
+    return dict(function.bind(*call.args, **keywords).arguments)
 
 
 def _misfit(axis: Axis3601, call: ast.Call) -> str:
@@ -182,23 +185,18 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
     try:
         _bound(signature(method), call)
     except TypeError as error:
-        return f"{name}: {error}; it takes {_taken(signature(method))}"
+        parameters = signature(method).parameters.values()
+        texts = [
+            f"{parameter.name}=" if parameter.kind is parameter.KEYWORD_ONLY else parameter.name
+            for parameter in parameters
+        ]
+        return f"{name}: {error}; its parameters are {', '.join(texts)}"
     return ""
 
 
 def _fraction(call: ast.Call) -> str:
-    """Return a message about an argument of a command that is a fraction; "" if there is none."""
-    named = ((keyword.arg or "", keyword.value) for keyword in call.keywords)
-    for _, node in (*(("", arg) for arg in call.args), *named):
+    """Return a message about an argument of a command that is a fraction; "" if none is."""
+    for node in (*call.args, *(keyword.value for keyword in call.keywords)):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
-            return f"{_method(call)}: `{ast.unparse(node)}` is a fraction, a whole number is needed: write //"
+            return f"{_method(call)}: `{ast.unparse(node)}` is a fraction; use // for a whole number"
     return ""
-
-
-def _taken(of: Signature) -> str:
-    """Return the parameters of a method, such as "position, speed=, acceleration="."""
-    named = [
-        f"{parameter.name}=" if parameter.kind is parameter.KEYWORD_ONLY else parameter.name
-        for parameter in of.parameters.values()
-    ]
-    return ", ".join(named)

@@ -24,7 +24,7 @@ CHANCE = frozenset(
 """Modules whose results differ from run to run, or that wait on the wall clock."""
 
 CHANCE_OF = frozenset({("os", "urandom"), ("os", "getpid"), ("os", "times"), ("numpy", "random")})
-"""Functions of other modules that do the same."""
+"""Functions of other modules whose results differ from run to run."""
 
 
 def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
@@ -35,13 +35,17 @@ def is_chance(call: ast.Call, names: Mapping[str, Any]) -> bool:
     """
     name = ast.unparse(call.func)
     function = resolved(call.func, names)
-    module = getattr(function, "__module__", None) or _module_of(function)
+    function_module = getattr(function, "__module__", None) or _module_of_instance(function)
     root = names.get(name.partition(".")[0])
     root_module = root.__name__ if isinstance(root, ModuleType) else ""
-    of_class = str(getattr(root, "__module__", "")) if isinstance(root, type) else ""
-    first = (module or "").partition(".")[0].lstrip("_")
-    is_wall = first in CHANCE or of_class in CHANCE or root_module.partition(".")[0] in CHANCE
-    return is_wall or (root_module, name.rpartition(".")[2]) in CHANCE_OF or name in ("open", "input")
+    class_module = str(getattr(root, "__module__", "")) if isinstance(root, type) else ""
+    packages = {
+        (function_module or "").partition(".")[0].lstrip("_"),
+        class_module,
+        root_module.partition(".")[0],
+    }
+    is_listed = (root_module, name.rpartition(".")[2]) in CHANCE_OF or name in ("open", "input")
+    return is_listed or not CHANCE.isdisjoint(packages)
 
 
 def resolved(node: ast.expr, names: Mapping[str, Any]) -> object:
@@ -54,5 +58,6 @@ def resolved(node: ast.expr, names: Mapping[str, Any]) -> object:
     return None
 
 
-def _module_of(found: object) -> str:
-    return getattr(type(getattr(found, "__self__", None)), "__module__", "") if found is not None else ""
+def _module_of_instance(method: object) -> str:
+    """Return the module that defines the class of a bound method's instance; "" if unknown."""
+    return getattr(type(getattr(method, "__self__", None)), "__module__", "") if method is not None else ""

@@ -1,6 +1,6 @@
 """Conditions in a Python program text.
 
-A name keeps its value from one wait or assignment to the next. `Names.forget` then renames every value.
+A name keeps its value until the next wait or assignment. Then `ConditionNames.forget` renames all values.
 """
 
 from __future__ import annotations
@@ -21,27 +21,31 @@ RELATIONS: dict[type[ast.cmpop], str] = {
 }
 
 TEXTS = -(10**9)
-"""The number of the first text; the others are below, where they are no numbers of steps."""
+"""The number of the first text. Other texts get lower numbers, which no program uses as steps."""
 
 
 class ConditionNames:
-    """Names the values of expressions in conditions; equal names mean equal values."""
+    """Names the values of expressions in conditions; equal names stand for equal values.
+
+    Attributes:
+        turn: number of the current period in which no value changes.
+    """
 
     def __init__(self) -> None:
-        self.turn = self._last = 0  # a turn is a time in which values do not change
+        self.turn = self._last_turn = 0
         self._texts: dict[object, int] = {}
 
     def forget(self) -> None:
-        """From now on, treat every value as a new one."""
-        self._last += 1
-        self.turn = self._last
+        """Give every value a new name from now on."""
+        self._last_turn += 1
+        self.turn = self._last_turn
 
-    def of(self, node: ast.expr) -> str:
-        """Return the name of a value."""
+    def name_of(self, node: ast.expr) -> str:
+        """Return the name of an expression's value."""
         return f"{ast.unparse(node)}#{self.turn}"
 
     def number(self, value: object) -> float | None:
-        """Return a number for a constant, the same one for equal constants; None for None."""
+        """Return a number for a constant, the same number for equal constants; None for None."""
         if isinstance(value, int | float):
             return value
         return None if value is None else self._texts.setdefault(value, TEXTS - len(self._texts))
@@ -67,24 +71,25 @@ def condition(node: ast.expr, names: ConditionNames) -> Condition:
         case ast.Compare(left, ops, comparators):
             sides = [left, *comparators]
             parts = tuple(
-                _compared(sides[index], op, sides[index + 1], names) for index, op in enumerate(ops)
+                _comparison(sides[index], op, sides[index + 1], names) for index, op in enumerate(ops)
             )
             return parts[0] if len(parts) == 1 else AllOf(parts)
-    return Bit(names.of(node)) if is_plain(node) else UNKNOWN
+    return Bit(names.name_of(node)) if is_plain(node) else UNKNOWN
 
 
-def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: ConditionNames) -> Condition:
+def _comparison(left: ast.expr, op: ast.cmpop, right: ast.expr, names: ConditionNames) -> Condition:
+    """Return a comparison of two expressions as a condition."""
     relation = RELATIONS.get(type(op))
-    left, right = constant_of(one), constant_of(other)
+    left_constant, right_constant = constant_of(left), constant_of(right)
     if relation is None:
         return UNKNOWN
-    if left is not None and right is not None:
-        return _of_constants(left, relation, right)
-    if left is not None:
-        return _with_constant(other, MIRRORED[relation], left.value, names)
-    if right is not None:
-        return _with_constant(one, relation, right.value, names)
-    is_same = is_plain(one) and ast.unparse(one) == ast.unparse(other)
+    if left_constant is not None and right_constant is not None:
+        return _constant_comparison(left_constant, relation, right_constant)
+    if left_constant is not None:
+        return _with_constant(right, MIRRORED[relation], left_constant.value, names)
+    if right_constant is not None:
+        return _with_constant(left, relation, right_constant.value, names)
+    is_same = is_plain(left) and ast.unparse(left) == ast.unparse(right)
     return FixedTruth(relation in ("=", "<=", ">=")) if is_same else UNKNOWN
 
 
@@ -93,17 +98,18 @@ def _with_constant(node: ast.expr, relation: str, value: object, names: Conditio
     number = names.number(value) if is_plain(node) else None
     is_equality = relation in ("=", "<>")
     if isinstance(value, bool) and is_plain(node) and is_equality:
-        return Bit(names.of(node), value == (relation == "="))
+        return Bit(names.name_of(node), value == (relation == "="))
     is_number = isinstance(value, int | float)
     if number is None or not (is_number or is_equality):
         return UNKNOWN
-    return Compare(names.of(node) + ("" if is_number else " as text"), relation, number, whole=False)
+    return Compare(names.name_of(node) + ("" if is_number else " as text"), relation, number, whole=False)
 
 
-def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Condition:
-    if type(one.value) is not type(other.value) or not isinstance(one.value, int | float | str):
+def _constant_comparison(left: ast.Constant, relation: str, right: ast.Constant) -> Condition:
+    """Return the result of comparing two constants; unknown if their types differ."""
+    a, b = left.value, right.value
+    if type(a) is not type(b) or not isinstance(a, int | float | str):
         return UNKNOWN
-    a, b = one.value, other.value
     results = {"=": a == b, "<>": a != b, "<": a < b, "<=": a <= b, ">": a > b, ">=": a >= b}  # type: ignore[operator]
     return FixedTruth(results[relation])
 

@@ -28,7 +28,7 @@ FAILS: Mapping[type[ast.cmpop], Callable[[Any], bool]] = {
     ast.GtE: lambda number: number > 0,
     ast.Eq: lambda number: number != 0,
 }
-"""By comparison: whether 0 never satisfies it with a number."""
+"""By comparison: returns whether 0 never satisfies the comparison with a number."""
 
 _TESTS = (
     *(ast.Attribute, ast.BoolOp, ast.UnaryOp, ast.Compare, ast.If, ast.While, ast.IfExp, ast.Lambda),
@@ -62,10 +62,10 @@ def never_called(reader: Reader, blocks: Collection[str]) -> None:
     parents = parents_in(reader.tree)
     loads = list(filter(is_loaded, nodes_in(reader.tree, ast.Attribute)))
     for name in blocks:
-        own = [node for node in loads if node.attr == name]
-        if own and all(_is_test(node, parents.get(id(node))) for node in own):
-            text = f"{ast.unparse(own[0])} is read, and nothing calls it"
-            reader.remark("never-run", own[0], text)
+        uses = [node for node in loads if node.attr == name]
+        if uses and all(_is_test(node, parents.get(id(node))) for node in uses):
+            text = f"{ast.unparse(uses[0])} is read, but nothing calls it"
+            reader.remark("never-run", uses[0], text)
 
 
 def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
@@ -80,8 +80,8 @@ def _never_counted(reader: Reader, recorded: Collection[str]) -> None:
         left, right = node.left, node.comparators[0]
         number = right.value if isinstance(right, ast.Constant) and len(node.ops) == 1 else None
         fails = FAILS.get(type(node.ops[0]))
-        is_own = isinstance(left, ast.Attribute) and left.attr in zero
-        if is_own and fails is not None and type(number) in (int, float) and fails(number):
+        is_zero = isinstance(left, ast.Attribute) and left.attr in zero
+        if is_zero and fails is not None and type(number) in (int, float) and fails(number):
             text = f"`{ast.unparse(node)}`: nothing counts {ast.unparse(left)}"
             reader.remark("never-run", node, text)
 
@@ -98,15 +98,18 @@ def _zero_fields(tree: ast.Module) -> set[str]:
 
 
 def _never_set(reader: Reader) -> None:
-    """Note a bit of a module's object that its class declares as False and that nothing assigns."""
-    kinds = {name: type(value) for name, value in reader.names.items() if name not in reader.local}
-    own = {name: kind for name, kind in kinds.items() if kind.__module__ == reader.names.get("__name__")}
-    assigned_names = stored_attributes(reader.tree)
+    """Note a bit of a global object that its class declares as False and that nothing assigns."""
+    classes = {
+        name: type(value)
+        for name, value in reader.names.items()
+        if name not in reader.local and type(value).__module__ == reader.names.get("__name__")
+    }
+    done = stored_attributes(reader.tree)  # attributes that are assigned, or that are already noted
     for node in nodes_in(reader.tree, ast.Attribute):
-        kind = own.get(node.value.id) if isinstance(node.value, ast.Name) else None
-        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in assigned_names:
-            assigned_names.add(node.attr)
-            text = f"{ast.unparse(node)} is read, and nothing writes it: it is always False"
+        kind = classes.get(node.value.id) if isinstance(node.value, ast.Name) else None
+        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in done:
+            done.add(node.attr)
+            text = f"{ast.unparse(node)} is read, but nothing writes it: it is always False"
             reader.remark("never-written", node, text)
 
 
@@ -124,51 +127,48 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def _unbounded(reader: Reader, tables: _Tables) -> None:
-    """Note subscripts that only count and that nothing compares."""
+    """Note fields that are subscripts, that only count, and that nothing compares."""
     if any(nodes_in(reader.tree, ast.ExceptHandler)):
-        return  # an IndexError may be how it ends
-    counting = list(_counting(reader.tree))
-    fields = {ast.unparse(node): node.attr for node in counting if isinstance(node, ast.Attribute)}
+        return  # the program may expect an IndexError
+    counted = list(_counted(reader.tree))
+    fields = {ast.unparse(node): node.attr for node in counted if isinstance(node, ast.Attribute)}
     for text, name in fields.items():
-        own = [node for node in nodes_in(reader.tree, ast.Attribute) if node.attr == name]
-        if _only_counts(own, counting):
-            _note_unbounded(text, own, tables.elements(reader.tree, text), reader)
+        uses = [node for node in nodes_in(reader.tree, ast.Attribute) if node.attr == name]
+        if _only_counts(uses, counted):
+            _note_unbounded(text, uses, tables.elements(reader.tree, text), reader)
 
 
 def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables) -> None:
     """Note a local subscript that counts in an endless loop, if nothing in the loop limits it."""
     if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
-    counting_targets = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
-    for name in sorted({node.id for node in _counting(loop.body) if isinstance(node, ast.Name)}):
-        own = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
-        if _only_counts(own, counting_targets):
-            _note_unbounded(name, own, tables.elements(loop.body, name), reader)
+    counted = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
+    for name in sorted({node.id for node in _counted(loop.body) if isinstance(node, ast.Name)}):
+        uses = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
+        if _only_counts(uses, counted):
+            _note_unbounded(name, uses, tables.elements(loop.body, name), reader)
 
 
-def _only_counts(own: Iterable[ast.expr], counting: Iterable[ast.expr]) -> bool:
-    """Whether a number is assigned only where it counts."""
-    return {id(node) for node in own if is_stored(node)} <= {id(node) for node in counting}
+def _only_counts(uses: Iterable[ast.expr], counted: Iterable[ast.expr]) -> bool:
+    """Whether all assignments of a number increment or decrement it."""
+    return {id(node) for node in uses if is_stored(node)} <= {id(node) for node in counted}
 
 
 def _note_unbounded(
-    text: str,
-    own: Collection[ast.expr],
-    elements: Sequence[ast.Subscript],
-    reader: Reader,
+    text: str, uses: Collection[ast.expr], elements: Sequence[ast.Subscript], reader: Reader
 ) -> None:
     """Note a number that is read only as a subscript of tables.
 
     Args:
-        own: the expressions that read or assign it.
+        uses: the expressions that read or assign the number.
         elements: the elements of tables with this subscript.
     """
-    if elements and len(elements) == len([node for node in own if not is_stored(node)]):
-        where = f"`{ast.unparse(elements[0])}`: {text} counts, and nothing keeps it within the table"
-        reader.remark("subscript", elements[0], where)
+    if elements and len(elements) == len([node for node in uses if not is_stored(node)]):
+        problem = f"{text} counts, but nothing keeps it within the table"
+        reader.remark("subscript", elements[0], f"`{ast.unparse(elements[0])}`: {problem}")
 
 
-def _counting(tree: ast.AST | Iterable[ast.AST]) -> Iterator[ast.expr]:
+def _counted(tree: ast.AST | Iterable[ast.AST]) -> Iterator[ast.expr]:
     """Yield the targets that a text increments or decrements by a constant."""
     for node in nodes_in(tree, ast.AugAssign):
         if isinstance(node.op, ast.Add | ast.Sub) and isinstance(node.value, ast.Constant):
@@ -186,7 +186,7 @@ class _Tables:
                 self._values.setdefault(last_name(target), []).append(node.value)
 
     def elements(self, tree: ast.AST | Iterable[ast.AST], index: str) -> list[ast.Subscript]:
-        """Return the elements of tables whose index is written as given."""
+        """Return the elements of tables with this index text."""
         subscripts = (node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.slice) == index)
         return [node for node in subscripts if self._is_table(node.value)]
 

@@ -1,4 +1,4 @@
-"""The possible values of an expression in a Python program, one by one: constants, tables, helpers.
+"""The individual values that an expression in a Python program can have: constants, tables, helpers.
 
 target = STOPS[line.at]                  each element of STOPS
 outputs[2] = target // 1000              the thousands of each element
@@ -60,7 +60,7 @@ PURE: Mapping[object, Callable[..., Any]] = {
         for function in (abs, int, round, min, max, divmod, bool, len, sum, split_thousands, Image)
     },
     **{
-        function: lambda *given, of=function: tuple(of(*given))
+        function: lambda *arguments, function=function: tuple(function(*arguments))
         for function in (range, enumerate, zip, tuple, list)
     },
 }
@@ -73,11 +73,11 @@ PLAIN = (int, float, str, bool, Enum)
 
 
 Names = Mapping[str, "ast.expr | Choices | None"]
-"""The meaning of local names: an expression of outer names, values, or unknown."""
+"""The meaning of local names: an expression of outer names, options, or None if unknown."""
 
 
 class _ReturnedError(Exception):
-    """A helper returns a value."""
+    """Ends the interpretation of a helper at its `return`."""
 
     def __init__(self, value: object) -> None:
         self.value = value
@@ -96,14 +96,14 @@ class Options:
     ) -> None:
         self._reader, self._functions, self._stored = reader, functions, stored
         self._changed = set(_changed(reader.tree))
-        self._ways: dict[type[ast.expr], Callable[[Any, Names, int], Choices]] = {
-            ast.IfExp: self._chosen,
+        self._evaluators: dict[type[ast.expr], Callable[[Any, Names, int], Choices]] = {
+            ast.IfExp: self._branch,
             ast.Subscript: self._element,
             ast.Attribute: self._attribute,
-            ast.Call: self._called,
+            ast.Call: self._call,
         }
 
-    def of(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
+    def evaluate(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
         """Return the options of an expression; UnknownError if the text does not determine them."""
         if depth == 0:
             raise UnknownError
@@ -111,48 +111,52 @@ class Options:
             case ast.Constant(value):
                 return Choices((value,))
             case ast.Name(name):
-                return self._named(name, names, depth)
+                return self._name(name, names, depth)
             case ast.Tuple(parts) | ast.List(parts):
-                return _each([self.of(part, names, depth) for part in parts], lambda *given: given)
+                return _apply(
+                    lambda *elements: elements, [self.evaluate(part, names, depth) for part in parts]
+                )
             case ast.UnaryOp(op, operand):
-                return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
+                return _apply(OPERATORS[type(op)], [self.evaluate(operand, names, depth)])
             case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
-                return _each([self.of(side, names, depth) for side in (left, right)], OPERATORS[type(op)])
-        if type(node) not in self._ways:
+                sides = [self.evaluate(side, names, depth) for side in (left, right)]
+                return _apply(OPERATORS[type(op)], sides)
+        if type(node) not in self._evaluators:
             raise UnknownError
-        return self._ways[type(node)](node, names, depth)
+        return self._evaluators[type(node)](node, names, depth)
 
     # --- names and tables
 
-    def _named(self, name: str, names: Names, depth: int) -> Choices:
+    def _name(self, name: str, names: Names, depth: int) -> Choices:
         if name in names:
             choices = names[name]
             if choices is None:
                 raise UnknownError
-            return choices if isinstance(choices, Choices) else self.of(choices, {}, depth - 1)
+            return choices if isinstance(choices, Choices) else self.evaluate(choices, {}, depth - 1)
         if name in self._reader.local or name in self._changed or name not in self._reader.names:
             raise UnknownError
-        return Choices((_plain(self._reader.names[name]),))
+        return Choices((_unchanging(self._reader.names[name]),))
 
-    def _chosen(self, node: ast.IfExp, names: Names, depth: int) -> Choices:
+    def _branch(self, node: ast.IfExp, names: Names, depth: int) -> Choices:
+        """Return the options of the branch that a test selects; of both branches if the test is unknown."""
         try:
-            tested = self.of(node.test, names, depth)
+            test = self.evaluate(node.test, names, depth)
         except UnknownError:
-            parts = [self.of(branch, names, depth) for branch in (node.body, node.orelse)]
-            options = tuple(option for part in parts for option in part.options)
+            branches = [self.evaluate(branch, names, depth) for branch in (node.body, node.orelse)]
+            options = tuple(option for branch in branches for option in branch.options)
             return Choices(options[:MOST], ast.unparse(node))
-        ways = {bool(option) for option in tested.options}
-        if len(ways) > 1:
+        results = {bool(option) for option in test.options}
+        if len(results) > 1:
             raise UnknownError
-        return self.of(node.body if ways.pop() else node.orelse, names, depth)
+        return self.evaluate(node.body if results.pop() else node.orelse, names, depth)
 
     def _element(self, node: ast.Subscript, names: Names, depth: int) -> Choices:
-        table = self.of(node.value, names, depth)
+        table = self.evaluate(node.value, names, depth)
         try:
-            index = self.of(node.slice, names, depth)
+            index = self.evaluate(node.slice, names, depth)
         except UnknownError:
             return self._any_element(node, table)
-        return _each([table, index], lambda found, at: found[at])
+        return _apply(operator.getitem, [table, index])
 
     def _any_element(self, node: ast.Subscript, table: Choices) -> Choices:
         """Return the elements of a table, for an unknown index."""
@@ -170,12 +174,12 @@ class Options:
             return self._assigned(text, depth)
         field = node.attr if getattr(node.value, "id", "") == "self" else ""
         if field in self._reader.fields:
-            return Choices((_plain(self._reader.fields[field]),))
-        owner = self.of(node.value, names, depth).options[0]
-        is_ours = isinstance(owner, type) or is_dataclass(owner)
-        if not is_ours or node.attr.startswith("_") or not hasattr(owner, node.attr):
+            return Choices((_unchanging(self._reader.fields[field]),))
+        owner = self.evaluate(node.value, names, depth).options[0]
+        is_readable = isinstance(owner, type) or is_dataclass(owner)
+        if not is_readable or node.attr.startswith("_") or not hasattr(owner, node.attr):
             raise UnknownError
-        return Choices((_plain(getattr(owner, node.attr)),))
+        return Choices((_unchanging(getattr(owner, node.attr)),))
 
     def _assigned(self, text: str, depth: int) -> Choices:
         """Return the options that a text assigns to an attribute, as far as they are known."""
@@ -183,7 +187,7 @@ class Options:
         names: list[str] = []
         for value in self._stored[text]:
             try:
-                choices = self.of(value, {}, depth - 1)
+                choices = self.evaluate(value, {}, depth - 1)
             except UnknownError:
                 continue
             options += choices.options
@@ -194,68 +198,74 @@ class Options:
 
     # --- calls
 
-    def _called(self, call: ast.Call, names: Names, depth: int) -> Choices:
+    def _call(self, call: ast.Call, names: Names, depth: int) -> Choices:
         if unpacks(call):
             raise UnknownError
-        keys = [str(keyword.arg) for keyword in call.keywords]
         nodes = [*call.args, *(keyword.value for keyword in call.keywords)]
-        arguments = [self.of(node, names, depth) for node in nodes]
+        arguments = [self.evaluate(node, names, depth) for node in nodes]
         if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not arguments:
-            built = self.of(call.func.value, names, depth)
-            return _each([built], lambda each: tuple(each.to_image()))
+            command = self.evaluate(call.func.value, names, depth)
+            return _apply(lambda built: tuple(built.to_image()), [command])
         function = self._function(ast.unparse(call.func), depth)
-        count = len(call.args)
-        return _each(arguments, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
+        keys = [str(keyword.arg) for keyword in call.keywords]
+        count = len(call.args)  # of positional arguments
+
+        def call_with(*values: Any) -> Any:
+            return function(*values[:count], **dict(zip(keys, values[count:], strict=True)))
+
+        return _apply(call_with, arguments)
 
     def _function(self, name: str, depth: int) -> Callable[..., Any]:
         """Return the function of a name; UnknownError if its result may depend on more than its arguments."""
         helper = self._functions.get(name)
         if isinstance(helper, ast.FunctionDef):
-            own = helper
-            return lambda *given, **named: self._run(own, given, named, depth - 1)
-        known = self._reader.names.get(name, _BUILT_IN.get(name))
-        kind = getattr(amci3601, name.rpartition(".")[2], None)
-        is_made = isinstance(kind, type) and (known is kind or name not in self._reader.names)
-        function = kind if is_made else PURE.get(known) if isinstance(known, Hashable) else None
+            return lambda *arguments, **keywords: self._run(helper, arguments, keywords, depth - 1)
+        value = self._reader.names.get(name, _BUILT_IN.get(name))
+        command_class = getattr(amci3601, name.rpartition(".")[2], None)
+        if isinstance(command_class, type) and (value is command_class or name not in self._reader.names):
+            return cast("Callable[..., Any]", command_class)
+        function = PURE.get(value) if isinstance(value, Hashable) else None
         if function is None:
             raise UnknownError
-        return cast("Callable[..., Any]", function)
+        return function
 
     def _run(
-        self, helper: ast.FunctionDef, given: Sequence[Any], named: Mapping[str, Any], depth: int
+        self, helper: ast.FunctionDef, arguments: Sequence[Any], keywords: Mapping[str, Any], depth: int
     ) -> object:
-        """Return the result of a helper for given values."""
+        """Return the result of a helper for the values of its arguments."""
         parameters = parameters_of(helper)
-        if len(given) > len(parameters):
+        if len(arguments) > len(parameters):
             raise UnknownError
-        values = {**dict(zip(parameters, given, strict=False)), **named}
+        values = {**dict(zip(parameters, arguments, strict=False)), **keywords}
         local: dict[str, ast.expr | Choices | None] = {
             name: Choices((value,)) for name, value in values.items()
         }
         try:
-            self._body(helper.body, local, depth)
+            self._run_body(helper.body, local, depth)
         except _ReturnedError as returned:
             return returned.value
         raise UnknownError
 
-    def _body(
+    def _run_body(
         self, body: Sequence[ast.stmt], local: dict[str, ast.expr | Choices | None], depth: int
     ) -> None:
         for node in body:
             match node:
                 case ast.Return(value=ast.expr() as value):
-                    raise _ReturnedError(self._one(value, local, depth))
+                    raise _ReturnedError(self._only_value(value, local, depth))
                 case ast.Assign(targets=[target], value=value):
-                    self._bind(target, self._one(value, local, depth), local)
+                    self._bind(target, self._only_value(value, local, depth), local)
                 case ast.If(test, then, otherwise):
-                    self._body(then if self._one(test, local, depth) else otherwise, local, depth)
+                    is_true = self._only_value(test, local, depth)
+                    self._run_body(then if is_true else otherwise, local, depth)
                 case ast.Expr(value=ast.Constant()):
                     pass
                 case _:
                     raise UnknownError
 
-    def _one(self, node: ast.expr, local: Names, depth: int) -> Any:
-        choices = self.of(node, local, depth)
+    def _only_value(self, node: ast.expr, local: Names, depth: int) -> Any:
+        """Return the value of an expression; UnknownError if it has several options."""
+        choices = self.evaluate(node, local, depth)
         if len(choices.options) > 1:
             raise UnknownError
         return choices.options[0]
@@ -264,41 +274,39 @@ class Options:
     def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values = value if isinstance(target, ast.Tuple) else [value]
-        for target_name, part in zip(targets, values, strict=True):
-            if not isinstance(target_name, ast.Name):
+        for element, part in zip(targets, values, strict=True):
+            if not isinstance(element, ast.Name):
                 raise UnknownError
-            local[target_name.id] = Choices((part,))
+            local[element.id] = Choices((part,))
 
 
 _BUILT_IN: Mapping[str, object] = {str(getattr(function, "__name__", "")): function for function in PURE}
 
 
-def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
-    """Apply a function to options; UnknownError if sources differ or the call fails."""
-    choices = combined(parts, of)
+def _apply(function: Callable[..., Any], arguments: Sequence[Choices]) -> Choices:
+    """Return the results of a function for each option; UnknownError if sources differ or a call fails."""
+    choices = combined(arguments, function)
     if not choices.options:
         raise UnknownError
     return choices
 
 
-def _plain(value: Any) -> Any:
+def _unchanging(value: Any) -> Any:
     """Return a value of the module if nothing can change it; otherwise raise UnknownError."""
-    is_row = isinstance(value, tuple | list) and all(map(_is_plain, value))
-    is_table = isinstance(value, dict) and all(map(_is_plain, value.values()))
-    if is_row or is_table or _is_plain(value):
+    is_row = isinstance(value, tuple | list) and all(map(_is_unchanging, value))
+    is_table = isinstance(value, dict) and all(map(_is_unchanging, value.values()))
+    if is_row or is_table or _is_unchanging(value):
         return value
     raise UnknownError
 
 
-def _is_plain(value: Any) -> bool:
+def _is_unchanging(value: Any) -> bool:
     if isinstance(value, tuple):
-        return all(map(_is_plain, value))
-    is_made = type(value).__module__.startswith("scanrack.io_images")
-    return isinstance(value, (*PLAIN, type)) or is_made or (is_dataclass(value) and _is_frozen(value))
-
-
-def _is_frozen(value: Any) -> bool:
-    return bool(type(value).__dataclass_params__.frozen)
+        return all(map(_is_unchanging, value))
+    if isinstance(value, (*PLAIN, type)) or type(value).__module__.startswith("scanrack.io_images"):
+        return True
+    kind: Any = type(value)
+    return is_dataclass(value) and bool(kind.__dataclass_params__.frozen)
 
 
 def _changed(tree: ast.Module) -> Sequence[str]:

@@ -31,7 +31,7 @@ class Flow:
             if isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test):
                 continue  # not part of the logic
             for node in nodes_in(statement, ast.BinOp):
-                self._number(node)
+                self._note_division(node)
             for call in nodes_in(statement, ast.Call):
                 if is_chance(call, self._reader.names):
                     text = f"`{ast.unparse(call.func)}()`: two runs of the logic would differ"
@@ -44,7 +44,7 @@ class Flow:
         for index, statement in enumerate(body):
             self._statement(statement, reached)
             if index + 1 < len(body) and _never_ends(statement):
-                text = f"line {statement.lineno} never goes on to this line"
+                text = f"line {statement.lineno} never continues to this line"
                 self._reader.remark("unreachable", body[index + 1], text)
                 return
             if isinstance(statement, ast.If) and not statement.orelse and _leaves(statement.body):
@@ -53,12 +53,13 @@ class Flow:
     def _statement(self, node: ast.stmt, reached: Condition) -> None:
         match node:
             case ast.If(test, body, orelse):
-                own = self._test(test, reached)
+                tested = self._test(test, reached)
                 turn = self._names.turn
-                self._body(body, _both(reached, own))
-                self._names.turn, after = turn, self._names.turn
-                self._body(orelse, _both(reached, negated(own)))
-                if after != turn:
+                self._body(body, _both(reached, tested))
+                is_changed = self._names.turn != turn
+                self._names.turn = turn  # the second arm starts with the same values as the first
+                self._body(orelse, _both(reached, negated(tested)))
+                if is_changed:
                     self._names.forget()
             case ast.While(test, body, orelse):
                 self._names.forget()
@@ -75,61 +76,69 @@ class Flow:
                 self._names.forget()
 
     def _branches(self, *bodies: Sequence[ast.stmt]) -> None:
-        """Note mistakes in the given bodies of a statement; before each body, any value may have changed."""
+        """Note mistakes in the bodies of a statement. Any value may have changed before each body."""
         for body in bodies:
             self._names.forget()
             self._body(body, TRUE)
 
     def _test(self, test: ast.expr, reached: Condition) -> Condition:
-        """Note a test that always or never holds; return its condition."""
-        own = condition(test, self._names)
-        remark = constant_condition(own)
-        if remark is None and own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
+        """Note a test that is always or never true; return its condition, or UNKNOWN after a note."""
+        tested = condition(test, self._names)
+        remark = constant_condition(tested)
+        if remark is None and tested != UNKNOWN and never(AllOf((reached, tested))) and not never(reached):
             remark = "contradiction", "never holds here: the conditions before it exclude it"
         if remark is None:
             self._expressions(test)
-            return own
-        rule, says = remark
-        self._reader.remark(rule, test, f"`{ast.unparse(test)}` {says}")
+            return tested
+        rule, problem = remark
+        self._reader.remark(rule, test, f"`{ast.unparse(test)}` {problem}")
         return UNKNOWN
 
     def _expressions(self, node: ast.AST) -> None:
-        """Note mistakes in conditions in a statement's expressions, such as those of `until` and `and`."""
-        outer: set[int] = set()
+        """Note conditions in a statement's expressions, as in `until`, that are always or never true."""
+        inner_ids: set[int] = set()  # parts of expressions that are already checked
         for expression in nodes_in(node, ast.BoolOp, ast.IfExp, ast.Compare):
-            if id(expression) in outer:
+            if id(expression) in inner_ids:
                 continue
-            outer |= {id(inner) for inner in ast.walk(expression)}
-            tested = expression.test if isinstance(expression, ast.IfExp) else expression
-            own = condition(tested, self._names)
-            is_literal = isinstance(own, FixedTruth) and not isinstance(expression, ast.Compare)
-            remark = None if own == UNKNOWN or is_literal else constant_condition(own)
+            inner_ids |= {id(inner) for inner in ast.walk(expression)}
+            test = expression.test if isinstance(expression, ast.IfExp) else expression
+            tested = condition(test, self._names)
+            is_literal = isinstance(tested, FixedTruth) and not isinstance(expression, ast.Compare)
+            remark = None if tested == UNKNOWN or is_literal else constant_condition(tested)
             if remark is not None:
-                self._reader.remark(remark[0], expression, f"`{ast.unparse(tested)}` {remark[1]}")
+                rule, problem = remark
+                self._reader.remark(rule, expression, f"`{ast.unparse(test)}` {problem}")
 
     # --- numbers
 
-    def _number(self, node: ast.BinOp) -> None:
-        """Note a division by 0, or one that always gives 0."""
-        is_division = isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod)
-        divisor = self._reader.number(node.right) if is_division else None
+    def _note_division(self, node: ast.BinOp) -> None:
+        """Note a division by 0, or a division whose result is always 0."""
+        if not isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod):
+            return
+        divisor = self._reader.number(node.right)
         is_whole = isinstance(node.op, ast.FloorDiv) and isinstance(divisor, int)
-        if is_whole and self._is_cut(node.left, int(divisor or 0)):
+        if is_whole and self._is_smaller(node.left, int(divisor or 0)):
             self._reader.remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
         if divisor == 0:
             self._reader.remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
-    def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
-        """Whether the dividend, a constant or a remainder, is smaller than the divisor."""
-        is_rest = isinstance(dividend, ast.BinOp) and isinstance(dividend.op, ast.Mod)
-        most = dividend.right if is_rest and isinstance(dividend, ast.BinOp) else dividend
-        divided = self._reader.number(most)
-        is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # a named value may be small
-        return is_literal and isinstance(divided, int) and 0 < divided <= divisor - (not is_rest)
+    def _is_smaller(self, dividend: ast.expr, divisor: int) -> bool:
+        """Whether the dividend, a literal or a remainder, is smaller than the divisor."""
+        match dividend:
+            case ast.Name() | ast.Attribute():
+                return False  # a named value may be small on purpose
+            case ast.BinOp(op=ast.Mod(), right=modulus):
+                number = self._reader.number(modulus)
+                return isinstance(number, int) and 0 < number <= divisor
+        number = self._reader.number(dividend)
+        return isinstance(number, int) and 0 < number < divisor
 
 
-def _both(one: Condition, other: Condition) -> Condition:
-    return other if one == TRUE else one if other in (TRUE, UNKNOWN) else all_of(one, other)
+def _both(reached: Condition, condition: Condition) -> Condition:
+    """Return the condition that both are true; an unknown second condition is left out."""
+    if reached == TRUE:
+        return condition
+    return reached if condition in (TRUE, UNKNOWN) else all_of(reached, condition)
 
 
 def _leaves(body: Sequence[ast.stmt]) -> bool:

@@ -65,25 +65,25 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
 
 
 def _note_commands(reader: Reader) -> None:
-    """Note the commands that a text constructs, and those whose arguments are refused."""
+    """Note the commands that a text constructs, and commands whose arguments the module refuses."""
     facts = reader.facts
-    moves: list[tuple[FileLine, str, int]] = []
-    least: list[int] = []
+    moves: list[tuple[FileLine, str, int]] = []  # the line, class and speed of each
+    starting_speeds: list[int] = []
     for kind, call in reader.calls():
         place = reader.place(call)
         if kind == "FindHome":
             facts.searches.append(SentCommand(place, None))
         try:
-            built = reader.make(kind, call)
+            command = reader.make(kind, call)
         except ValueError as error:
             facts.remark("out-of-range", place, f"{kind}: {error}")
             continue
-        if isinstance(built, Configuration):
-            facts.configurations.append(SentCommand(place, None, tuple(built.to_image().words.tolist())))
-            least.append(built.starting_speed)
-        elif isinstance(built, Move | FindHome) and "speed" in reader.known(kind, call):
-            moves.append((place, kind, built.speed))
-    facts.remarks["out-of-range"] += _too_slow(moves, least)
+        if isinstance(command, Configuration):
+            facts.configurations.append(SentCommand(place, None, tuple(command.to_image().words.tolist())))
+            starting_speeds.append(command.starting_speed)
+        elif isinstance(command, Move | FindHome) and "speed" in reader.known(kind, call):
+            moves.append((place, kind, command.speed))
+    facts.remarks["out-of-range"] += _too_slow(moves, starting_speeds)
 
 
 def _too_slow(

@@ -1,8 +1,8 @@
 """Writes to output words of 3601s in a function of the scan.
 
 axis.outputs.load(MOVE.to_image())                all eight words
-axis.outputs[2], axis.outputs[3] = split(target)  two words from the same source
-axis.outputs.set_bit(0, 7, plus and not minus)    a bit, with its condition
+axis.outputs[2], axis.outputs[3] = split(target)  two words from one source
+axis.outputs.set_bit(0, 7, plus and not minus)    a bit with its condition
 """
 
 from __future__ import annotations
@@ -54,9 +54,8 @@ class HandWrites:
 
     def _assigned(self, target: ast.expr, value: ast.expr, place: WalkPlace) -> Iterator[WordWrite]:
         if isinstance(target, ast.Tuple | ast.List):
-            for element, part in zip(
-                target.elts, self._walk.local.parts(value, len(target.elts)), strict=True
-            ):
+            parts = self._walk.local.parts(value, len(target.elts))
+            for element, part in zip(target.elts, parts, strict=True):
                 yield from self._assigned(element, part, place)
         elif isinstance(target, ast.Subscript):
             slot, word = self._output_word(target)
@@ -83,7 +82,7 @@ class HandWrites:
 
     def _method(self, call: ast.Call, place: WalkPlace) -> Iterator[WordWrite]:
         """Yield the writes that a method of an output image makes."""
-        slot = self._outputs(call.func.value) if isinstance(call.func, ast.Attribute) else None
+        slot = self._output_slot(call.func.value) if isinstance(call.func, ast.Attribute) else None
         if slot is None:
             return
         match callee_of(call), call.args:
@@ -91,15 +90,15 @@ class HandWrites:
                 yield from (self._word(call, slot, word, Choices((0,)), place) for word in range(WORDS))
             case "load", [image, *_]:
                 yield from self._loaded(call, image, slot, place)
-            case "set_bit", [at, bit, on]:
-                word, number = self._number(at), self._number(bit)
-                if word is not None and number is not None and 0 <= word < WORDS and 0 <= number < BITS:
-                    yield self._bit(call, slot, word, 1 << number, on, place)
+            case "set_bit", [word_node, bit_node, value]:
+                word, bit = self._number(word_node), self._number(bit_node)
+                if word is not None and bit is not None and 0 <= word < WORDS and 0 <= bit < BITS:
+                    yield self._bit(call, slot, word, 1 << bit, value, place)
 
     def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: WalkPlace) -> Iterator[WordWrite]:
         """Yield the writes that load a whole image."""
         try:
-            choices = self._walk.options.of(self._walk.local.closed(image), {})
+            choices = self._walk.options.evaluate(self._walk.local.closed(image), {})
             images = [tuple(option) for option in choices.options if len(tuple(option)) == WORDS]
         except (UnknownError, TypeError):
             choices, images = UNKNOWN_CHOICES, []
@@ -110,39 +109,41 @@ class HandWrites:
             yield self._word(call, slot, word, value, place)
             if word == 0 and len(value.options) != 1:
                 bits = bits_of(self._steps.kind(image))
-                self._act(call, slot, bits, ~bits & UNSIGNED_MAX, place)
-                yield self._bits(call, slot, 0, bits if bits & (bits - 1) == 0 else 0, 0, place)
+                self._note_action(call, slot, bits, ~bits & UNSIGNED_MAX, place)
+                is_one_bit = bits & (bits - 1) == 0
+                yield self._bits(call, slot, 0, bits if is_one_bit else 0, 0, place)
 
     def _bit(
-        self, call: ast.Call, slot: int, word: int, mask: int, on: ast.expr, place: WalkPlace
+        self, call: ast.Call, slot: int, word: int, mask: int, value: ast.expr, place: WalkPlace
     ) -> WordWrite:
-        free = self._walk.free(on)
+        """Return the write of a bit that gets the value of an expression."""
+        free = self._walk.free(value)
         if free in (TRUE, FALSE):
             sets, clears = (mask, 0) if free == TRUE else (0, mask)
             return self._bits(call, slot, word, sets, clears, place)
-        is_known = UNKNOWN not in leaves(free)
         if word == 0:
-            written_at, both = self._walk.reader.place(call), place.inside(free, free).free
+            line, reached = self._walk.reader.place(call), place.inside(free, free).free
             name = str(CommandMsw(mask).name)
-            self.outputs.append(OutputWrite(written_at, name, f"{slot} {name}", both, f"slot {slot}"))
-        own = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
-        return self._bits(call, slot, word, mask, mask, place.inside(own, free))
+            self.outputs.append(OutputWrite(line, name, f"{slot} {name}", reached, f"slot {slot}"))
+        is_known = UNKNOWN not in leaves(free)
+        condition = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
+        return self._bits(call, slot, word, mask, mask, place.inside(condition, free))
 
     def _word(self, node: ast.expr, slot: int, word: int, value: Choices, place: WalkPlace) -> WordWrite:
         if word or len(value.options) != 1:
             return self._write(node, slot, word, value, 0, UNSIGNED_MAX, place)
         bits = value.options[0] & UNSIGNED_MAX
-        self._act(node, slot, bits, ~bits & UNSIGNED_MAX, place)
+        self._note_action(node, slot, bits, ~bits & UNSIGNED_MAX, place)
         return self._write(node, slot, word, value, bits, ~bits & UNSIGNED_MAX, place)
 
     def _bits(
         self, node: ast.expr, slot: int, word: int, sets: int, clears: int, place: WalkPlace
     ) -> WordWrite:
         if word == 0 and sets | clears:
-            self._act(node, slot, sets, clears, place)
+            self._note_action(node, slot, sets, clears, place)
         return self._write(node, slot, word, None, sets, clears, place)
 
-    def _act(self, node: ast.expr, slot: int, sets: int, clears: int, place: WalkPlace) -> None:
+    def _note_action(self, node: ast.expr, slot: int, sets: int, clears: int, place: WalkPlace) -> None:
         """Note a write of the command word."""
         self.actions += self._steps.commanding(node, place.when, f"slot {slot}", sets, clears)
 
@@ -156,25 +157,21 @@ class HandWrites:
         clears: int,
         place: WalkPlace,
     ) -> WordWrite:
-        written_at = self._walk.reader.place(node)
-        steps, text = self._steps.where(place.when), ast.unparse(node)
-        return WordWrite(written_at, slot, word, value, sets, clears, place.when, steps, text)
+        line, text = self._walk.reader.place(node), ast.unparse(node)
+        steps = self._steps.in_steps(place.when)
+        return WordWrite(line, slot, word, value, sets, clears, place.when, steps, text)
 
-    # --- what expressions are
+    # --- meaning of expressions
 
-    def _outputs(self, node: ast.expr) -> int | None:
-        """Return the slot of a 3601 if an expression is its output image; None for another one."""
-        attribute = self._walk.local.closed(node)
-        if not isinstance(attribute, ast.Attribute) or attribute.attr != "outputs":
-            return None
-        is_slot = isinstance(attribute.value, ast.Subscript) and ast.unparse(attribute.value.value).endswith(
-            "slot"
-        )
-        slot = (
-            self._number(attribute.value.slice)
-            if is_slot and isinstance(attribute.value, ast.Subscript)
-            else None
-        )
+    def _output_slot(self, node: ast.expr) -> int | None:
+        """Return the slot of a 3601 if an expression is its output image; None for another expression."""
+        slot = None
+        match self._walk.local.closed(node):
+            case ast.Attribute(value=owner, attr="outputs"):
+                if isinstance(owner, ast.Subscript) and ast.unparse(owner.value).endswith("slot"):
+                    slot = self._number(owner.slice)
+            case _:
+                return None
         if slot is None and len(self._slots) == 1:
             slot = self._slots[0]
         return slot if slot in self._slots else None
@@ -184,28 +181,32 @@ class HandWrites:
         if not isinstance(node, ast.Subscript):
             return None, None
         word = self._number(node.slice)
-        return self._outputs(node.value), word if word is not None and 0 <= word < WORDS else None
+        is_word = word is not None and 0 <= word < WORDS
+        return self._output_slot(node.value), word if is_word else None
 
     def _value(self, node: ast.expr, target: ast.expr) -> Choices:
+        """Return the options of an assigned value, and note an option that does not fit into a word."""
         try:
-            choices = self._walk.options.of(self._walk.local.closed(node), {})
+            choices = self._walk.options.evaluate(self._walk.local.closed(node), {})
         except UnknownError:
             return UNKNOWN_CHOICES
-        options = [option for option in choices.options if isinstance(option, int)]
-        wrong = [index for index, option in enumerate(options) if not WORD_MIN <= option <= UNSIGNED_MAX]
-        if len(options) < len(choices.options):
+        options = choices.options
+        if not all(isinstance(option, int) for option in options):
             return UNKNOWN_CHOICES
-        if not wrong:
+        too_large = [row for row, option in enumerate(options) if not WORD_MIN <= option <= UNSIGNED_MAX]
+        if not too_large:
             return Choices(tuple(map(signed_word, options)), choices.source, choices.names)
         if choices.source:
-            name = (*choices.names, *[choices.source] * len(options))[wrong[0]]
-            text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
+            row = too_large[0]
+            name = choices.names[row] if row < len(choices.names) else choices.source
+            text = f"with {name} the value is {options[row]}: must be {WORD_MIN} to {UNSIGNED_MAX}"
             self.remarks.append(Violation(self._walk.reader.place(target), text))
         return UNKNOWN_CHOICES
 
     def _number(self, node: ast.expr) -> int | None:
+        """Return the only possible value of an expression, an integer; None for any other expression."""
         try:
-            options = self._walk.options.of(self._walk.local.closed(node), {}).options
+            options = self._walk.options.evaluate(self._walk.local.closed(node), {}).options
         except UnknownError:
             return None
         return options[0] if len(options) == 1 and isinstance(options[0], int) else None

@@ -1,4 +1,4 @@
-"""Finds which expressions of a function are the scan, its slots or images, and what is missing in them.
+"""Finds the expressions of a function that are the scan, a slot or an image, and notes what these lack.
 
 scan.now                                     the scan has no `now`
 scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
@@ -22,15 +22,15 @@ KINDS: Mapping[str, type] = {"scan": LogicScan, "slot": Slot, "inputs": Image, "
 """Classes of the objects that a function of the scan uses."""
 
 PARTS = {("scan", "slot"): "slots", ("slot", "inputs"): "inputs", ("slot", "outputs"): "outputs"}
-"""What each attribute of these objects is."""
+"""The kind of each attribute of these objects."""
 
 BITS = 16
 """Bits of a word."""
 
-What = tuple[str, int | None]
-"""What an expression is, and its slot if that is known."""
+Kind = tuple[str, int | None]
+"""The kind of an expression, "scan", "slots", "slot", "inputs", "outputs" or "", and its slot if known."""
 
-NOTHING: What = ("", None)
+OTHER: Kind = ("", None)
 
 
 class Images:
@@ -40,7 +40,8 @@ class Images:
         self._reader = reader
         self._words = {slot.number: slot.words for slot in spec.slot}
         self._functions = [function for function, _ in functions_in(reader.tree)]
-        self._given: dict[tuple[str, str], set[What]] = {
+        # by function and parameter: the kinds of the arguments that calls pass
+        self._arguments: dict[tuple[str, str], set[Kind]] = {
             (function.name, "scan"): {("scan", None)} for function in self._functions
         }
 
@@ -52,42 +53,48 @@ class Images:
         for function in self._functions:
             local = self.locals_of(function)
             for node in ast.walk(function):
-                self._node(node, local)
+                self._note_missing(node, local)
 
-    def _node(self, node: ast.AST, local: Mapping[str, What]) -> None:
+    def _note_missing(self, node: ast.AST, local: Mapping[str, Kind]) -> None:
+        """Note an attribute, word or bit that does not exist."""
         match node:
             case ast.Attribute(value=owner):
-                kind = KINDS.get(self.what(owner, local)[0])
-                if kind is not None:
-                    self._reader.remark_unless_in(_names_of(kind), node)
+                owner_class = KINDS.get(self.kind_of(owner, local)[0])
+                if owner_class is not None:
+                    self._reader.remark_unless_in(_names_of(owner_class), node)
             case ast.Subscript(value=image, slice=index):
-                self._place(image, [index], node, local)
+                self._note_missing_place(image, [index], node, local)
             case ast.Call(func=ast.Attribute(value=image, attr="bit" | "set_bit"), args=args):
-                self._place(image, args[:2], node, local)
+                self._note_missing_place(image, args[:2], node, local)
 
-    def _place(
-        self, image: ast.expr, given: Sequence[ast.expr], node: ast.expr, local: Mapping[str, What]
+    def _note_missing_place(
+        self, image: ast.expr, position: Sequence[ast.expr], node: ast.expr, local: Mapping[str, Kind]
     ) -> None:
-        """Note a word or a bit that an image does not have."""
-        kind, slot = self.what(image, local)
-        numbers = [number for number in map(self._number, given) if number is not None]
-        if kind not in ("inputs", "outputs") or not numbers or len(numbers) < len(given):
+        """Note a word or a bit that an image does not have.
+
+        Args:
+            position: the word, and possibly the bit.
+        """
+        kind, slot = self.kind_of(image, local)
+        numbers = [number for number in map(self._number, position) if number is not None]
+        if kind not in ("inputs", "outputs") or not numbers or len(numbers) < len(position):
             return
-        text = self._lacks(kind[0].upper(), slot, *numbers)
+        text = self._missing_place(kind[0].upper(), slot, *numbers)
         if text:
             self._reader.remark("no-place", node, f"`{ast.unparse(node)}`: {text}")
 
-    def _lacks(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
+    def _missing_place(self, image: str, slot: int | None, word: int, bit: int | None = None) -> str:
         """Return a message about a missing word or bit of an image; "" if it exists, or if unknown."""
-        slot_words = [self._words[slot]] if slot in self._words else self._words.values()
-        words = max((len(words_of.named(image)) for words_of in slot_words), default=WORDS)
-        if not -words <= word < words:
-            return f"the image has words 0 to {words - 1}"
+        words_of_slot = None if slot is None else self._words.get(slot)
+        candidates = self._words.values() if words_of_slot is None else [words_of_slot]
+        size = max((len(words.named(image)) for words in candidates), default=WORDS)
+        if not -size <= word < size:
+            return f"the image has words 0 to {size - 1}"
         if bit is not None and not 0 <= bit < BITS:
             return f"a word has bits 0 to {BITS - 1}"
-        alternative = (
-            self._words[slot].terminals_instead(image, word % words, bit or 0) if slot in self._words else ""
-        )
+        if words_of_slot is None:
+            return ""
+        alternative = words_of_slot.terminals_instead(image, word % size, bit or 0)
         is_lacking = alternative.startswith("no ") if bit is None else bool(alternative)
         return f"the card in slot {slot} has {alternative}" if is_lacking else ""
 
@@ -95,41 +102,45 @@ class Images:
         number = self._reader.number(node)
         return number if isinstance(number, int) else None
 
-    # --- what names are
+    # --- meaning of names
 
-    def _note_arguments(self, call: ast.Call, local: Mapping[str, What]) -> None:
+    def _note_arguments(self, call: ast.Call, local: Mapping[str, Kind]) -> None:
         """Note the arguments that a call passes to a function in this text."""
         name = last_name(call.func)
         for function in self._functions:
             if function.name == name:
                 for parameter, node in zip(parameters_of(function), call.args, strict=False):
-                    content = self.what(node, local)
-                    if content[0]:
-                        self._given.setdefault((name, parameter), set()).add(content)
+                    kind = self.kind_of(node, local)
+                    if kind[0]:
+                        self._arguments.setdefault((name, parameter), set()).add(kind)
 
-    def locals_of(self, function: Function) -> dict[str, What]:
+    def locals_of(self, function: Function) -> dict[str, Kind]:
         """Return the kinds of the local names of a function, as far as each name has a single kind."""
-        contents: dict[str, What] = {
+        local: dict[str, Kind] = {
             name: next(iter(kinds))
-            for (owner, name), kinds in self._given.items()
+            for (owner, name), kinds in self._arguments.items()
             if owner == function.name and len(kinds) == 1
         }
-        for name, values in grouped(_assigned(function), lambda pair: pair[0]).items():
-            kinds_found = {NOTHING if value is None else self.what(value, contents) for _, value in values}
-            contents[name] = next(iter(kinds_found)) if len(kinds_found) == 1 else NOTHING
-        return contents
+        for name, pairs in grouped(_assigned(function), lambda pair: pair[0]).items():
+            kinds = {OTHER if value is None else self.kind_of(value, local) for _, value in pairs}
+            local[name] = kinds.pop() if len(kinds) == 1 else OTHER
+        return local
 
-    def what(self, node: ast.expr, local: Mapping[str, What]) -> What:
-        """Return the kind of an expression, "scan", "slot", "inputs", "outputs" or "", and its slot."""
+    def kind_of(self, node: ast.expr, local: Mapping[str, Kind]) -> Kind:
+        """Return the kind of an expression, and its slot.
+
+        Args:
+            local: kinds of the function's local names.
+        """
         match node:
             case ast.Name(id=name):
-                return local.get(name, NOTHING)
+                return local.get(name, OTHER)
             case ast.Attribute(value=owner, attr=name):
-                kind, slot = self.what(owner, local)
+                kind, slot = self.kind_of(owner, local)
                 return PARTS.get((kind, name), ""), slot
-            case ast.Subscript(value=slots, slice=index) if self.what(slots, local)[0] == "slots":
+            case ast.Subscript(value=slots, slice=index) if self.kind_of(slots, local)[0] == "slots":
                 return "slot", self._number(index)
-        return NOTHING
+        return OTHER
 
 
 def _assigned(function: Function) -> Iterator[tuple[str, ast.expr | None]]:

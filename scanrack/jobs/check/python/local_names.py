@@ -1,4 +1,4 @@
-"""What local names of a function mean at a place in its text."""
+"""The meaning of a function's local names at a place in its text."""
 
 from __future__ import annotations
 
@@ -29,30 +29,22 @@ class LocalNames:
         self._names = {}
 
     def copy(self) -> Names:
-        """Return the names at the present place."""
+        """Return the names at the current place."""
         return dict(self._names)
 
     def swap(self, names: Names) -> Names:
-        """Switch to the names of another place; return the names of the present one."""
+        """Switch to the names of another place; return the names of the current place."""
         self._names, previous = names, self._names
         return previous
 
-    def join(self, other: Names, test: ast.expr) -> None:
-        """Join the names after the two arms of a statement; `other` has those after the first arm."""
-        for name in {*other, *self._names}:
-            other_value, own_value = other.get(name), self._names.get(name)
-            if other_value is own_value or (
-                other_value is not None
-                and own_value is not None
-                and ast.dump(other_value) == ast.dump(own_value)
-            ):
-                continue
-            both = (
-                None
-                if other_value is None or own_value is None
-                else ast.IfExp(self.closed(test), other_value, own_value)
-            )
-            self._names[name] = both
+    def join(self, after_body: Names, test: ast.expr) -> None:
+        """Join the names after the body of an `if` statement with the current names, after its `else`."""
+        for name in {*after_body, *self._names}:
+            body_value, else_value = after_body.get(name), self._names.get(name)
+            if body_value is None or else_value is None:
+                self._names[name] = None
+            elif body_value is not else_value and ast.dump(body_value) != ast.dump(else_value):
+                self._names[name] = ast.IfExp(self.closed(test), body_value, else_value)
 
     def forget(self, name: str) -> None:
         """Make the value of a name unknown."""
@@ -97,6 +89,8 @@ class LocalNames:
 
 
 class _Closing(ast.NodeTransformer):
+    """Replaces local names with their meaning."""
+
     def __init__(self, names: Mapping[str, ast.expr | None]) -> None:
         self._names = names
 
@@ -119,13 +113,14 @@ class _InputNames(ast.NodeTransformer):
         if not isinstance(image, ast.Attribute) or image.attr != "inputs":
             return node
         try:
-            position = [self._options.of(arg, {}).options[0] for arg in node.args]
+            position = [self._options.evaluate(arg, {}).options[0] for arg in node.args]
         except UnknownError:
             return node
         return ast.copy_location(ast.Name(f"{INPUT}{ast.unparse(image)}.{position}", ast.Load()), node)
 
 
 def _short(node: ast.expr) -> ast.expr | None:
+    """Return an expression; None if it is too long to follow."""
     return node if sum(1 for _ in ast.walk(node)) < MOST else None
 
 

@@ -32,7 +32,7 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
 
 
 def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple[int, str]]:
-    """Yield loops that do not wait and in which nothing changes what they test, each as line and problem.
+    """Yield loops that neither wait nor change the values that they test, each as line and problem.
 
     Args:
         parts: fields that do not change during a scan: inputs and axes.
@@ -62,7 +62,7 @@ def _has_only(test: ast.expr, *forms: type[ast.expr]) -> bool:
 
 
 def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
-    """Whether a call is one of a part's methods, such as an axis's, or one of an image's."""
+    """Whether a call calls a method of a part, such as an axis, or of an image."""
     owner = call.func.value if isinstance(call.func, ast.Attribute) else None
     is_part = isinstance(owner, ast.Attribute) and owner.attr in parts
     return is_part or (isinstance(call.func, ast.Attribute) and call.func.attr in _OF_IMAGES)
@@ -88,7 +88,7 @@ def _only_continues(node: ast.stmt) -> TypeGuard[ast.If]:
 
 
 def _stays(test: ast.expr, inputs: Collection[str]) -> bool:
-    """Return whether a condition may hold and can't change within a scan: it is a constant, or of inputs."""
+    """Whether a condition can be true and can't change within a scan: a constant, or only inputs."""
     if isinstance(test, ast.Constant):
         return bool(test.value)
     parts = {node.attr for node in nodes_in(test, ast.Attribute)}

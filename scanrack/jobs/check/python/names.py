@@ -34,17 +34,18 @@ def variables_of(logic: Logic, path: Path, is_recorded: Callable[[str], bool]) -
     for name, value in fields_of(logic).items():
         is_set = not isinstance(value, bool) or value
         is_number = not isinstance(value, bool)
-        where = FileLine(str(path), lines(name))
-        yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
+        place = FileLine(str(path), lines(name))
+        yield Variable(name, place, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """The conditions of a statement.
+    """The conditions under which a statement runs.
 
     Attributes:
-        once: whether it runs only once.
-        top: whether every run of the method reaches it.
+        reached: the tests around the statement.
+        once: whether the statement runs only once.
+        top: whether every run of the method reaches the statement.
     """
 
     reached: Condition = TRUE
@@ -56,7 +57,7 @@ class Accesses:
     """The accesses of a method to fields and terminals.
 
     Args:
-        owners: the sequences that reach each method; "" stands for `every_scan`.
+        owners: the sequences that reach each method; "" is `every_scan`.
     """
 
     def __init__(
@@ -82,9 +83,9 @@ class Accesses:
         match node:
             case ast.If(test=test):
                 self._reads(test)
-                own = condition(test, self._names)
-                self._body(node.body, replace(inner, reached=all_of(place.reached, own)))
-                self._body(node.orelse, replace(inner, reached=all_of(place.reached, negated(own))))
+                tested = condition(test, self._names)
+                self._body(node.body, replace(inner, reached=all_of(place.reached, tested)))
+                self._body(node.orelse, replace(inner, reached=all_of(place.reached, negated(tested))))
             case ast.While(test=test):
                 self._reads(test)
                 self._bodies(node, _Place())
@@ -141,13 +142,13 @@ class Accesses:
         is_off = isinstance(value, ast.Constant) and not value.value
         if value is None or is_off or self._facts.variables[name].role is not Role.OUTPUT:
             return
-        free = self._freed(AllOf((reached, condition(_unwrapped(value), self._names))))
+        free = self._with_plain_names(AllOf((reached, condition(_unwrapped(value), self._names))))
         self._facts.outputs.append(OutputWrite(place, name, name, free))
 
-    def _freed(self, found: Condition) -> Condition:
-        """Return a condition in which inputs have their name prefix, and no name has its turn suffix."""
+    def _with_plain_names(self, power: Condition) -> Condition:
+        """Return a condition in which inputs have the prefix `INPUT`, and no name has its turn suffix."""
 
-        def of(leaf: Condition) -> Condition:
+        def plain_name(leaf: Condition) -> Condition:
             if not isinstance(leaf, Bit):
                 return leaf
             name = base_of(leaf.name).removeprefix("self.")
@@ -155,7 +156,7 @@ class Accesses:
             is_input = variable is not None and variable.role is Role.INPUT
             return Bit(f"{INPUT}{name}" if is_input else name, leaf.on)
 
-        return with_leaves(found, of)
+        return with_leaves(power, plain_name)
 
     def _add(self, access: Access) -> None:
         for owner in self._owners:
@@ -178,13 +179,13 @@ def called_twice(
     function: Function, blocks: Mapping[str, Block], methods: Mapping[str, Function]
 ) -> Iterator[tuple[ast.Call, str]]:
     """Yield repeated calls of a block in a method that every scan executes, and in its helpers."""
-    calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
-    own = [(call, arms) for call, arms in calls if field_of(call.func) in blocks]
-    for index, (call, arms) in enumerate(own):
+    earlier: dict[str, list[Arms]] = {}
+    for call, arms in _with_helpers(_paths(function.body, ()), methods, DEPTH):
         name = field_of(call.func)
-        before = (others for other, others in own[:index] if field_of(other.func) == name)
-        if not all(_exclude(arms, others) for others in before):
-            yield call, name
+        if name in blocks:
+            if not all(_exclude(arms, earlier_arms) for earlier_arms in earlier.get(name, ())):
+                yield call, name
+            earlier.setdefault(name, []).append(arms)
 
 
 Arms = tuple[tuple[int, int], ...]
@@ -192,6 +193,7 @@ Arms = tuple[tuple[int, int], ...]
 
 
 def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
+    """Yield the calls in statements, each with the arms that contain it; `arms` contain all statements."""
     for node in body:
         tested = node.test if isinstance(node, ast.If) else node
         yield from ((call, arms) for call in nodes_in(tested, ast.Call))
@@ -208,14 +210,10 @@ def _with_helpers(
         yield call, arms
         helper = methods.get(field_of(call.func))
         if isinstance(helper, ast.FunctionDef) and depth:
-            inner = ((inner_call, (*arms, *others)) for inner_call, others in _paths(helper.body, ()))
-            yield from _with_helpers(inner, methods, depth - 1)
+            yield from _with_helpers(_paths(helper.body, arms), methods, depth - 1)
 
 
-def _exclude(one: Arms, other: Arms) -> bool:
+def _exclude(arms: Arms, other_arms: Arms) -> bool:
     """Whether two calls are in different arms of the same statement."""
-    return any(
-        arm == other_arm and branch != other_branch
-        for arm, branch in one
-        for other_arm, other_branch in other
-    )
+    numbers = dict(arms)
+    return any(numbers.get(statement, number) != number for statement, number in other_arms)

@@ -109,7 +109,7 @@ def unpacks(call: ast.Call) -> bool:
 
 
 def given_to(parameters: Iterable[str], call: ast.Call) -> dict[str, ast.expr]:
-    """Return the arguments of a call by parameter name, without those that it unpacks."""
+    """Return the arguments of a call by parameter name, without unpacked arguments."""
     named = {keyword.arg: keyword.value for keyword in call.keywords if keyword.arg is not None}
     return {**dict(zip(parameters, call.args, strict=False)), **named}
 
@@ -130,7 +130,7 @@ def field_of(node: ast.AST) -> str:
 
 
 def last_name(node: ast.AST) -> str:
-    """Return the last part of a dotted name: that of a function, attribute or variable."""
+    """Return the last part of a dotted name."""
     return ast.unparse(node).rpartition(".")[2]
 
 
@@ -140,6 +140,6 @@ def missing(text: str, name: str, names: Collection[str]) -> str:
 
 
 def nearest(name: str, names: Collection[str]) -> str:
-    """Return the end of a message about a name that does not exist: the closest existing name."""
+    """Return a question about the closest existing name, to end a message; "" if no name is close."""
     closest = difflib.get_close_matches(name, names, n=1)
     return f"; did you mean {closest[0]}?" if closest else ""

@@ -34,20 +34,22 @@ class Numbers:
     """The numbers in a text.
 
     Args:
-        stored: expressions that the text assigns, by the name of a field or local variable; None among them
-            for an unknown value.
+        stored: expressions that the text assigns, by the name of a field or local variable. None stands for
+            an unknown value.
     """
 
     def __init__(self, reader: Reader, stored: Mapping[str, Sequence[ast.expr | None]]) -> None:
         self._reader, self._stored = reader, stored
 
-    def of(self, node: ast.expr, given: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH) -> Range:
+    def range_of(
+        self, node: ast.expr, parameters: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH
+    ) -> Range:
         """Return the range of an expression.
 
         Args:
-            given: ranges of parameters, by name.
+            parameters: ranges of parameters, by name.
         """
-        return joined(*self.choices(node, given, depth))
+        return joined(*self.choices(node, parameters, depth))
 
     def sequence(self, node: ast.expr) -> Sequence[object] | None:
         """Return the elements of a sequence; None if the text does not determine them."""
@@ -72,23 +74,24 @@ class Numbers:
             return None  # a local name, or a segment that is refused
 
     def choices(
-        self, node: ast.expr, given: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH
+        self, node: ast.expr, parameters: Mapping[str, tuple[Range, ...]] = NONE, depth: int = DEPTH
     ) -> tuple[Range, ...]:
         """Return the range of each value that an expression can have."""
         if isinstance(node, ast.IfExp):
-            return (*self.choices(node.body, given, depth), *self.choices(node.orelse, given, depth))
-        if isinstance(node, ast.Name) and node.id in given:
-            return given[node.id]
+            body, orelse = (self.choices(arm, parameters, depth) for arm in (node.body, node.orelse))
+            return (*body, *orelse)
+        if isinstance(node, ast.Name) and node.id in parameters:
+            return parameters[node.id]
         with suppress(UnknownError):
-            return _of_values(self._reader.possible(node))
-        stored = self._known(node) if depth else []
+            return _exact_ranges(self._reader.possible(node))
+        stored = self._stored_values(node) if depth else []
         if stored:
-            return tuple(choice for value in stored for choice in self.choices(value, given, depth - 1))
-        range_ = self._range(node, given, depth)
+            return tuple(choice for value in stored for choice in self.choices(value, parameters, depth - 1))
+        range_ = self._range(node, parameters, depth)
         return (range_,) if range_ != ANY else self._options_of(node)
 
-    def _known(self, node: ast.expr) -> list[ast.expr]:
-        """Return all values that the text assigns to a name or attribute; empty if any of them is unknown."""
+    def _stored_values(self, node: ast.expr) -> list[ast.expr]:
+        """Return all values that the text assigns to a name or attribute; empty if any value is unknown."""
         is_named = isinstance(node, ast.Name | ast.Attribute)
         values = self._stored.get(ast.unparse(node), ()) if is_named else ()
         return [] if None in values else [value for value in values if value is not None]
@@ -99,53 +102,52 @@ class Numbers:
             name: [value for value in values if value is not None] for name, values in self._stored.items()
         }
         try:
-            return _of_values(Options(self._reader, NO_FUNCTIONS, stored).of(node, {}).options)
+            return _exact_ranges(Options(self._reader, NO_FUNCTIONS, stored).evaluate(node, {}).options)
         except UnknownError:
             return (ANY,)
 
-    def _range(self, node: ast.expr, given: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
+    def _range(self, node: ast.expr, parameters: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
+        """Return the range of a calculation, of a call, or of a loop variable; ANY for anything else."""
         if depth == 0:
             return ANY
         match node:
             case ast.Name(name) if name in self._reader.loops:
-                return self._of_loop(name, given, depth)
+                return self._loop_range(name, parameters, depth)
             case ast.UnaryOp(ast.USub(), operand):
-                return OPERATIONS["NEG"](self.of(operand, given, depth - 1))
+                return OPERATIONS["NEG"](self.range_of(operand, parameters, depth - 1))
             case ast.BinOp(left, op, right) if type(op) in OPERATORS:
-                return OPERATIONS[OPERATORS[type(op)]](
-                    self.of(left, given, depth - 1), self.of(right, given, depth - 1)
-                )
+                sides = (self.range_of(side, parameters, depth - 1) for side in (left, right))
+                return OPERATIONS[OPERATORS[type(op)]](*sides)
             case ast.Call(func=ast.Name(name), args=args) if args and not node.keywords:
-                return self._of_call(name, [self.of(arg, given, depth - 1) for arg in args])
+                return self._call_range(name, [self.range_of(arg, parameters, depth - 1) for arg in args])
         return ANY
 
-    def _of_loop(self, name: str, given: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
-        """Return the range of a loop variable in `for i in range(...)`."""
+    def _loop_range(self, name: str, parameters: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
+        """Return the range of a loop variable in `for i in range(...)`; ANY for another loop."""
         iterable, position = self._reader.loops[name]
-        if (
-            not (isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range")
-            or position is not None
-        ):
+        is_range = isinstance(iterable, ast.Call) and ast.unparse(iterable.func) == "range"
+        if not isinstance(iterable, ast.Call) or not is_range or position is not None:
             return ANY
-        bounds = [self.of(arg, given, depth - 1) for arg in iterable.args]
+        bounds = [self.range_of(arg, parameters, depth - 1) for arg in iterable.args]
         if not all(bound.is_constant for bound in bounds):
             return ANY
         passes = range(*(int(bound.least) for bound in bounds))
         return Range(min(passes), max(passes)) if passes else ANY
 
     @staticmethod
-    def _of_call(name: str, ranges: Sequence[Range]) -> Range:
+    def _call_range(name: str, ranges: Sequence[Range]) -> Range:
+        """Return the range of the result of a built-in function; ANY for another function."""
         if name in ("min", "max") and len(ranges) > 1:
             pick = min if name == "min" else max
-            return Range(
-                pick(number.least for number in ranges), pick(range_.most for range_ in ranges), False
-            )
+            least, most = pick(number.least for number in ranges), pick(number.most for number in ranges)
+            return Range(least, most, False)
         if name == "abs":
             return OPERATIONS["ABS"](ranges[0])
         return OPERATIONS["TRN"](ranges[0]) if name in ("int", "round") else ANY
 
 
-def _of_values(values: Sequence[object]) -> tuple[Range, ...]:
+def _exact_ranges(values: Sequence[object]) -> tuple[Range, ...]:
+    """Return a range for each value; UnknownError if a value is not a number, or if there are none."""
     numbers = [value for value in values if isinstance(value, int | float)]
     if not numbers or len(numbers) < len(values):
         raise UnknownError

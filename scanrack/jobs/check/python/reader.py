@@ -4,8 +4,8 @@ A command is a call of a class in `io_images.amci3601` by its name:
 
     Move(MoveKind.ABSOLUTE, STATIONS[line.station], speed=5000, acceleration=1, deceleration=1)
 
-Constants and global names have known values. `STATIONS[...]` may be any of the table's values, and so may the
-variable of a loop over it. Anything else is unknown, and counts as legal.
+Constants and global names have known values. `STATIONS[...]`, and the variable of a loop over `STATIONS`, may
+be any of the table's values. Anything else is unknown and counts as legal.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from inspect import signature
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
@@ -32,12 +32,14 @@ NEUTRAL: Mapping[str, object] = {
     **dict.fromkeys(("speed", "acceleration", "deceleration", "starting_speed"), 1),
     **dict.fromkeys(("distance", "register", "numerator", "denominator"), 1),
 }
-"""A legal value for each required argument of a command's class or of an axis's method, if it is unknown."""
+"""Legal values that replace unknown required arguments of a command's class or an axis's method."""
 
-GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
-"""Command classes that set a bit in word 0."""
+COMMAND_CLASSES = (
+    *("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend"),
+)
+"""Classes that set a command bit in word 0."""
 
-CHECKED = (*GIVEN, "Configuration")
+CHECKED = (*COMMAND_CLASSES, "Configuration")
 """Classes whose arguments are checked."""
 
 ZEROING = frozenset({"Idle", "Hold", "ImmediateStop", "Image"})
@@ -53,13 +55,6 @@ _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.un
 
 class UnknownError(Exception):
     """The text does not determine the value of an argument."""
-
-
-class _CommandLine(NamedTuple):
-    """A call of a command class."""
-
-    line: int
-    kind: str
 
 
 class Reader:
@@ -81,7 +76,7 @@ class Reader:
     ) -> None:
         self.file, self.tree, self.names, self.facts, self.fields = file, tree, names, facts, fields
         functions = list(nodes_in(tree, *FUNCTIONS, ast.Lambda))
-        self.local = {name for function in functions for name in _bound(function)}
+        self.local = {name for function in functions for name in _bound_names(function)}
         self.loops = dict(_loops(functions))
 
     def place(self, node: ast.expr | ast.stmt | ast.arg) -> FileLine:
@@ -89,7 +84,7 @@ class Reader:
         return FileLine(self.file, node.lineno)
 
     def remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
-        """Add a mistake that shows in one place."""
+        """Add a mistake that a single line shows."""
         self.facts.remark(rule, self.place(node), text)
 
     def remark_unless_in(self, names: Collection[str], node: ast.Attribute) -> None:
@@ -105,7 +100,7 @@ class Reader:
                 yield name, node
 
     def make(self, kind: str, call: ast.Call) -> object | None:
-        """Make a command from the known arguments; None if an unknown required argument has no default here.
+        """Return a command made from the known arguments; None if it needs an unknown argument.
 
         Raises:
             ValueError: an argument is out of range.
@@ -148,21 +143,22 @@ class Reader:
         return (self.value(node),)
 
     def _elements(self, node: ast.expr) -> Sequence[object]:
+        """Return the elements of a sequence; UnknownError if the text does not determine them."""
         if isinstance(node, ast.Tuple | ast.List):
-            return [self._element(elt) for elt in node.elts]
+            return [
+                self._elements(elt) if isinstance(elt, ast.Tuple | ast.List) else self.value(elt)
+                for elt in node.elts
+            ]
         elements = self.value(node)
         if not isinstance(elements, tuple | list) or not elements:
             raise UnknownError
         return elements
 
-    def _element(self, node: ast.expr) -> object:
-        return self._elements(node) if isinstance(node, ast.Tuple | ast.List) else self.value(node)
-
     def value(self, node: ast.expr) -> object:
         """Return the value of an expression that consists of constants and global names.
 
         Raises:
-            UnknownError: it contains anything else, or has no value.
+            UnknownError: it contains other names or operations, or can't be evaluated.
         """
         if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "self":
             if node.attr not in self.fields:
@@ -178,7 +174,7 @@ class Reader:
             raise UnknownError from error
 
     def number(self, node: ast.expr) -> int | float | None:
-        """Return the value of an expression if it is a number; None if it is not, or if it is unknown."""
+        """Return the value of an expression if it is a known number; otherwise None."""
         try:
             number = self.value(node)
         except UnknownError:
@@ -187,14 +183,14 @@ class Reader:
 
     def commands_never_cleared(self) -> Iterator[Violation]:
         """Yield the last command of a program that never clears word 0."""
-        commands = [_CommandLine(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
+        commands = [(call.lineno, kind) for kind, call in self.calls() if kind in COMMAND_CLASSES]
         if commands and not self._may_zero():
             line, kind = max(commands)
-            text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
+            text = f"{kind} sets its command bit, but nothing clears it: no Idle, word 0 is never zeroed"
             yield Violation(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
-        """Return whether word 0 may be written by something other than a command."""
+        """Whether the program may write word 0 by other means than a command."""
         attributes = (node.attr for node in nodes_in(self.tree, ast.Attribute))
         return (
             any(map(is_stored, nodes_in(self.tree, ast.Subscript)))
@@ -203,7 +199,7 @@ class Reader:
         )
 
     def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
-        """Return a test of whether the program names a terminal; None if it uses no terminal names."""
+        """Return a function that tests whether the program names a terminal; None if it names none at all."""
         words = {node.value for node in nodes_in(self.tree, ast.Constant)}
         words |= {node.attr for node in nodes_in(self.tree, ast.Attribute)}
         if words.isdisjoint(terminals):
@@ -221,20 +217,20 @@ def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | No
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
-    """Yield sets of arguments: all first values, then each other value with the first values of the others.
+    """Yield sets of arguments: all first values, then each further value with all other first values.
 
     >>> list(variants({"a": (1, 2), "b": (3,)}))
     [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]
     """
-    first = {name: values[0] for name, values in arguments.items()}
-    yield first
+    first_values = {name: values[0] for name, values in arguments.items()}
+    yield first_values
     for name, values in arguments.items():
         for value in values[1:]:
-            yield {**first, name: value}
+            yield {**first_values, name: value}
 
 
 def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
-    """Yield each variable of exactly one loop, with the loop's sequence and the place in its rows, if any."""
+    """Yield the variables that a single loop sets, each with the loop's sequence and its index in a row."""
     stored = Counter(node.id for node in filter(is_stored, nodes_in(functions, ast.Name)))
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
@@ -244,17 +240,17 @@ def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, 
                 yield target.id, (loop.iter, None if target is loop.target else position)
 
 
-def _item(row: object, at: int) -> object:
-    if not isinstance(row, tuple | list) or at >= len(row):
+def _item(row: object, index: int) -> object:
+    if not isinstance(row, tuple | list) or index >= len(row):
         raise UnknownError
-    return row[at]
+    return row[index]
 
 
 def _class(name: str) -> Any:
     return getattr(amci3601, name)
 
 
-def _bound(function: Function | ast.Lambda) -> Iterator[str]:
+def _bound_names(function: Function | ast.Lambda) -> Iterator[str]:
     """Yield the names that a function binds."""
     yield from (node.arg for node in nodes_in(function, ast.arg))
     yield from (node.id for node in nodes_in(function, ast.Name) if is_stored(node))

@@ -20,18 +20,17 @@ def note_reals(reader: Reader) -> None:
     reals = _PythonReals(reader.tree)
     for function, _ in functions_in(reader.tree):
         for node in nodes_in(function, ast.Compare):
-            if (
-                len(node.ops) == 1
-                and isinstance(node.ops[0], ast.Eq | ast.NotEq)
-                and reals.differ(node, function)
-            ):
+            is_equality = len(node.ops) == 1 and isinstance(node.ops[0], ast.Eq | ast.NotEq)
+            if is_equality and reals.is_inexact(node, function):
                 is_equal = isinstance(node.ops[0], ast.Eq)
-                says = "hardly ever equals" if is_equal else "nearly always differs from"
-                text = f"`{ast.unparse(node)}`: a calculated fraction {says} another number"
+                relation = "hardly ever equals" if is_equal else "nearly always differs from"
+                text = f"`{ast.unparse(node)}`: a calculated fraction {relation} another number"
                 reader.remark("real-equality", node, text)
 
 
 class _PythonReals:
+    """Finds comparisons of calculated fractions in a text."""
+
     def __init__(self, tree: ast.Module) -> None:
         self._attributes = _assigned(tree)
         self._divisors = {
@@ -40,7 +39,7 @@ class _PythonReals:
             if isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod)
         }
 
-    def differ(self, node: ast.Compare, function: Function) -> bool:
+    def is_inexact(self, node: ast.Compare, function: Function) -> bool:
         """Whether one of the compared values is a calculated fraction, which is not exact."""
         left, right = sides = (node.left, node.comparators[0])
         if self._is_exact(sides, node.ops[0]):

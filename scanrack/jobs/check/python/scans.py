@@ -1,4 +1,4 @@
-"""How a function of the scan uses slots and the objects that keep its state."""
+"""Uses of slots, and of the objects that keep state, in a function of the scan."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ KINDS = {
     "BlendHeader": "program_blend",
     "Configuration": "configure",
 }
-"""Commands by class; for a `Move`, its first argument tells whether it is absolute or relative."""
+"""Commands by class. The first argument of a `Move` selects an absolute or a relative move."""
 
 _WRITING = ("load", "set_bit", "clear")
 """Methods that write an image."""
@@ -46,9 +46,8 @@ class Scans:
                     self._subscript(node)
                 case ast.Call(func=ast.Attribute(value=image, attr=method)) if method in _WRITING:
                     if self._is_image(image, ".inputs"):
-                        self._reader.remark(
-                            "input-written", node, f"`{ast.unparse(node)}` writes an input image"
-                        )
+                        text = f"`{ast.unparse(node)}` writes an input image"
+                        self._reader.remark("input-written", node, text)
                 case ast.Assign(targets=targets, value=value):
                     for target in targets:
                         self._assigned(target, value)
@@ -56,7 +55,7 @@ class Scans:
         self._commands()
 
     def _subscript(self, node: ast.Subscript) -> None:
-        """Note a slot that the rack does not have, and a write to an input."""
+        """Note a slot that the rack lacks, and a write to an input."""
         owner, index = node.value, node.slice
         if isinstance(owner, ast.Attribute) and owner.attr == "slot" and isinstance(index, ast.Constant):
             slot_numbers = [slot.number for slot in self._spec.slot]
@@ -65,11 +64,11 @@ class Scans:
                 text = f"`{ast.unparse(node)}`: the rack has modules in slots {slots_text} only"
                 self._reader.remark("no-place", node, text)
         if is_stored(node) and self._is_image(owner, ".inputs"):
-            self._reader.remark(
-                "input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it"
-            )
+            text = f"`{ast.unparse(node)}` is an input: the module writes it"
+            self._reader.remark("input-written", node, text)
 
     def _is_image(self, node: ast.expr, end: str) -> bool:
+        """Whether an expression, with aliases replaced, is an attribute of a slot such as ".inputs"."""
         text = ast.unparse(node)
         for _ in self._aliases:
             first, dot, members = text.partition(".")
@@ -80,7 +79,7 @@ class Scans:
         """Note a number that does not fit into its word."""
         if not (isinstance(target, ast.Subscript) and self._is_image(target.value, ".outputs")):
             return
-        text = word_lost(value, _range(value))
+        text = word_loss(value, _range(value))
         if text:
             self._reader.remark("lossy-conversion", value, text)
 
@@ -91,21 +90,21 @@ class Scans:
         classes = {node.name: node for node in self._reader.tree.body if isinstance(node, ast.ClassDef)}
         for name, value in self._reader.names.items():
             kind = type(value)
-            is_own = kind.__module__ == self._reader.names.get("__name__") and kind.__name__ in classes
-            if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
+            is_of_program = kind.__module__ == self._reader.names.get("__name__") and kind.__name__ in classes
+            if is_of_program and not {"__setattr__", "__getattr__"} & vars(kind).keys():
                 attributes = {*dir(value), *_fields(classes[kind.__name__])}
-                self._missing(self._reader.tree, name, attributes)
+                self._note_missing(self._reader.tree, name, attributes)
         for class_ in classes.values():
             if not [*class_.bases, *class_.keywords]:
-                self._missing(class_, "self", {*_fields(class_), *dir(object)})
+                self._note_missing(class_, "self", {*_fields(class_), *dir(object)})
         for name, view in self._views().items():
-            self._missing(self._reader.tree, name, set(dir(view)))
+            self._note_missing(self._reader.tree, name, set(dir(view)))
 
-    def _missing(self, tree: ast.AST, name: str, known: set[str]) -> None:
-        """Note attributes that an object does not have, in a text where it has this name."""
+    def _note_missing(self, tree: ast.AST, name: str, attributes: set[str]) -> None:
+        """Note the attributes that an object lacks, in a text that uses the object under this name."""
         for node in nodes_in(tree, ast.Attribute):
             if ast.unparse(node.value) == name:
-                self._reader.remark_unless_in(known, node)
+                self._reader.remark_unless_in(attributes, node)
 
     def _views(self) -> dict[str, object]:
         """Return the classes of status views by variable name, such as `status`."""
@@ -120,19 +119,19 @@ class Scans:
     # --- commands
 
     def _commands(self) -> None:
-        """Note the commands that are given as words."""
+        """Note the commands that the program sends as words."""
         tree = self._reader.tree
         if self._slot is not None:
             zeroed = {id(target) for node in nodes_in(tree, ast.Assign) for target in _zeroed(node)}
             stored = (node for node in nodes_in(tree, ast.Subscript) if is_stored(node))
             if any(self._is_image(node.value, ".outputs") for node in stored if id(node) not in zeroed):
                 self._facts.computed.add(self._slot)
-            self._facts.commands += self._given(self._slot)
+            self._facts.commands += self._constructed(self._slot)
         load = next(filter(self._loads_motion, nodes_in(tree, ast.Call)), None)
         if load is not None:
             self._facts.at_once.append(Violation(self._reader.place(load), "load writes all eight words"))
 
-    def _given(self, slot: int) -> Iterator[Command]:
+    def _constructed(self, slot: int) -> Iterator[Command]:
         """Yield the commands that the text constructs."""
         for call in nodes_in(self._reader.tree, ast.Call):
             name = last_name(call.func)
@@ -151,21 +150,19 @@ class Scans:
 
     def _is_motion(self, load: ast.Call) -> bool:
         """Whether a call loads a motion, constructed in place or assigned to a name."""
-        text = " ".join(map(ast.unparse, load.args))
-        name = text.partition(".")[0]
-        assignments = (node for node in nodes_in(self._reader.tree, ast.Assign))
+        loaded = " ".join(map(ast.unparse, load.args))
+        name = loaded.partition(".")[0]
+        assignments = nodes_in(self._reader.tree, ast.Assign)
         named = [ast.unparse(node.value) for node in assignments if ast.unparse(node.targets[0]) == name]
-        return any(
-            f"{kind}(" in text_part for kind in ("Move", "FindHome", "Manual") for text_part in (text, *named)
-        )
+        return any(f"{kind}(" in text for kind in ("Move", "FindHome", "Manual") for text in (loaded, *named))
 
-    def _is_used(self, made: ast.Call) -> bool:
+    def _is_used(self, configuration: ast.Call) -> bool:
         """Whether a configuration is used, in place or by its global name."""
-        assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
-        own = [node for node in assignments if made in ast.walk(node.value)]
-        names = {ast.unparse(target) for node in own for target in node.targets}
+        globals_ = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
+        assignments = [node for node in globals_ if configuration in ast.walk(node.value)]
+        names = {ast.unparse(target) for node in assignments for target in node.targets}
         loads = filter(is_loaded, nodes_in(self._reader.tree, ast.Name))
-        return not own or any(node.id in names for node in loads)
+        return not assignments or any(node.id in names for node in loads)
 
 
 def _zeroed(node: ast.Assign) -> list[ast.expr]:
@@ -197,15 +194,19 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
                     yield from stored_attributes(node)
 
 
-def word_lost(value: ast.expr, found: Range) -> str:
-    """Return a message about an expression that does not fit into a word; "" if it fits, or if unknown."""
+def word_loss(value: ast.expr, number: Range) -> str:
+    """Return a message about an expression that does not fit into a word; "" if it fits, or if unknown.
+
+    Args:
+        number: the range of the expression.
+    """
     if isinstance(value, ast.BinOp) and isinstance(value.op, ast.Div):
-        return f"`{ast.unparse(value)}` is a fraction, and a word is an integer: write //"
-    if found.is_constant and not found.whole:
-        return f"{found} loses its fraction"
-    if not found.outside(WORD_MIN, UNSIGNED_MAX):
+        return f"`{ast.unparse(value)}` is a fraction; use // for a whole number"
+    if number.is_constant and not number.whole:
+        return f"{number} loses its fraction"
+    if not number.outside(WORD_MIN, UNSIGNED_MAX):
         return ""
-    return f"it is {found}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
+    return f"the value is {number}: must be {WORD_MIN} to {UNSIGNED_MAX}"
 
 
 def _range(node: ast.expr) -> Range:

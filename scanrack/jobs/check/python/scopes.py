@@ -13,7 +13,7 @@ from .reader import Reader, functions_in
 _USUAL = frozenset(
     ["id", "input", "type", "help", "exit", "quit", "license", "format", "dir", "vars", "object", "property"]
 )
-"""Built-in names that many programs use for something else."""
+"""Built-in names that many programs reuse."""
 
 _HIDING = frozenset(name for name in vars(builtins) if name.islower() and name[0] != "_") - _USUAL
 """Built-in functions whose names should not be hidden."""
@@ -37,12 +37,12 @@ class Scopes:
     def _parameters(self, function: Function, owner: ast.ClassDef | None) -> None:
         """Note unused parameters."""
         arguments = function.args
-        every = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
+        parameters = [*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs]
         is_entry = owner is None and not self._is_called(function.name)
         if is_entry or function.decorator_list or function.name.startswith("__") or _is_stub(function):
             return
         used = set(names_in(function))
-        for parameter in every if owner is None else every[1:]:
+        for parameter in parameters if owner is None else parameters[1:]:  # without self
             if parameter.arg not in used and not parameter.arg.startswith("_"):
                 text = f"{function.name} does not use its parameter {parameter.arg}"
                 self._reader.remark("unused-parameter", parameter, text)
@@ -53,16 +53,16 @@ class Scopes:
 
     def _shadows(self, function: Function) -> None:
         """Note local names that hide a global name or a built-in function."""
-        seen = outer_names(function)
+        done = outer_names(function)  # names that are allowed, or that are already noted
         for name, node in _bound_in(function):
             hidden = f"{name} of the module" if name in self._globals else f"the built-in {name}"
-            if name not in seen and name in self._globals | _HIDING:
+            if name not in done and name in self._globals | _HIDING:
                 self._reader.remark("shadowed-name", node, f"{name} in {function.name} hides {hidden}")
-            seen.add(name)
+            done.add(name)
         for loop in nodes_in(function, ast.For):
-            own = set(names_in(loop.target)) - {"_"}
+            outer = set(names_in(loop.target)) - {"_"}
             for inner in nodes_in(loop.body, ast.For):
-                for name in sorted(own & set(names_in(inner.target))):
+                for name in sorted(outer & set(names_in(inner.target))):
                     text = f"this loop uses {name}, as the loop around it does"
                     self._reader.remark("shadowed-name", inner, text)
 
@@ -77,18 +77,19 @@ class Scopes:
             target = node.targets[0] if len(node.targets) == 1 else None
             name = target.id if isinstance(target, ast.Name) else "_"
             if name not in names_read and not name.startswith("_"):
-                self._reader.remark("never-read", node, f"{name} is assigned, and nothing reads it")
+                self._reader.remark("never-read", node, f"{name} is assigned, but nothing reads it")
 
     def _recursion(self) -> None:
         """Note functions that call themselves, directly or through others."""
         functions = list(functions_in(self._reader.tree))
         calls: dict[str, set[str]] = {}
         for function, owner in functions:
-            callees = (node.func for node in nodes_in(function, ast.Call))
-            own = (
-                callee for callee in callees if isinstance(callee, ast.Name) or (owner and field_of(callee))
-            )
-            calls[function.name] = {ast.unparse(node).removeprefix("self.") for node in own}
+            callees = (call.func for call in nodes_in(function, ast.Call))
+            calls[function.name] = {
+                ast.unparse(callee).removeprefix("self.")
+                for callee in callees
+                if isinstance(callee, ast.Name) or (owner and field_of(callee))
+            }
         for function, _ in functions:
             if function.name in reached([function.name], lambda name: calls.get(name, ())):
                 text = f"{function.name} calls itself, directly or through others"
@@ -96,13 +97,14 @@ class Scopes:
 
 
 def _is_stub(function: Function) -> bool:
-    """Whether a function only raises, passes, or returns a constant, for another class to implement."""
-    body = [
-        statement
-        for statement in function.body
-        if not (isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant))
-    ]
-    return all(isinstance(statement, ast.Pass | ast.Raise) for statement in body)
+    """Whether a function only raises, passes, or contains constants, for another class to implement."""
+    for statement in function.body:
+        match statement:
+            case ast.Pass() | ast.Raise() | ast.Expr(value=ast.Constant()):
+                pass
+            case _:
+                return False
+    return True
 
 
 def _declared(node: ast.stmt) -> Iterator[str]:
@@ -119,6 +121,7 @@ def _declared(node: ast.stmt) -> Iterator[str]:
 
 
 def _bound_in(function: Function) -> Iterator[tuple[str, ast.arg | ast.Name]]:
+    """Yield the names that a function binds, each with its node."""
     for node in ast.walk(function):
         if isinstance(node, ast.arg) and node.arg != "self":
             yield node.arg, node

@@ -1,6 +1,6 @@
-"""What each sequence of a class does, in order: commands to axes, and locks.
+"""The actions of each sequence of a class, in order: commands to axes, and locks.
 
-A helper, `await self.stroke(self.feeder, 4000)`, is part of each sequence that calls it, with its arguments.
+A helper such as `await self.stroke(self.feeder, 4000)` is part of each sequence that calls it.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ Method = tuple[Reader, Function]
 
 @dataclass(slots=True)
 class _Position:
-    """The state of a walk over a sequence: its file, its locks, and what its names mean."""
+    """The state of a walk over a sequence: its file, its locks, and the meaning of its names."""
 
     file: str
-    unit: str
+    unit: str  # the method
     axes: Mapping[str, str] = field(default_factory=dict)  # parameters that are axes
     numbers: Mapping[str, tuple[Range, ...]] = field(default_factory=dict)  # parameters that are numbers
     locks: tuple[str, ...] = ()
@@ -68,12 +68,14 @@ class SequenceSummaries:
     ) -> None:
         self._methods, self._axes, self._locks = methods, axes, locks
         self._numbers, self._facts = numbers, facts
-        self._taken: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, and where
-        self._owner = ""
-        self._order = 0
-        self._pending: dict[str, tuple[str, int]] = {}
-        self._followed: set[int] = set()
-        self.reached: dict[str, set[str]] = {}
+        self.reached: dict[str, set[str]] = {}  # by method: the sequences that reach it
+        self._taken: dict[str, dict[str, FileLine]] = {}  # by held lock: the locks taken then, with lines
+        self._followed: set[int] = set()  # ids of the nodes of axes whose use is analyzed
+        self._order = 0  # number of commands so far
+        self._owner = ""  # the sequence that is followed now
+        self._pending: dict[
+            str, tuple[str, int]
+        ] = {}  # by axis: command that nothing awaits yet, and its line
 
     def follow(self, sequence: str, owner: str) -> None:
         """Note the actions of a sequence, under the name of its owner."""
@@ -95,12 +97,16 @@ class SequenceSummaries:
         self, function: Function, call: ast.Call, place: _Position
     ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
         """Return the axes and number ranges that a call passes to a helper, by parameter."""
-        nodes_by_name = given_to([arg.arg for arg in function.args.args[1:]], call)
-        axes = {name: axis for name, node in nodes_by_name.items() if (axis := self._axis(node, place))}
-        self._followed |= {id(nodes_by_name[name]) for name in axes}
-        choices = self._numbers[place.file].choices
-        numbers = {name: choices(node, place.numbers) for name, node in nodes_by_name.items()}
-        return axes, {name: ranges for name, ranges in numbers.items() if joined(*ranges).is_known}
+        axes, numbers = {}, {}
+        for name, node in given_to([arg.arg for arg in function.args.args[1:]], call).items():
+            axis = self._axis(node, place)
+            if axis:
+                axes[name] = axis
+                self._followed.add(id(node))
+            ranges = self._numbers[place.file].choices(node, place.numbers)
+            if joined(*ranges).is_known:
+                numbers[name] = ranges
+        return axes, numbers
 
     # --- statements
 
@@ -115,7 +121,7 @@ class SequenceSummaries:
         match node:
             case ast.If():
                 self._expression(node.test, place)
-                self._either(node, unsure)
+                self._if(node, unsure)
             case ast.While():
                 self._expression(node.test, place)
                 self._body(node.body, place if isinstance(node.test, ast.Constant) else unsure)
@@ -134,24 +140,27 @@ class SequenceSummaries:
                 self._branches(bodies_of(node), unsure)
             case _:
                 self._expression(node, place)
-                self._named(node, place)
+                self._note_axis_name(node, place)
 
-    def _either(self, node: ast.If, place: _Position) -> None:
+    def _if(self, node: ast.If, place: _Position) -> None:
         """Note the arms of a statement. A command stays pending only if it is pending after both arms."""
-        before = dict(self._pending)
+        pending_before = dict(self._pending)
         self._body(node.body, place)
-        after, self._pending = self._pending, before
+        pending_after_body, self._pending = self._pending, pending_before
         self._body(node.orelse, place)
-        self._pending = {name: call for name, call in self._pending.items() if name in after}
+        self._pending = {axis: call for axis, call in self._pending.items() if axis in pending_after_body}
 
     def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Position) -> None:
-        """Note statement bodies that may not all run. No command is pending at the start of each."""
+        """Note statement bodies of which some may not run. Each starts without a pending command."""
         for body in bodies:
             self._pending = {}
             self._body(body, place)
 
     def _passes(self, loop: ast.For, place: _Position) -> Iterator[_Position]:
-        """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`; else just one."""
+        """Yield the state of each pass of a loop over axes, `for axis in (self.x, self.z)`.
+
+        For another loop, yield only the state before it.
+        """
         elements = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
         axes = [self._axis(node, place) for node in elements]
         if isinstance(loop.target, ast.Name) and axes and all(axes):
@@ -161,8 +170,8 @@ class SequenceSummaries:
         else:
             yield place
 
-    def _named(self, node: ast.AST, place: _Position) -> None:
-        """Follow a local name for an axis, as in `axis = self.x`."""
+    def _note_axis_name(self, node: ast.AST, place: _Position) -> None:
+        """Note a local name for an axis, as in `axis = self.x`."""
         match node:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
                 axis = self._axis(value, place)
@@ -191,30 +200,31 @@ class SequenceSummaries:
                 place = replace(place, locks=(*place.locks, name))
         return place
 
-    def _take(self, name: str, held: Sequence[str], at: FileLine) -> None:
+    def _take(self, name: str, held_locks: Sequence[str], line: FileLine) -> None:
         """Note that a sequence takes a lock; remark if its order can block sequences forever."""
-        if name in held:
-            text = f"{self._owner} takes {name}, which it holds: it waits for itself"
-            self._facts.remark("lock-order", at, text)
+        if name in held_locks:
+            text = f"{self._owner} takes {name}, which it holds already: it waits for itself"
+            self._facts.remark("lock-order", line, text)
             return
-        for lock in held:
-            reverse = self._way(name, lock)
+        for held in held_locks:
+            reverse = self._chain(name, held)
             if reverse is not None:
-                where = f"line {reverse.line} leads the other way"
-                text = f"{self._owner} takes {name} while it holds {lock}: {where}"
-                self._facts.remark("lock-order", at, text)
-            self._taken.setdefault(lock, {}).setdefault(name, at)
+                order = f"line {reverse.line} takes them in the opposite order"
+                self._facts.remark(
+                    "lock-order", line, f"{self._owner} takes {name} while it holds {held}: {order}"
+                )
+            self._taken.setdefault(held, {}).setdefault(name, line)
 
-    def _way(self, first: str, last: str) -> FileLine | None:
-        """Return the start of a chain of lock orders from one lock to another; None if there is no chain."""
-        seen, todo = {first}, list(self._taken.get(first, {}).items())
+    def _chain(self, first: str, last: str) -> FileLine | None:
+        """Return the first line of a chain of lock orders from one lock to another; None if none exists."""
+        visited, todo = {first}, list(self._taken.get(first, {}).items())
         while todo:
-            name, line = todo.pop(0)
+            name, first_line = todo.pop(0)
             if name == last:
-                return line
-            if name not in seen:
-                seen.add(name)
-                todo += [(lock, line) for lock in self._taken.get(name, {})]
+                return first_line
+            if name not in visited:
+                visited.add(name)
+                todo += [(lock, first_line) for lock in self._taken.get(name, {})]
         return None
 
     # --- expressions
@@ -222,18 +232,19 @@ class SequenceSummaries:
     def _expression(self, node: ast.AST, place: _Position) -> None:
         """Note the commands in an expression, in order."""
         waits = list(nodes_in(node, ast.Await))
-        awaited = {id(lock) for lock in nodes_in(waits, ast.Call)}
-        in_one: dict[str, str] = {}
+        awaited_ids = {id(call) for call in nodes_in(waits, ast.Call)}
+        same_wait: dict[str, str] = {}
         for call in _calls(node):
             axis = self._commanded(call, place)
             helper = field_of(call.func)
             if axis and isinstance(call.func, ast.Attribute):
-                self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
+                is_awaited = id(call) in awaited_ids
+                self._command(axis, call.func.attr, call, place, is_awaited=is_awaited, same_wait=same_wait)
             elif helper in self._methods:
                 self._call(helper, place, call)
         others = (wait.value for wait in waits if not self._commanded(wait.value, place))
         if not all(isinstance(other, ast.Call) and last_name(other.func) == "dwell" for other in others):
-            self._pending = {}
+            self._pending = {}  # such a wait may be for the end of any command
 
     def _commanded(self, node: ast.expr, place: _Position) -> str:
         """Return the axis whose method an expression calls; "" for another expression."""
@@ -247,17 +258,21 @@ class SequenceSummaries:
         call: ast.Call,
         place: _Position,
         *,
-        awaited: bool,
-        in_one: dict[str, str],
+        is_awaited: bool,
+        same_wait: dict[str, str],
     ) -> None:
-        place_of_call = FileLine(place.file, call.lineno)
+        """Note a command to an axis.
+
+        Args:
+            same_wait: commands so far in the same wait, by axis.
+        """
         self._order += 1
         values = self._values(axis, kind, call, place)
         command = Command(
             "register" if _is_registration(kind, values, call) else kind,
             axis,
             self._axes[axis].slot,
-            place_of_call,
+            FileLine(place.file, call.lineno),
             f"{axis}.{kind}",
             {name: joined(*ranges) for name, ranges in values.items()},
             values,
@@ -269,25 +284,28 @@ class SequenceSummaries:
             segments=self._segments(call, place) if kind == "program_blend" else None,
         )
         self._facts.commands.append(command)
-        self._interrupted(command, in_one)
+        self._note_interruption(command, same_wait)
         if command.kind in ENDING:
-            in_one[axis] = command.kind
-            if not awaited:
+            same_wait[axis] = command.kind
+            if not is_awaited:
                 self._pending[axis] = command.kind, call.lineno
 
-    def _interrupted(self, command: Command, in_one: Mapping[str, str]) -> None:
+    def _note_interruption(self, command: Command, same_wait: Mapping[str, str]) -> None:
         """Note a command that takes over an axis from a command that has not ended.
 
         Args:
-            in_one: commands in the same wait, by axis.
+            same_wait: commands so far in the same wait, by axis.
         """
         axis, kind = command.axis, command.kind
-        before = self._pending.pop(axis, None) if kind in (*TAKING, *RELEASING) else None
-        if before is not None and kind in TAKING:
-            text = f"{axis}.{kind} aborts {axis}.{before[0]} of line {before[1]}, which nothing waits for"
+        pending = self._pending.pop(axis, None) if kind in (*TAKING, *RELEASING) else None
+        if kind not in TAKING:
+            return
+        if pending is not None:
+            pending_kind, line = pending
+            text = f"{axis}.{kind} aborts {axis}.{pending_kind} of line {line}, which nothing waits for"
             self._facts.remark("move-interrupted", command.place, text)
-        elif axis in in_one and kind in TAKING and kind != "register":
-            text = f"{axis}.{kind} aborts {axis}.{in_one[axis]} in the same wait"
+        elif axis in same_wait and kind != "register":
+            text = f"{axis}.{kind} aborts {axis}.{same_wait[axis]} in the same wait"
             self._facts.remark("move-interrupted", command.place, text)
 
     def _segments(self, call: ast.Call, place: _Position) -> tuple[tuple[Range, Range, Range], ...] | None:
@@ -307,9 +325,9 @@ class SequenceSummaries:
         segments = bound.pop("segments", None)
         numbers = self._numbers[place.file]
         choices = {name: numbers.choices(node, place.numbers) for name, node in bound.items()}
-        path = None if segments is None else numbers.sequence(segments)
-        if path is not None:
-            choices["segments"] = (exactly(len(path)),)
+        elements = None if segments is None else numbers.sequence(segments)
+        if elements is not None:
+            choices["segments"] = (exactly(len(elements)),)
         return {name: ranges for name, ranges in choices.items() if joined(*ranges) != ANY}
 
     def _bound(self, axis: str, kind: str, call: ast.Call) -> dict[str, ast.expr]:
@@ -341,6 +359,5 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
 
 def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:
     """Whether a command is a registration move, which has a distance from the edge."""
-    return (kind == "run" and "register" in values) or any(
-        keyword.arg == "register" for keyword in call.keywords
-    )
+    has_keyword = any(keyword.arg == "register" for keyword in call.keywords)
+    return has_keyword or (kind == "run" and "register" in values)

@@ -55,7 +55,7 @@ from .nodes import Function, assignments_in, field_of, is_loaded, is_stored, nod
 from .numbers import Numbers
 from .reader import Reader, functions_in
 from .reals import note_reals
-from .scans import word_lost
+from .scans import word_loss
 from .sequence_summaries import Method, SequenceSummaries
 from .steps import PythonSteps
 from .times import note_short_times
@@ -70,7 +70,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
 
 
 def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
-    """Note the configuration of an axis, and whether the axis sends a command in one piece."""
+    """Note the configuration of an axis, and an axis that sends commands together with their parameters."""
     place = place_at(axis.declared, path)
     if isinstance(axis.configuration, Configuration):  # the rules read only the words of a 3601
         words = tuple(axis.configuration.to_image().words.tolist())
@@ -112,7 +112,7 @@ class _SequenceReader:
             note_reals(reader)
         for variable in variables_of(self._logic, self._path, self._is_recorded):
             self._facts.variables[variable.name] = variable
-            self._unnamed(variable)
+            self._note_unnamed(variable)
         owners = self._summaries()
         self._unknown_attributes()
         if len(self._readers) == 1 and not self._facts.reads_all:
@@ -121,10 +121,10 @@ class _SequenceReader:
         self._called_twice()
         for name, (reader, function) in self._methods.items():
             if name not in owners and not function.name.startswith("__"):
-                self._unused(reader, function)
+                self._note_uncalled(reader, function)
 
     def _calls(self, reader: Reader) -> None:
-        """Note the calls of axes and waits that fail, that are refused, or that wait too short."""
+        """Note calls of axes and waits that fail, that are refused, or whose time is too short."""
         calls = Calls(reader, self._axes, type(self._logic).__mro__)
         self._facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
         self._facts.remarks["out-of-range"] += calls.refused()
@@ -141,15 +141,15 @@ class _SequenceReader:
         for line, text in dict(loops).items():
             self._facts.remark("never-waits", FileLine(reader.file, line), text)
 
-    def _unnamed(self, field: Variable) -> None:
+    def _note_unnamed(self, field: Variable) -> None:
         """Note a field that is never used."""
-        is_own = field.role is Role.PLAIN and not self._is_recorded(field.name)
-        if is_own and field.name not in self._attributes and field.name not in self._constants:
-            text = f"field {field.name} is declared, and nothing names it"
+        is_private = field.role is Role.PLAIN and not self._is_recorded(field.name)
+        if is_private and field.name not in self._attributes and field.name not in self._constants:
+            text = f"field {field.name} is declared, but nothing uses it"
             self._facts.remark("unused-tag", field.place, text)
 
     def _of_one_file(self, reader: Reader) -> None:
-        """Note counters and blocks that nothing runs, and note the steps, without the commands in them."""
+        """Note counters and blocks that nothing runs, and note the steps without their commands."""
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
         note_counting(reader, recorded)
         never_called(reader, self._blocks)
@@ -162,36 +162,32 @@ class _SequenceReader:
         self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
     def _summaries(self) -> Mapping[str, set[str]]:
-        """Note what sequences do, and how methods use fields; return the sequences that reach each method."""
+        """Note the actions of sequences and uses of fields; return the sequences that reach each method."""
         locks = [name for name, part in self._parts.items() if isinstance(part, Lock)]
-        numbers = {
-            logic_reader.file: Numbers(logic_reader, _stored(logic_reader, self._logic))
-            for logic_reader in self._readers
-        }
+        numbers = {reader.file: Numbers(reader, _stored(reader, self._logic)) for reader in self._readers}
         summaries = SequenceSummaries(self._methods, self._axes, locks, numbers, self._facts)
-        sequences = [named_sequence.name for named_sequence in sequences_of(self._logic)]
+        sequences = [sequence.name for sequence in sequences_of(self._logic)]
         for sequence in sequences:
             summaries.follow(sequence, sequence)
         summaries.follow("every_scan", "")
         self._facts.escaped = summaries.escaped()
         for reader, function in self._methods.values():
-            self._words(reader, function, numbers[reader.file])
+            self._note_lost_numbers(reader, function, numbers[reader.file])
             Accesses(reader, function, summaries.reached, sequences).note()
         return summaries.reached
 
     def _all_methods(self) -> Iterator[tuple[str, Method]]:
         """Yield the methods of the class and its bases, derived classes last."""
-        names = [kind.__name__ for kind in reversed(type(self._logic).__mro__)]
-        for name in names:
+        for kind in reversed(type(self._logic).__mro__):
             for reader in self._readers:
                 for function, owner in functions_in(reader.tree):
-                    if owner is not None and owner.name == name:
+                    if owner is not None and owner.name == kind.__name__:
                         yield function.name, (reader, function)
 
     def _is_recorded(self, name: str) -> bool:
         return any(fnmatch(name, pattern.rpartition(".")[2]) for pattern in self._spec.tags)
 
-    def _unused(self, reader: Reader, function: Function) -> None:
+    def _note_uncalled(self, reader: Reader, function: Function) -> None:
         """Note a helper that is never used."""
         is_entry = function.name == "every_scan" or function.decorator_list
         if function.name not in self._attributes and not is_entry:
@@ -211,18 +207,19 @@ class _SequenceReader:
         for reader, function in self._methods.values():
             is_helper = isinstance(function, ast.FunctionDef) and function.name in callees
             for call, name in () if is_helper else called_twice(function, self._blocks, helpers):
-                where = f"{name} is called twice in {function.name}"
-                text = f"{where}: the second call counts, and edges are lost"
+                problem = "the second call overrides the first, and edges are lost"
+                text = f"{name} is called twice in {function.name}: {problem}"
                 reader.remark("block-twice", call, text)
 
-    def _words(self, reader: Reader, function: Function, numbers: Numbers) -> None:
+    def _note_lost_numbers(self, reader: Reader, function: Function, numbers: Numbers) -> None:
         """Note numbers that do not fit into their word."""
         for node in nodes_in(function, ast.Assign):
             for target in node.targets:
                 part = self._parts.get(ast.unparse(target).removeprefix("self."))
-                loss = word_lost(node.value, numbers.of(node.value)) if isinstance(part, OutputWord) else ""
-                if part is not None and loss:
-                    reader.remark("lossy-conversion", node, f"{part.name}: {loss}")
+                if isinstance(part, OutputWord):
+                    loss = word_loss(node.value, numbers.range_of(node.value))
+                    if loss:
+                        reader.remark("lossy-conversion", node, f"{part.name}: {loss}")
 
     def _unknown_attributes(self) -> None:
         """Note attributes that do not exist."""
@@ -237,18 +234,18 @@ class _SequenceReader:
                     if names is not None:
                         reader.remark_unless_in(names, node)
 
-    def _names_of(self, node: ast.Attribute, known: set[str], *, called: bool) -> set[str] | None:
+    def _names_of(self, node: ast.Attribute, fields: set[str], *, called: bool) -> set[str] | None:
         """Return the attributes of an attribute's owner; None if they are unknown, or if any name is legal.
 
         Args:
-            known: known attributes of `self`.
+            fields: attributes of `self`.
         """
         match ast.unparse(node.value).split("."):
             case ["self"]:
-                return known if is_loaded(node) else None
+                return fields if is_loaded(node) else None
             case ["self", name]:
                 part = self._parts.get(name)
-                is_command = isinstance(part, Axis3601) and called  # see `calls`
+                is_command = isinstance(part, Axis3601) and called  # `calls` checks commands
                 is_open = part is None or isinstance(part, InputWord | Output) or is_command
                 return None if is_open else set(dir(part))
             case ["self", name, "status"]:
@@ -260,14 +257,14 @@ class _SequenceReader:
 def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
     """Return the values that a text assigns to each field and local variable; None for unknown values."""
     values: dict[str, list[ast.expr | None]] = {}
-    simple: set[int] = set()
+    known_ids: set[int] = set()  # targets with a known value
     for target, value in _single_assignments(reader.tree):
-        simple.add(id(target))
+        known_ids.add(id(target))
         values.setdefault(ast.unparse(target), []).append(value)
     for node in nodes_in(reader.tree, ast.Name, ast.Attribute, ast.arg):
         if isinstance(node, ast.arg):
             values.setdefault(node.arg, []).append(None)
-        elif is_stored(node) and id(node) not in simple:
+        elif is_stored(node) and id(node) not in known_ids:
             values.setdefault(ast.unparse(node), []).append(None)
     for name, initial in fields_of(logic).items():
         if isinstance(initial, int) and f"self.{name}" in values and initial:
@@ -276,7 +273,7 @@ def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
 
 
 def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield names and attributes that get a value, or an element of one, each with the value."""
+    """Yield the names and attributes that assignments set, each with its value or element of a value."""
     for target, value in assignments_in(tree):
         for index, element_target in enumerate(target.elts if isinstance(target, ast.Tuple) else [target]):
             if isinstance(element_target, ast.Name | ast.Attribute):
@@ -297,39 +294,38 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
     """Yield the file, syntax tree and global names of each module that defines the class or a base."""
-    seen = set()
+    files = set()
     for kind in program.__mro__:
         module = sys.modules.get(kind.__module__)
         file = getattr(module, "__file__", None)
-        if file is None or not issubclass(kind, Logic) or kind is Logic or file in seen:
+        if file is None or not issubclass(kind, Logic) or kind is Logic or file in files:
             continue
-        seen.add(file)
-        own = path if Path(file).resolve() == path.resolve() else Path(file)
-        yield own, ast.parse(read_input_text(own, TextKind.PYTHON)), vars(module)
+        files.add(file)
+        shown = path if Path(file).resolve() == path.resolve() else Path(file)  # as the user wrote it
+        yield shown, ast.parse(read_input_text(shown, TextKind.PYTHON)), vars(module)
 
 
 def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
-    """Return a test of whether the class declares a bit, or its word, under a name that its text uses."""
+    """Return a function that tests whether the class declares a bit, or its word, under a used name."""
     read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
-    uses_by_image = {"I": read, "O": stored_attributes(texts)}
-    by_name = _uses_names(texts)
+    used_names = {"I": read, "O": stored_attributes(texts)}
+    may_use_all = _uses_names(texts)
     signals = ((part.name, part.at) for part in parts_of(logic) if isinstance(part, Signal))
-    places = {
+    used_bits = {
         (signal.slot, signal.image, signal.word, signal.bit)
         for name, signal in signals
-        if signal is not None and (by_name or name in uses_by_image[signal.image])
+        if signal is not None and (may_use_all or name in used_names[signal.image])
     }
 
     def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-        return not places.isdisjoint({(slot, image, word, bit), (slot, image, word, None)})
+        return not used_bits.isdisjoint({(slot, image, word, bit), (slot, image, word, None)})
 
     return uses
 
 
 def _uses_names(texts: Iterable[ast.AST]) -> bool:
     """Whether a text may compute the names of attributes that it uses."""
-    by_name = ("getattr", "setattr", "vars")
-    return any(node.id in by_name for node in nodes_in(texts, ast.Name))
+    return any(node.id in ("getattr", "setattr", "vars") for node in nodes_in(texts, ast.Name))
 
 
 def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:

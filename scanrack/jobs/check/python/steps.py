@@ -17,7 +17,7 @@ from scanrack.io_images.amci3601 import StatusMsw
 
 from ..facts import Step, StepAction, StepUse
 from ..logic import Bit, Compare, Condition, FixedTruth, base_of, is_only_of, leaves, steps_in
-from ..module_kinds import MOVING, given_by, shows_end
+from ..module_kinds import MOVING, action_fields, shows_end
 from .conditions import constant_of
 from .images import Images
 from .nodes import assignments_in, is_stored, last_name, nodes_in
@@ -62,39 +62,42 @@ class PythonSteps:
     ) -> Iterator[StepAction]:
         """Yield an action for a write of the command word, for each machine."""
         for machine in self._machines:
-            yield replace(self._action(node, machine, reached), axis=axis, **given_by(sets, clears))
+            yield replace(self._action(node, machine, reached), axis=axis, **action_fields(sets, clears))
 
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
     ) -> StepAction:
         parts = list(leaves(reached))
-        ends = any(map(self._says_end, parts))
+        ends = any(map(self._shows_end, parts))
         moves = any(isinstance(part, Bit) and part.on and _last(part.name) in MOVING for part in parts)
-        possible_steps, place = self._there(reached, machine), self._reader.place(node)
-        return StepAction(machine, possible_steps, place, goes, ends, moves, when=reached)
+        steps, place = self._possible_steps(reached, machine), self._reader.place(node)
+        return StepAction(machine, steps, place, goes, ends, moves, when=reached)
 
-    def _there(self, reached: Condition, machine: str) -> frozenset[Step] | None:
-        """Return the steps in which a condition can hold; None for all."""
+    def _possible_steps(self, reached: Condition, machine: str) -> frozenset[Step] | None:
+        """Return the steps in which a condition can be true; None for all."""
         number = self._walk.names.number
         numbers = {float(number(step) or 0): step for step in sorted(self._machines[machine], key=str)}
         possible_steps = steps_in(reached, machine, frozenset(numbers))
         return None if possible_steps is None else frozenset(numbers[step] for step in possible_steps)
 
-    def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return the steps in which a condition may hold, and whether it holds in every scan of them."""
+    def in_steps(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+        """Return, by machine, the steps in which a condition can be true, and whether it always is.
+
+        The steps are None if the condition can be true in all of them.
+        """
         return {
-            machine: (self._there(reached, machine), is_only_of(reached, machine))
+            machine: (self._possible_steps(reached, machine), is_only_of(reached, machine))
             for machine in self._machines
         }
 
     def use(self, machine: str, step: Step) -> StepUse | None:
-        """Return what the text does in a step; None if the step may change in ways that are not analyzed."""
+        """Return the use of a step; None if the step may change in ways that are not analyzed."""
         name = machine.rpartition(".")[2]
-        others = (text for text in self._walk.values if text != machine and text.endswith(f".{name}"))
-        stored = self._stored.get(machine)  # None for an element, such as that of an image
-        if stored is None or not stored <= self._assigning or any(others):
+        same_name = (text for text in self._walk.values if text != machine and text.endswith(f".{name}"))
+        stored = self._stored.get(machine)  # None for an element, as of an image
+        if stored is None or not stored <= self._assigning or any(same_name):
             return None
-        bodies = [body for of, step_of, body in self._arms() if of == machine and step_of == step]
+        bodies = [body for *tested, body in self._arms() if tested == [machine, step]]
         works = any(any(nodes_in(body, *_WORKING)) for body in bodies)
         return StepUse(bool(bodies), works, chosen=True)
 
@@ -129,37 +132,36 @@ class PythonSteps:
                 for pattern in nodes_in(case.pattern, ast.MatchValue):
                     yield ast.unparse(match.subject), _step(pattern.value), case.body
 
-    # --- what texts mean
+    # --- meaning of texts
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[Step]]:
-        """The names that get only constants, each with its steps: constants it gets or is compared with."""
+        """The names that get only constants, each with the constants it gets or is compared with."""
         compared: dict[str, set[Step | None]] = {}
         for node in nodes_in(self._reader.tree, ast.Compare):
             if len(node.comparators) == 1:
                 compared.setdefault(ast.unparse(node.left), set()).add(_step(node.comparators[0]))
         machines: dict[str, frozenset[Step]] = {}
         for text, values in self._walk.values.items():
-            steps = set(map(_step, values))
-            every = frozenset(step for step in steps | compared.get(text, set()) if step is not None)
-            if None not in steps and len(every) > 1:
-                machines[text] = every
+            assigned = set(map(_step, values))
+            steps = frozenset(step for step in assigned | compared.get(text, set()) if step is not None)
+            if None not in assigned and len(steps) > 1:
+                machines[text] = steps
         return machines
 
-    def kind(self, loaded: ast.expr) -> str:
-        """Return the command in an image; "" if there is none."""
-        text = ast.unparse(loaded)
-        name = text.partition(".")[0]
-        texts = [text, *(ast.unparse(value) for value in self._walk.values.get(name, ()))]
-        for call_text in texts:
-            if call_text.startswith("Move("):
-                return "move_to" if "ABSOLUTE" in call_text else "move_by"
-            kind = CLASSES.get(call_text.partition("(")[0], "")
+    def kind(self, image: ast.expr) -> str:
+        """Return the command in an image, such as "move_to"; "" if it has none, or if it is unknown."""
+        name = ast.unparse(image).partition(".")[0]
+        for value in (image, *self._walk.values.get(name, ())):
+            text = ast.unparse(value)
+            if text.startswith("Move("):
+                return "move_to" if "ABSOLUTE" in text else "move_by"
+            kind = CLASSES.get(text.partition("(")[0], "")
             if kind:
                 return kind
         return ""
 
-    def _says_end(self, part: Condition) -> bool:
+    def _shows_end(self, part: Condition) -> bool:
         """Whether a part of a condition may show that a motion has ended or that time has passed."""
         if isinstance(part, FixedTruth):
             return False
@@ -173,8 +175,8 @@ class PythonSteps:
     def _may_show_end(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
         local = self._images.locals_of(self._walk.function)
-        parts = (self._images.what(node, local) for node in ast.walk(value) if isinstance(node, ast.expr))
-        reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
+        kinds = (self._images.kind_of(node, local) for node in ast.walk(value) if isinstance(node, ast.expr))
+        reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in kinds)
         return reads or END_SIGNS.search(ast.unparse(value)) is not None
 
 

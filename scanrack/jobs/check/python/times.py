@@ -1,6 +1,6 @@
 """Times in a Python program that were meant in another unit.
 
-if scan.now_ns - line.since > 500:     500 ns, so it holds in the next scan
+if scan.now_ns - line.since > 500:     500 ns: true in the next scan
 await dwell("500 us")                  shorter than a scan
 """
 
@@ -22,11 +22,11 @@ def note_short_times(reader: Reader, scan_ns: int) -> None:
         names = _names(function)
         for node in nodes_in(function, ast.Compare):
             sides = (node.left, node.comparators[0])
-            for side, other_side in (sides, sides[::-1]) if len(node.comparators) == 1 else ():
-                unit, limit = _unit(side, names, reader), _number(other_side, reader)
-                if unit is not None and limit is not None and 0 < limit * unit < scan_ns:
-                    time = f"{limit * unit:,g} ns, and a scan takes {scan_ns:,} ns"
-                    reader.remark("preset-unit", node, f"`{ast.unparse(node)}` is a time of {time}")
+            for elapsed, limit_node in (sides, sides[::-1]) if len(node.comparators) == 1 else ():
+                unit_ns, limit = _unit_ns(elapsed, names, reader), _number(limit_node, reader)
+                if unit_ns is not None and limit is not None and 0 < limit * unit_ns < scan_ns:
+                    times = f"{limit * unit_ns:,g} ns, but a scan takes {scan_ns:,} ns"
+                    reader.remark("preset-unit", node, f"`{ast.unparse(node)}`: the limit is {times}")
 
 
 def _names(function: Function) -> dict[str, ast.expr]:
@@ -38,17 +38,17 @@ def _names(function: Function) -> dict[str, ast.expr]:
     return {name: values[0] for name, values in assignments.items() if len(values) == 1}
 
 
-def _unit(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:
-    """Return the unit of an elapsed time, ns; None for another expression."""
+def _unit_ns(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:
+    """Return the unit of an elapsed time in ns; None for another expression."""
     if depth == 0:
         return None
     if isinstance(node, ast.Name) and node.id in names:
-        return _unit(names[node.id], names, reader, depth - 1)
+        return _unit_ns(names[node.id], names, reader, depth - 1)
     if not isinstance(node, ast.BinOp):
         return None
     if isinstance(node.op, ast.Div | ast.FloorDiv):
-        inner, by = _unit(node.left, names, reader, depth - 1), _number(node.right, reader)
-        return inner * by if inner is not None and by else None
+        unit_ns, divisor = _unit_ns(node.left, names, reader, depth - 1), _number(node.right, reader)
+        return unit_ns * divisor if unit_ns is not None and divisor else None
     is_elapsed = isinstance(node.op, ast.Sub) and _is_clock(node.left, names)
     return 1.0 if is_elapsed else None
 

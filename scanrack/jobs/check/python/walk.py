@@ -1,6 +1,6 @@
 """The statements of a Python program in order of execution, each with the condition under which it acts.
 
-if self.step == "feed" and ready:          `ready` means what was assigned to it before
+if self.step == "feed" and ready:          `ready` has the value last assigned to it
     self.step = "cut"
 """
 
@@ -27,11 +27,11 @@ class WalkPlace:
     """The conditions of a statement.
 
     Attributes:
-        entry: the function at which the walk has started.
-        when: the condition as the text has it.
-        reached: the same without the parts that always hold.
-        free: the same in terms of inputs and fields.
-        depth: how many more calls are followed.
+        entry: the function in which the walk has started.
+        when: the condition as written.
+        reached: the condition without the parts that are always true.
+        free: the condition in terms of inputs and fields.
+        depth: number of further nested calls that are followed.
     """
 
     entry: str
@@ -40,26 +40,26 @@ class WalkPlace:
     free: Condition = TRUE
     depth: int = 4
 
-    def inside(self, own: Condition, free: Condition) -> WalkPlace:
-        """Return the place inside a condition."""
-        when, reached = AllOf((self.when, own)), all_of(self.reached, own)
+    def inside(self, tested: Condition, free: Condition) -> WalkPlace:
+        """Return the place at which a condition is true."""
+        when, reached = AllOf((self.when, tested)), all_of(self.reached, tested)
         return replace(self, when=when, reached=reached, free=AllOf((self.free, free)))
 
-    def outside(self, own: Condition, free: Condition) -> WalkPlace:
-        """Return the place where a condition does not hold."""
-        return self.inside(negated(own), negated(free))
+    def outside(self, tested: Condition, free: Condition) -> WalkPlace:
+        """Return the place at which a condition is false."""
+        return self.inside(negated(tested), negated(free))
 
 
 Statement = tuple[ast.Assign | ast.AugAssign | ast.Call, WalkPlace]
-"""A statement that ends the walk's way through functions and conditions, with its place."""
+"""An assignment, or a call that is not followed, with its place."""
 
 
 class Walk:
-    """Walks over the functions that no other function calls, and into those that they call.
+    """Walks over the functions that no other function calls, and into the functions that they call.
 
     Attributes:
         function: the function that the walk has reached.
-        local: the meaning of its local names there.
+        local: the meaning of its local names at the current statement.
         options: the possible values of expressions.
         names: names of values in conditions.
     """
@@ -105,9 +105,9 @@ class Walk:
                 yield from self._if(node, place)
             case ast.Match(subject=subject, cases=cases):
                 for case in cases:
-                    before = self.local.copy()
-                    yield from self._body(case.body, place.inside(self._chosen(subject, case), TRUE))
-                    self.local.swap(before)
+                    names_before = self.local.copy()
+                    yield from self._body(case.body, place.inside(self._case(subject, case), TRUE))
+                    self.local.swap(names_before)
             case ast.For(target=target, iter=iterable, body=body):
                 for value in self._passes(iterable):
                     self.local.bind(target, value)
@@ -117,17 +117,17 @@ class Walk:
             case ast.Assign() | ast.AugAssign():
                 yield node, place
             case ast.Expr(value=ast.Call() as call):
-                yield from self._called(call, place)
+                yield from self._call(call, place)
 
     def _if(self, node: ast.If, place: WalkPlace) -> Iterator[Statement]:
-        own, free = condition(node.test, self.names), self.free(node.test)
-        before = self.local.copy()
-        yield from self._body(node.body, place.inside(own, free))
-        after = self.local.swap(before)
-        yield from self._body(node.orelse, place.outside(own, free))
-        self.local.join(after, node.test)
+        tested, free = condition(node.test, self.names), self.free(node.test)
+        names_before = self.local.copy()
+        yield from self._body(node.body, place.inside(tested, free))
+        names_after_body = self.local.swap(names_before)
+        yield from self._body(node.orelse, place.outside(tested, free))
+        self.local.join(names_after_body, node.test)
 
-    def _chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
+    def _case(self, subject: ast.expr, case: ast.match_case) -> Condition:
         """Return the condition under which a case is chosen."""
         patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
         parts: list[Condition] = [
@@ -142,7 +142,7 @@ class Walk:
         """Return the value of the loop variable in each pass; a single None if it is unknown."""
         closed = self.local.closed(iterable)
         try:
-            options = self.options.of(closed, {}).options
+            options = self.options.evaluate(closed, {}).options
         except UnknownError:
             return [None]
         rows = options[0] if len(options) == 1 and isinstance(options[0], tuple | list) else ()
@@ -150,16 +150,17 @@ class Walk:
             return [None]
         return [ast.Subscript(closed, ast.Constant(index), ast.Load()) for index in range(len(rows))]
 
-    def _called(self, call: ast.Call, place: WalkPlace) -> Iterator[Statement]:
-        inner = self.functions.get(callee_of(call))
-        if inner is None or not place.depth:
+    def _call(self, call: ast.Call, place: WalkPlace) -> Iterator[Statement]:
+        """Yield the statements of a called function; for a function from elsewhere, yield the call."""
+        called = self.functions.get(callee_of(call))
+        if called is None or not place.depth:
             yield call, place
             return
-        outer, caller = self.local.enter(inner, call), self.function
-        self.function = inner
-        yield from self._body(inner.body, replace(place, depth=place.depth - 1))
+        caller, caller_names = self.function, self.local.enter(called, call)
+        self.function = called
+        yield from self._body(called.body, replace(place, depth=place.depth - 1))
         self.function = caller
-        self.local.swap(outer)
+        self.local.swap(caller_names)
 
     def free(self, test: ast.expr) -> Condition:
         """Return an expression as a condition on inputs and fields."""

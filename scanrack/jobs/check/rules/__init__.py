@@ -16,11 +16,11 @@ class Rule(NamedTuple):
     """A rule.
 
     Attributes:
-        id: its name on the command line, in JSON and in suppressions; it never changes.
-        words: what it finds, in a few words.
-        remedy: what to do.
+        id: the name on the command line, in JSON and in suppressions; it never changes.
+        words: a short description of the mistake.
+        remedy: the action that corrects it.
         level: "error": it can't work; "warning": it is probably a mistake; "note": someone may rely on it.
-        checks: find it in the table of facts, in addition to the remarks of the collectors.
+        checks: functions that find the mistake in the table of facts. Collectors report further findings.
     """
 
     id: str
@@ -36,13 +36,13 @@ RULES = (
     # the rack
     Rule(
         "not-configured",
-        "an input is wired that no configuration uses",
-        "add the input to the configuration, or take it out of the machine",
+        "a wired input that no configuration uses",
+        "add the input to the configuration, or remove it from the machine",
         checks=(rack.wired_but_not_configured,),
     ),
     Rule(
         "search-without-switch",
-        "a home search on a machine without a home switch, or with one that lies beyond a limit",
+        "a home search on a machine without a home switch, or with a home switch beyond a limit",
         "wire a home switch, or set the position instead",
         "error",
         (rack.search_without_switch,),
@@ -57,78 +57,78 @@ RULES = (
     Rule(
         "unused-terminal",
         "a card's wired input or output that no program uses",
-        "use it, or take it out of the rack file",
+        "use it, or remove it from the rack file",
         "note",
         (rack.unused_terminals,),
     ),
     Rule(
         "no-place",
-        "an input, output or axis that the rack lacks, or that two own; a module that is no 3601",
+        "an input, output or axis that the rack lacks or that has two owners; a module that is not a 3601",
         "correct the slot or the terminal",
         "error",
     ),
     Rule(
         "unknown-tag",
-        "a pattern of recorded tags that matches none",
+        "a pattern of recorded tags that matches no tag",
         "correct the pattern",
         checks=(rack.unknown_tags,),
     ),
     # bits and tags
     Rule(
         "repeated-coil",
-        "a bit with two coils, a timer with two rungs, or a value that is written over in each scan",
-        "join the conditions as branches of one rung, or use OTL and OTU",
+        "a bit with two coils, a timer in two rungs, or a value that is overwritten in each scan",
+        "combine the conditions as branches of one rung, or use OTL and OTU",
         checks=(data.overwritten,),
     ),
     Rule(
         "coil-and-latch",
-        "a bit that a coil writes, and that OTL or OTU writes, too",
-        "use OTL and OTU only, or OTE only",
+        "a bit that both a coil and OTL or OTU write",
+        "use only OTL and OTU, or only OTE",
         checks=(data.coil_and_latch,),
     ),
     Rule(
         "move-over-coil",
-        "a word that is written as a whole, and bit by bit",
-        "write the word, or its bits",
+        "a word that is written both as a whole and bit by bit",
+        "write the word or its bits, not both",
         checks=(data.move_over_coil,),
     ),
     Rule(
         "never-written",
-        "a tag or field that is read, and that nothing writes",
-        "write it, or give it an initial value",
+        "a tag or field that is read but never written",
+        "write it, or set an initial value",
         checks=(data.never_written, data.never_set),
     ),
     Rule(
         "never-run",
-        "a counter or timer that is read, and that nothing runs, or for one scan only",
-        "add the instruction that runs it, or what enables it",
+        "a counter or timer that is read but never runs, or runs for only one scan",
+        "add the instruction that runs it, or correct its condition",
     ),
     Rule(
         "never-read",
-        "a tag or field that is written, and that nothing reads",
-        "read it, record it with `tags` of the rack file, or take it out",
+        "a tag or field that is written but never read",
+        "read it, record it with `tags` in the rack file, or remove it",
         "note",
         (data.never_read,),
     ),
-    Rule("unused-tag", "a tag or field that nothing names", "use it, or take it out", "note"),
+    Rule("unused-tag", "a tag or field that is never used", "use it, or remove it", "note"),
     Rule(
         "latch-never-cleared",
-        "a bit that is set, and that nothing clears",
-        "clear it where it is over",
+        "a bit that is set but never cleared",
+        "clear it when its condition ends",
         checks=(data.latch_never_cleared,),
     ),
-    Rule("input-written", "an assignment to an input", "write a tag of your own", "error"),
+    Rule("input-written", "an assignment to an input", "write to another tag", "error"),
     Rule(
         "several-tasks",
         "a tag that several tasks write",
-        "write it in one task, and let it read what the others wish",
+        "write it in one task only, which reads requests from the other tasks",
         checks=(data.several_tasks,),
     ),
     # conditions
     Rule(
         "shorted-branch",
-        "a branch with an empty leg, which decides nothing",
-        "take the branch out, or fill the empty leg",
+        "a branch with an empty leg, which has no effect",
+        "remove the branch, or fill the empty leg",
     ),
     Rule(
         "contradiction",
@@ -138,48 +138,46 @@ RULES = (
     ),
     Rule(
         "constant-condition",
-        "a condition that always holds, or never does",
-        "correct the comparison, or take it out",
+        "a condition that is always true or always false",
+        "correct the comparison, or remove it",
     ),
-    Rule("unreachable", "a rung, a statement or a routine that is never reached", "call it, or take it out"),
-    Rule(
-        "unreached-step", "a step of a chart that no path leads to", "add a transition to it, or take it out"
-    ),
+    Rule("unreachable", "a rung, statement or routine that is never reached", "call it, or remove it"),
+    Rule("unreached-step", "a step of a chart that no path reaches", "add a transition to it, or remove it"),
     Rule(
         "step-without-exit",
-        "a step that nothing leaves",
-        "add the way on to it",
+        "a step that the program never leaves",
+        "add a transition to another step",
         checks=(steps.without_way_out,),
     ),
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
-    Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
+    Rule("preset-zero", "a timer or counter that is done at once because its preset is 0", "set a preset"),
     Rule(
         "negative-preset",
         "a timer with a negative preset, which is a major fault",
-        "give it a preset of 0 or more",
+        "set a preset of 0 or more",
         "error",
     ),
     Rule(
         "no-interlock",
-        "two outputs of opposite names, such as Up and Down, that inputs can switch on together",
-        "let each one exclude the other, or add the other's contact",
+        "two outputs with opposite names, such as Up and Down, that inputs can switch on together",
+        "interlock them: add a contact of each output to the rung of the other",
         checks=(interlocks.opposite_outputs,),
     ),
     Rule(
         "preset-unit",
-        "a time of a few scans, such as a preset of 2: it is meant in another unit",
-        "give it in milliseconds; in Python with its unit, or in nanoseconds of scan.now_ns",
+        "a time of a few scans, such as a preset of 2, which is probably in the wrong unit",
+        "use milliseconds; in Python, add the unit, or use nanoseconds with scan.now_ns",
     ),
     # numbers and names
     Rule(
         "subscript",
-        "a subscript that leaves its array, or that nothing limits; one that a table does not have",
+        "a subscript that is outside its array, that a table lacks, or that nothing limits",
         "limit the subscript, or correct it",
         "error",
     ),
     Rule(
         "real-equality",
-        "a calculated REAL, a running time or an analog input that is compared for equality",
+        "a calculated REAL, an elapsed time or an analog input that is compared for equality",
         "compare with a tolerance, or with >= or <=",
     ),
     Rule(
@@ -190,17 +188,17 @@ RULES = (
     Rule("division-by-zero", "a division by a constant 0", "divide by another number", "error"),
     Rule(
         "lossy-conversion",
-        "a number that its target can't hold, or only a part of it",
-        "use a wider type, or round and limit it before",
+        "a number that does not fit into its target",
+        "use a wider type, or round and limit the number first",
     ),
     Rule(
         "unused-parameter",
-        "a parameter that nothing uses",
-        "use it, or take it out",
+        "a parameter that is never used",
+        "use it, or remove it",
         "note",
         (data.parameters_never_read,),
     ),
-    Rule("shadowed-name", "a name that hides another one", "give it another name"),
+    Rule("shadowed-name", "a name that hides another name", "rename it"),
     Rule(
         "unknown-attribute",
         "a name, or an attribute of an object, that does not exist",
@@ -210,7 +208,7 @@ RULES = (
     Rule(
         "not-deterministic",
         "random numbers, the clock, files or threads in the logic",
-        "use dwell, OnDelay or scan.now_ns: two runs must be the same",
+        "use dwell, OnDelay or scan.now_ns, so that every run gives the same result",
         "error",
     ),
     # blocks and commands
@@ -221,12 +219,12 @@ RULES = (
     ),
     Rule(
         "control-mixed",
-        "FFL and FFU with different CONTROLs, or a CONTROL of two that do not belong together",
-        "give both instructions of a queue the same CONTROL, and no other one",
+        "FFL and FFU with different CONTROLs, or a CONTROL shared by unrelated instructions",
+        "use one CONTROL for both instructions of a queue, and only for them",
     ),
     Rule(
         "block-order",
-        "the block that owns an axis is not the last one, or is missing",
+        "the block that owns an axis is missing or not the last block",
         "call Amci3601 once, as the last rung",
     ),
     Rule(
@@ -237,13 +235,13 @@ RULES = (
     ),
     Rule(
         "command-held",
-        "a command bit that is set and never taken back, or not before the next command",
-        "zero the command word after the command",
+        "a command bit that is never cleared, or not before the next command",
+        "clear the command word after the command",
         checks=(steps.not_zeroed,),
     ),
     Rule(
         "torn-command",
-        "a command together with its parameters, where an update can be torn",
+        "a command that is sent together with its parameters, although an update may arrive in two parts",
         "send the parameters first: parameters_first=True, CPS, or the command bit in a later scan",
         checks=(motion.torn,),
     ),
@@ -256,7 +254,7 @@ RULES = (
     ),
     Rule(
         "refused-command",
-        "a command that the module refuses: two command bits, data that it must not have, the configuration",
+        "a command that the module refuses: two command bits, data in unused words, the configuration",
         "change the command, its words or the configuration",
         "error",
         (motion.refused, words.refused_images, interlocks.both_commands),
@@ -270,8 +268,8 @@ RULES = (
     ),
     Rule(
         "no-blend",
-        "a blend that runs, and that nothing programs",
-        "program the blend before",
+        "a blend that runs without being programmed",
+        "program the blend first",
         "error",
         (blends.without_blend,),
     ),
@@ -291,34 +289,34 @@ RULES = (
     ),
     Rule(
         "beyond-limit",
-        "an absolute move to a place behind a limit switch",
+        "an absolute move to a position beyond a limit switch",
         "correct the position, or the limit switch of the machine",
         "error",
         (motion.beyond_limits,),
     ),
     Rule(
         "move-interrupted",
-        "a motion that begins before the one before it is complete",
-        "wait for its end",
+        "a motion that begins before the previous motion is complete",
+        "wait for the end of the previous motion",
         checks=(motion.interrupted, steps.unfinished),
     ),
     # sequences
     Rule(
         "two-sequences",
-        "two sequences that write one output or move one axis",
-        "let one own it, or hold a lock",
+        "two sequences that write the same output or move the same axis",
+        "use it in one sequence only, or take a lock",
         checks=(data.several_writers, motion.two_movers),
     ),
     Rule(
         "lock-order",
-        "locks that can block each other for good",
-        "take locks in one order everywhere",
+        "locks whose order can block sequences forever",
+        "take the locks in the same order everywhere",
         "error",
     ),
     Rule(
         "never-waits",
-        "a loop of a sequence without an await, or one that never ends",
-        "await something in it, or change what it tests",
+        "a loop that never ends, or a loop of a sequence without an await",
+        "add an await, or change a value that the loop tests",
         "error",
     ),
     # with `--for`
@@ -328,7 +326,7 @@ RULES = (
         "see docs/replacing.md",
         "note",
     ),
-    Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
+    Rule("bad-call", "a command or wait that raises an exception", "correct the call", "error"),
 )
 """The rules, in the order in which they are reported."""
 

@@ -43,15 +43,17 @@ def _wrong_segment(
     segments: Sequence[Segment], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
     """Return the first mistake in the segments; "" if there is none, or if their values are unknown."""
-    least = min((configuration.starting_speed for configuration in configurations), default=0)
-    ranges = (_out_of_range(number, segment, least, limits) for number, segment in enumerate(segments, 1))
-    wrong = next(filter(None, ranges), "")
-    if wrong or not all(part.is_constant for segment in segments for part in segment):
-        return wrong
-    for number, (before, after) in enumerate(pairwise(segments), 1):
-        if before[1] == after[1]:
+    starting_speed = min((configuration.starting_speed for configuration in configurations), default=0)
+    for number, segment in enumerate(segments, 1):
+        problem = _out_of_range(number, segment, starting_speed, limits)
+        if problem:
+            return problem
+    if not all(value.is_constant for segment in segments for value in segment):
+        return ""
+    for number, ((_, speed, _), (_, next_speed, _)) in enumerate(pairwise(segments), 1):
+        if speed == next_speed:
             return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
-    return _too_short(segments, least) if configurations else ""
+    return _too_short(segments, starting_speed) if configurations else ""
 
 
 Segment = tuple[Range, Range, Range]
@@ -60,12 +62,14 @@ Segment = tuple[Range, Range, Range]
 
 def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Limits) -> str:
     """Return a message about a value of a segment that is out of range; "" if all are in range or unknown."""
-    for name, value, most in zip(
-        ("length", "speed", "rate"), segment, (PARAMETER_MAX, limits.speed, limits.rate), strict=True
+    length, speed, rate = segment
+    for name, value, most in (
+        ("length", length, PARAMETER_MAX),
+        ("speed", speed, limits.speed),
+        ("rate", rate, limits.rate),
     ):
         if value.outside(1, most):
             return f"{name} {value} of segment {number}: must be 1 to {most}"
-    speed = segment[1]
     if speed.most < starting_speed:
         return f"speed {speed} of segment {number} is below the starting speed, {starting_speed}"
     return ""
@@ -73,17 +77,19 @@ def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Li
 
 def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
     """Return a message about a segment that ends before its ramp; "" if none does."""
-    before = starting_speed
+    previous_speed = starting_speed
     for number, (length, speed, rate) in enumerate(segments, 1):
-        ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)
+        ramp = ramp_distance(
+            MILLI * previous_speed, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT
+        )
         if length.least * PICO < ramp:
             return f"segment {number}: {RULES['PRF-05'].text}"
-        before = int(speed.least)
+        previous_speed = int(speed.least)
     return ""
 
 
 def without_blend(subject: Subject) -> Iterator[Violation]:
-    """Find blends that run although nothing programs them, or nothing has programmed them yet."""
+    """Find blends that run although nothing programs them, or before anything programs them."""
     for commands in subject.by_axis():
         runs = [command for command in commands if command.kind == "run_blend"]
         if runs and not is_open(subject, runs[0]):
@@ -94,29 +100,33 @@ def without_blend(subject: Subject) -> Iterator[Violation]:
 def _not_programmed(
     subject: Subject, runs: Sequence[Command], programs: Sequence[Command]
 ) -> Iterator[Violation]:
-    """Find the blend run of an axis whose blend is never programmed, or not yet."""
+    """Find the blend run of an axis that comes too early, or whose blend is never programmed."""
     if not programs:
         yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
         return
-    early = _in_order(runs, programs) or _at_once(runs, programs) or _in_steps(subject.facts, runs[0].axis)
+    early = (
+        _early_in_sequence(runs, programs)
+        or _early_block(runs, programs)
+        or _early_in_steps(subject.facts, runs[0].axis)
+    )
     if early is not None:
         place, text, line = early
         mistake = f"{text} comes before the blend is programmed in line {line}"
         yield Violation(place, f"{mistake}: {RULES['CMD-16'].text}")
 
 
-Early = tuple[FileLine, str, int]
+EarlyRun = tuple[FileLine, str, int]
 """A run that comes too early: its place and text, and the line that programs the blend."""
 
 
-def _in_order(runs: Sequence[Command], programs: Sequence[Command]) -> Early | None:
+def _early_in_sequence(runs: Sequence[Command], programs: Sequence[Command]) -> EarlyRun | None:
     """Return a run that comes before all programming in the same sequence."""
     for run, program in first_before(programs, runs):
         return run.place, run.text, program.place.line
     return None
 
 
-def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | None:
+def _early_block(runs: Sequence[Command], programs: Sequence[Command]) -> EarlyRun | None:
     """Return a block that runs when the programming block starts, or that must be done before it starts."""
     for run in runs:
         name = run.text.rpartition(" ")[2].upper()
@@ -132,19 +142,22 @@ def _at_once(runs: Sequence[Command], programs: Sequence[Command]) -> Early | No
 
 def _first_time(on: Condition, name: str) -> Condition:
     """Return the condition of a block's Execute before its first run, when its own result bits are off."""
+
+    def is_own_bit_off(part: Condition) -> bool:
+        return isinstance(part, Bit) and not part.on and part.name.startswith(f"{name}.")
+
     parts = on.parts if isinstance(on, AllOf) else (on,)
-    own = (isinstance(part, Bit) and not part.on and part.name.startswith(f"{name}.") for part in parts)
-    return all_of(*(part for part, is_own in zip(parts, own, strict=True) if not is_own))
+    return all_of(*(part for part in parts if not is_own_bit_off(part)))
 
 
-def _in_steps(facts: Facts, axis: str) -> Early | None:
+def _early_in_steps(facts: Facts, axis: str) -> EarlyRun | None:
     """Return a run in a step that can be reached without passing a step that programs the blend."""
-    for machine, actions in grouped(facts.actions, lambda each: each.machine).items():
+    for machine, actions in grouped(facts.actions, lambda action: action.machine).items():
         programs = list(_programming(facts, actions, axis, machine))
-        before = _steps_before(programs, facts.first_steps(machine), actions)
+        steps_before = _steps_before(programs, facts.first_steps(machine), actions)
         for action in actions:
             is_run = action.axis == axis and action.kind == "run_blend"
-            if is_run and before and action.steps is not None and action.steps <= before:
+            if is_run and steps_before and action.steps is not None and action.steps <= steps_before:
                 return action.place, action.text, programs[0][1].line
     return None
 
@@ -152,7 +165,7 @@ def _in_steps(facts: Facts, axis: str) -> Early | None:
 def _programming(
     facts: Facts, actions: Sequence[StepAction], axis: str, machine: str
 ) -> Iterator[tuple[frozenset[Step] | None, FileLine]]:
-    """Yield the steps (None: all) and places that program a blend."""
+    """Yield the actions and writes that program a blend, each as its steps (None for all) and its line."""
     for action in actions:
         if action.axis == axis and action.kind == PROGRAM:
             yield action.steps, action.place
@@ -169,10 +182,10 @@ def _steps_before(
     actions: Sequence[StepAction],
 ) -> frozenset[Step]:
     """Return the steps that can be reached without programming; empty if programming steps are unknown."""
-    where = [steps for steps, _ in programs if steps is not None]
-    if not where or len(where) < len(programs):
+    known_steps = [steps for steps, _ in programs if steps is not None]
+    if not known_steps or len(known_steps) < len(programs):
         return frozenset()
-    programming = frozenset().union(*where)
+    programming = frozenset().union(*known_steps)
 
     def onward(step: Step) -> Iterator[Step]:
         for action in actions:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
 
 from scanrack.io_images.amci3601.rules import RULES
 
@@ -34,39 +34,41 @@ OPPOSITES = (
 
 def opposite_outputs(subject: Subject) -> Iterator[Violation]:
     """Find outputs with opposite names that inputs can switch on together."""
-    own = [output for output in subject.facts.outputs if not output.commands]
-    for first, other in combinations(own, 2):
-        if _are_opposite(first.name, other.name) and _meet(first, other):
+    outputs = [output for output in subject.facts.outputs if not output.commands]
+    for first, second in combinations(outputs, 2):
+        if _are_opposite(first.name, second.name) and _can_be_on_together(first, second):
             text = (
-                f"{other.name} is switched on here while {first.name} of line {first.place.line} may be on: "
+                f"{second.name} is switched on here while {first.name} of line {first.place.line} may be on: "
                 "their inputs do not exclude each other"
             )
-            yield Violation(other.place, text)
+            yield Violation(second.place, text)
 
 
 def both_commands(subject: Subject) -> Iterator[Violation]:
     """Find command bits of a 3601 that inputs can set together."""
     row = RULES["CMD-02"]
-    for first, other in combinations([output for output in subject.facts.outputs if output.commands], 2):
-        if first.commands == other.commands and first.name != other.name and _meet(first, other):
+    command_bits = [output for output in subject.facts.outputs if output.commands]
+    for first, second in combinations(command_bits, 2):
+        is_pair = first.commands == second.commands and first.name != second.name
+        if is_pair and _can_be_on_together(first, second):
             text = (
-                f"{other.name} is set here while {first.name} of line {first.place.line} may be set: "
-                f"{row.text.rstrip('.')} [{row.section}]: let each exclude the other"
+                f"{second.name} is set here while {first.name} of line {first.place.line} may be set: "
+                f"{row.text.rstrip('.')} [{row.section}]: interlock them"
             )
-            yield Violation(other.place, text)
+            yield Violation(second.place, text)
 
 
-def _are_opposite(one: str, other: str) -> bool:
+def _are_opposite(first: str, second: str) -> bool:
     """Whether two names differ only in opposite words.
 
     >>> _are_opposite("DoorOpen", "DoorClose"), _are_opposite("open_valve_1", "close_valve_2")
     (True, False)
     """
-    words, others = _words(one), _words(other)
-    if len(words) != len(others):
+    first_words, second_words = _words(first), _words(second)
+    if len(first_words) != len(second_words):
         return False
-    differing = [pair for pair in zip(words, others, strict=True) if pair[0] != pair[1]]
-    return len(differing) == 1 and any(set(differing[0]) == set(pair) for pair in OPPOSITES)
+    differing = [{a, b} for a, b in zip(first_words, second_words, strict=True) if a != b]
+    return len(differing) == 1 and any(differing[0] == set(pair) for pair in OPPOSITES)
 
 
 def _words(name: str) -> list[str]:
@@ -75,20 +77,24 @@ def _words(name: str) -> list[str]:
     return [word.lower() for word in words]
 
 
-def _meet(one: OutputWrite, other: OutputWrite) -> bool:
-    """Whether inputs alone can make both conditions true."""
-    ways, others = alternatives(one.free), alternatives(other.free)
-    both: Term = (Bit(one.key), Bit(other.key))
-    return any(
-        not is_impossible((*way, *other_way, *both))
-        and _is_free(set(way) - set(other_way))
-        and _is_free(set(other_way) - set(way))
-        for way in ways or ()
-        for other_way in others or ()
-    )
+def _can_be_on_together(first: OutputWrite, second: OutputWrite) -> bool:
+    """Whether inputs alone can make the conditions of both outputs true."""
+    both_on: Term = (Bit(first.key), Bit(second.key))
+    for term, other_term in product(alternatives(first.free) or (), alternatives(second.free) or ()):
+        if not is_impossible((*term, *other_term, *both_on)):
+            only_first, only_second = set(term) - set(other_term), set(other_term) - set(term)
+            if _inputs_decide(only_first) and _inputs_decide(only_second):
+                return True
+    return False
 
 
-def _is_free(parts: set[Condition]) -> bool:
-    """Whether parts of a condition are only inputs, one or more of them on, and bits that start off."""
-    on = [part.name.startswith(INPUT) for part in parts if isinstance(part, Bit) and part.on]
-    return bool(on) and all(on) and all(isinstance(part, Bit) for part in parts)
+def _inputs_decide(parts: set[Condition]) -> bool:
+    """Whether inputs alone can make all parts true.
+
+    All parts must be bits. At least one bit must be on, and all bits that are on must be inputs. The other
+    bits are off at start-up.
+    """
+    bits = [part for part in parts if isinstance(part, Bit)]
+    bits_on = [bit for bit in bits if bit.on]
+    are_inputs = all(bit.name.startswith(INPUT) for bit in bits_on)
+    return bool(bits_on) and are_inputs and len(bits) == len(parts)

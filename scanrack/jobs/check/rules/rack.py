@@ -23,8 +23,8 @@ def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
     for index, slot in subject.steppers:
         configurations = subject.sent_to(slot.number, subject.facts.configurations)
         inputs_used = 0
-        for sent_command in configurations:
-            inputs_used |= sent_command.words[0] & ALL_INPUTS
+        for configuration in configurations:
+            inputs_used |= configuration.words[0] & ALL_INPUTS
         for bit in InputBit if configurations else ():
             if bit.value & wired_inputs(slot.machine) & ~inputs_used:
                 yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
@@ -32,16 +32,15 @@ def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
 
 def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> FileLine:
     """Return the line of the first machine part that operates an input."""
-    machine = slot.machine
     for key in ("switches", "stations", "timeline"):
-        for place, part in enumerate(getattr(machine, key)):
+        for number, part in enumerate(getattr(slot.machine, key)):
             if part.input == bit:
-                return subject.place("slot", index, "machine", key, place)
+                return subject.place("slot", index, "machine", key, number)
     return subject.place("slot", index, "machine")
 
 
 LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
-"""Inputs that are active at a position or in an emergency; they must not be active at rest."""
+"""Inputs that are active only at a position or in an emergency. They must not be active at rest."""
 
 
 _AT_REST = {True: ("normally closed", "high"), False: ("normally open", "low")}
@@ -56,14 +55,14 @@ def active_at_rest(subject: Subject) -> Iterator[Violation]:
             is_high = _level_at_rest(slot.machine, bit)
             is_wired = wired_inputs(slot.machine) & bit.value
             is_missing = not is_wired and bit is InputBit.HOME  # search_without_switch reports it
-            if not is_missing and all(
+            is_active = all(
                 _is_active(configuration, bit, is_high=is_high) for configuration in configurations
-            ):
+            )
+            if is_active and not is_missing:
                 contact, level = _AT_REST[is_high]
                 state = f"{input_name(bit)} is {contact if is_wired else 'not wired'}"
-                text = f"{state}, and its configured level is active {level}"
-                where = f"slot {slot.number}: {text}: it is active wherever its switch is not operated"
-                yield Violation(_wiring(subject, index, slot, bit), where)
+                text = f"{state}, but it is configured as active {level}: it is active at rest"
+                yield Violation(_wiring(subject, index, slot, bit), f"slot {slot.number}: {text}")
 
 
 def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) -> bool:
@@ -74,23 +73,23 @@ def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) ->
 
 def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
     """Return whether an input is energized while its contact is not operated."""
-    switches = [switch.normally_closed for switch in machine.switches if switch.input == bit]
-    if switches:
-        return switches[0]  # all switches of an input are of the same kind
-    first = [event.energized for event in machine.timeline if event.input == bit and event.at_ns == 0]
-    return bool(first and first[-1])
+    for switch in machine.switches:
+        if switch.input == bit:
+            return switch.normally_closed  # all switches of an input are of the same kind
+    at_start = [event.energized for event in machine.timeline if event.input == bit and event.at_ns == 0]
+    return bool(at_start and at_start[-1])
 
 
 def search_without_switch(subject: Subject) -> Iterator[Violation]:
     """Find home searches on a machine without a home switch."""
     yield from _beyond_limit(subject)
     slots = [slot for _, slot in subject.steppers]
-    without = [slot.number for slot in slots if not _has_home(slot.machine)]
-    in_all = [None] if without and len(without) == len(slots) else []
+    without_home = [slot.number for slot in slots if not _has_home(slot.machine)]
+    unknown_slot = [None] if without_home and len(without_home) == len(slots) else []
     for search in subject.facts.searches:
-        if search.slot in (*without, *in_all):
-            where = f"slot {search.slot}" if search.slot is not None else "the machine"
-            text = f"a home search starts here, but {where} has neither home switch nor encoder"
+        if search.slot in (*without_home, *unknown_slot):
+            machine = f"slot {search.slot}" if search.slot is not None else "the machine"
+            text = f"a home search starts here, but {machine} has neither home switch nor encoder"
             yield Violation(search.place, text)
 
 
@@ -102,32 +101,31 @@ def _beyond_limit(subject: Subject) -> Iterator[Violation]:
     """Find home switches within the range of a limit switch, which ends the search first."""
     searched = {search.slot for search in subject.facts.searches}
     for index, slot in subject.steppers:
-        homes = [
-            switch_index
-            for switch_index, switch in enumerate(slot.machine.switches)
-            if switch.input == InputBit.HOME
-        ]
+        switches = list(enumerate(slot.machine.switches))
+        homes = [(number, switch) for number, switch in switches if switch.input == InputBit.HOME]
         if len(homes) != 1 or not searched & {None, slot.number}:
             continue
-        limit = _limit_over(slot.machine, slot.machine.switches[homes[0]])
+        number, home = homes[0]
+        limit = _limit_over(slot.machine, home)
         if limit is not None:
-            place = subject.place("slot", index, "machine", "switches", homes[0])
+            place = subject.place("slot", index, "machine", "switches", number)
             text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
-            yield Violation(place, f"{text}: the limit ends the search before")
+            yield Violation(place, f"{text}: the limit ends the search first")
 
 
 def _limit_over(machine: MachineSpec, home: Switch) -> Switch | None:
-    """Return the limit switch that is operated wherever the home switch is."""
-    limits = (
-        switch for switch in machine.switches if switch.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
-    )
-    return next((limit for limit in limits if _covers(limit, home)), None)
+    """Return the limit switch that is operated wherever the home switch is; None if none is."""
+    for switch in machine.switches:
+        if switch.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT) and _covers(switch, home):
+            return switch
+    return None
 
 
 def _covers(limit: Switch, home: Switch) -> bool:
     """Whether a limit switch is operated wherever the home switch is."""
-    begins = limit.first is None or (home.first is not None and home.first >= limit.first)
-    return begins and (limit.last is None or (home.last is not None and home.last <= limit.last))
+    begins_before = limit.first is None or (home.first is not None and home.first >= limit.first)
+    ends_after = limit.last is None or (home.last is not None and home.last <= limit.last)
+    return begins_before and ends_after
 
 
 def unused_terminals(subject: Subject) -> Iterator[Violation]:
@@ -141,9 +139,9 @@ def unused_terminals(subject: Subject) -> Iterator[Violation]:
 
 
 def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
-    """Yield the wired terminals of a card: group, how a program uses it, name and bit.
+    """Yield the wired terminals of a card: group, verb for a message, name and bit.
 
-    An analog channel is represented by one bit of its word, because using the word uses the bit.
+    The sign bit represents an analog channel, because a use of the word is a use of the bit.
     """
     words = slot.words
     for group, verb, image, names in (
@@ -152,9 +150,8 @@ def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
     ):
         for name, terminal in words.groups.get(group, {}).items():
             yield group, verb, name, terminal
-        channels = [word for of, word in words.profile_words.values() if of == image]
-        for word in channels:
-            if names[word] != f"ch{word}_data":  # the rack file names the channel
+        for channel_image, word in words.profile_words.values():
+            if channel_image == image and names[word] != f"ch{word}_data":  # the rack file names the channel
                 yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
 
 

@@ -1,4 +1,4 @@
-"""Rules about programs with steps: in which state a command is reached."""
+"""Rules about programs with steps: the state of the axis when a command starts."""
 
 from __future__ import annotations
 
@@ -15,29 +15,31 @@ class _Machine:
     """The steps of a program, as far as they concern one axis."""
 
     def __init__(self, actions: Sequence[StepAction], axis: str) -> None:
-        self._goes = [action for action in actions if action.goes is not None and action.steps is not None]
-        self._own = [action for action in actions if action.axis == axis]
-        self.motions = [action for action in self._own if action.kind in MOTIONS and action.steps is not None]
+        self._changes = [change for change in actions if change.goes is not None and change.steps is not None]
+        self._axis_actions = [action for action in actions if action.axis == axis]
+        self.motions = [
+            action for action in self._axis_actions if action.kind in MOTIONS and action.steps is not None
+        ]
 
-    def onward(self, step: Step) -> Iterator[StepAction]:
-        """Yield the actions that leave a step."""
-        return (action for action in self._goes if action.steps == frozenset((step,)) and action.goes != step)
+    def changes_after(self, motion: StepAction, step: Step) -> list[StepAction]:
+        """Return the changes from a step to another step.
 
-    def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
-        """Yield the actions that leave a step; if some have the same condition as its motion, only those."""
-        every = list(self.onward(step))
-        own = [action for action in every if action.when == motion.when]
-        yield from own if own and step in (motion.steps or ()) else every
+        If the motion starts in this step, changes with the same condition as the motion take precedence.
+        """
+        changes = [
+            change for change in self._changes if change.steps == frozenset((step,)) and change.goes != step
+        ]
+        with_motion = [change for change in changes if change.when == motion.when]
+        return with_motion if with_motion and step in (motion.steps or ()) else changes
 
     def clears(self, step: Step, bits: int) -> bool:
         """Whether anything may clear bits of the command word in a step."""
-        return any(action.clears & bits for action in self._own if action.happens_in(step))
+        return any(action.clears & bits for action in self._axis_actions if action.happens_in(step))
 
     def clears_before(self, step: Step, bits: int) -> bool:
         """Whether anything may clear bits of the command word in a step before its motion starts."""
-        return any(
-            action.clears & bits for action in self._own if action.happens_in(step) and not action.moves
-        )
+        actions = (action for action in self._axis_actions if action.happens_in(step))
+        return any(action.clears & bits for action in actions if not action.moves)
 
     def motions_with_steps(self) -> Iterator[tuple[StepAction, Step]]:
         """Yield the motions, each with the steps in which it may start."""
@@ -46,11 +48,11 @@ class _Machine:
     def motions_after(
         self, start: Step, onward: Callable[[State], Iterator[State]]
     ) -> Iterator[tuple[bool, StepAction]]:
-        """Yield the motions of the steps that can follow a step, each with the fact about the path to it."""
-        for step, fact in reached([(start, False)], onward):
+        """Yield the motions of the steps that can follow a step, each with the flag of the path to it."""
+        for step, flag in reached([(start, False)], onward):
             for motion in self.motions:
                 if motion.steps == frozenset((step,)):
-                    yield fact, motion
+                    yield flag, motion
 
 
 def unfinished(subject: Subject) -> Iterator[Violation]:
@@ -60,144 +62,149 @@ def unfinished(subject: Subject) -> Iterator[Violation]:
             later = _next_unfinished(machine, first, start) if first.kind in ENDING else None
             if later is not None:
                 text = (
-                    f"{later.text} of step {_name(later)} begins while {first.text} of line "
-                    f"{first.place.line}, step {_text(start)}, may be under way: "
-                    "nothing between waits for its end"
+                    f"{later.text} of step {_step_of(later)} begins while {first.text} of line "
+                    f"{first.place.line}, step {_text(start)}, may still be in motion: "
+                    "no step between them waits for its end"
                 )
                 yield Violation(later.place, text)
 
 
 State = tuple[Step, bool]
-"""A step, and a fact about the path to it."""
+"""A step, and a flag for the path to it: whether the command bit was cleared, or the motion has ended."""
 
 
 def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first later motion that may start before this one ends, as nothing waits for its end."""
+    """Return the first later motion that may start before this motion ends; None if none may."""
 
     def onward(state: State) -> Iterator[State]:
         step, is_cleared = state
         is_cleared = is_cleared or machine.clears(step, first.sets)
-        for edge in machine.onward_with(first, step):
-            if edge.goes is not None and not edge.ends:
-                yield edge.goes, is_cleared
+        for change in machine.changes_after(first, step):
+            if change.goes is not None and not change.ends:
+                yield change.goes, is_cleared
 
-    for is_cleared, other in machine.motions_after(start, onward):
-        if (is_cleared or not other.sets & first.sets) and not other.ends:
-            return other
+    for is_cleared, later in machine.motions_after(start, onward):
+        if (is_cleared or not later.sets & first.sets) and not later.ends:
+            return later
     return None
 
 
 FINAL = re.compile(r"done|end|finish|complete|ready|full|stop|idle|off|run", re.IGNORECASE)
-"""Finds, in the names of steps, words that say that the step is meant to stay."""
+"""Finds, in the names of steps, words for steps in which a program may stay."""
 
 
 def without_way_out(subject: Subject) -> Iterator[Violation]:
     """Find steps that are entered but never left.
 
     A start-up may end in a step that continues to work, and a list of steps may end. In rungs, a step counts
-    as the end of a job if each step that leads to it may also lead elsewhere.
+    as the end of a job if each step before it may also lead elsewhere.
     """
-    use = subject.facts.step_use
-    if use is None:
+    use_of_step = subject.facts.step_use
+    if use_of_step is None:
         return
-    leading = (action for action in subject.facts.actions if action.goes is not None)
-    for machine, goes in grouped(leading, lambda each: each.machine).items():
-        graph = _Graph(goes)
+    changes = (action for action in subject.facts.actions if action.goes is not None)
+    for machine, machine_changes in grouped(changes, lambda change: change.machine).items():
+        graph = _Graph(machine_changes)
         for step in graph.dead_ends():
-            step_use = use(machine, step)
-            if step_use is not None and graph.is_stuck(step, step_use, subject.facts.first_steps(machine)):
+            use = use_of_step(machine, step)
+            if use is not None and graph.is_stuck(step, use, subject.facts.first_steps(machine)):
                 tag = subject.facts.variables.get(machine)
                 name = machine if tag is None else tag.name
-                text = f"{name} goes to step {_text(step)} here, and nothing leaves this step"
+                text = f"{name} goes to step {_text(step)} here, but nothing leaves this step"
                 yield Violation(graph.entering(step)[0].place, text)
 
 
 class _Graph:
     """The steps of a machine and the transitions between them."""
 
-    def __init__(self, goes: Sequence[StepAction]) -> None:
-        self._goes = goes
-        entered = dict.fromkeys(action.goes for action in goes if action.goes is not None)
-        self._ways = {step: self._ways_from(step) for step in entered}
-        self._turns = any(step in reached([step], lambda one: self._ways.get(one, ())) for step in entered)
-        self._never_entered = {step for action in goes for step in action.steps or ()} - entered.keys()
+    def __init__(self, changes: Sequence[StepAction]) -> None:
+        self._changes = changes
+        entered = dict.fromkeys(change.goes for change in changes if change.goes is not None)
+        self._next_steps = {step: self._next_of(step) for step in entered}
+        self._has_cycle = any(
+            step in reached([step], lambda start: self._next_steps.get(start, ())) for step in entered
+        )
+        self._never_entered = {step for change in changes for step in change.steps or ()} - entered.keys()
 
-    def _ways_from(self, step: Step) -> set[Step]:
+    def _next_of(self, step: Step) -> set[Step]:
         """Return the steps that can follow a step."""
-        next_steps = (action.goes for action in self._goes if action.goes != step and action.happens_in(step))
-        return {target for target in next_steps if target is not None}
+        targets = (change.goes for change in self._changes if change.goes != step and change.happens_in(step))
+        return {target for target in targets if target is not None}
 
     def entering(self, step: Step) -> list[StepAction]:
-        """Return the actions that go to a step."""
-        return [action for action in self._goes if action.goes == step]
+        """Return the changes to a step."""
+        return [change for change in self._changes if change.goes == step]
 
     def dead_ends(self) -> Iterator[Step]:
-        """Yield the steps that nothing leaves, except those that are final by name."""
-        for step, next_steps in self._ways.items():
+        """Yield the steps that nothing leaves, except steps with a name for a final step."""
+        for step, next_steps in self._next_steps.items():
             is_final = isinstance(step, str) and FINAL.search(step)
             if not next_steps and not is_final:
                 yield step
 
-    def is_stuck(self, step: Step, use: StepUse, first: frozenset[Step]) -> bool:
+    def is_stuck(self, step: Step, use: StepUse, first_steps: frozenset[Step]) -> bool:
         """Whether the program gets stuck in a dead end, rather than finishing there.
 
         Args:
-            first: steps in which the machine may start.
+            first_steps: steps in which the machine may start.
         """
-        another_is_meant = bool(self._never_entered - first)
-        is_left = use.tested or self._turns or another_is_meant
-        works_on = use.works and not self._turns
-        return is_left and not works_on and not (self._is_one_of_several_ways(step) and not use.chosen)
+        if use.works and not self._has_cycle:
+            return False  # a start-up has ended, and the program works in this step
+        if not use.chosen and self._has_alternatives(step):
+            return False  # a job has ended
+        has_unreached_step = bool(self._never_entered - first_steps)
+        return use.tested or self._has_cycle or has_unreached_step
 
-    def _is_one_of_several_ways(self, step: Step) -> bool:
-        """Whether each step that leads to this one may also lead elsewhere."""
-        for action in self.entering(step):
-            if action.steps is None:  # it happens in all steps
+    def _has_alternatives(self, step: Step) -> bool:
+        """Whether each step that leads to this step may also lead elsewhere."""
+        for change in self.entering(step):
+            if change.steps is None:  # it happens in all steps
                 return False
-            for origin in action.steps:
-                if len(self._ways_from(origin)) <= 1:
+            for origin in change.steps:
+                if len(self._next_of(origin)) <= 1:
                     return False
         return True
 
 
 def not_zeroed(subject: Subject) -> Iterator[Violation]:
-    """Find commands that the module does not notice because their bit is still set from the previous one."""
+    """Find commands that the module ignores because their bit is still set from the previous command."""
     for machine in _machines(subject):
         for first, start in machine.motions_with_steps():
-            later = _next_unseen(machine, first, start) if first.sets else None
+            later = _next_ignored(machine, first, start) if first.sets else None
             if later is not None:
                 text = (
-                    f"{later.text} of step {_name(later)} is no new one: its bit is still set from line "
-                    f"{first.place.line}, step {_text(start)}, and no step between clears it"
+                    f"{later.text} of step {_step_of(later)} has no effect: its bit is still set from line "
+                    f"{first.place.line}, step {_text(start)}, and no step between them clears it"
                 )
                 yield Violation(later.place, text)
 
 
-def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
+def _next_ignored(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
     """Return the first later motion whose bit has stayed set although the previous motion has ended."""
 
     def onward(state: State) -> Iterator[State]:
         step, has_ended = state
         if machine.clears(step, first.sets):
             return
-        for edge in machine.onward_with(first, step):
-            if edge.goes is not None and not machine.clears_before(edge.goes, first.sets):
-                yield edge.goes, has_ended or edge.ends
+        for change in machine.changes_after(first, step):
+            if change.goes is not None and not machine.clears_before(change.goes, first.sets):
+                yield change.goes, has_ended or change.ends
 
-    for has_ended, other in machine.motions_after(start, onward):
-        if has_ended and other.sets & first.sets:
-            return other
+    for has_ended, later in machine.motions_after(start, onward):
+        if has_ended and later.sets & first.sets:
+            return later
     return None
 
 
 def _machines(subject: Subject) -> Iterator[_Machine]:
-    """Yield the steps of each axis that they command."""
-    for actions in grouped(subject.facts.actions, lambda each: each.machine).values():
+    """Yield the machines of the program, once for each axis that they command."""
+    for actions in grouped(subject.facts.actions, lambda action: action.machine).values():
         for axis in dict.fromkeys(action.axis for action in actions if action.kind in MOTIONS):
             yield _Machine(actions, axis)
 
 
-def _name(action: StepAction) -> str:
+def _step_of(action: StepAction) -> str:
+    """Return a step of an action as text; "" for an action in all steps."""
     return _text(next(iter(action.steps or ()), ""))
 
 

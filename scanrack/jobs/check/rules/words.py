@@ -1,4 +1,4 @@
-"""Rules about the output words of 3601s, in any language: images that the module refuses."""
+"""Rules about output words that a 3601 refuses, in any language."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from scanrack.io_images.amci3601 import CommandMsw, Configuration, Firmware
 
 from ..facts import FileLine, Violation
 from ..module_kinds import MODE_CONFIG
-from ..module_refusals import RANGES, WAYS_ON, Breach, broken, wrong_configuration
+from ..module_refusals import RANGES, REMEDIES, Breach, broken, wrong_configuration
 from ..subject import Subject
 from ..words import SentImage
 
 
 def refused_images(subject: Subject) -> Iterator[Violation]:
-    """Find images that the module refuses with every configuration of the program, except for ranges."""
+    """Find images that the module refuses with every configuration of the program, apart from ranges."""
     yield from (Violation(place, text) for rule, place, text in _refusals(subject) if rule not in RANGES)
 
 
@@ -33,30 +33,24 @@ def images_out_of_range(subject: Subject) -> Iterator[Violation]:
 
 def _refusals(subject: Subject) -> Iterator[tuple[str, FileLine, str]]:
     """Yield the rule, place and text of each refusal, once per place and rule."""
-    seen: set[tuple[str, FileLine]] = set()
-    several: dict[tuple[int, int], tuple[FileLine, str]] = {}  # the last line of each pair of bits
-    for image, words, name, refusal in _breaches(subject):
-        place = (image.cells[refusal.word].place if refusal.word else None) or image.place
-        text = _text(image, words, name, refusal)
-        if refusal.rule == TWO_BITS:
-            key = image.slot, image.command
-            if key not in several or several[key][0] < place:
-                several[key] = place, text
-        elif (refusal.rule, place) not in seen:
-            seen.add((refusal.rule, place))
-            yield refusal.rule, place, text
-    yield from ((TWO_BITS, place, text) for place, text in several.values())
+    reported: set[tuple[str, FileLine]] = set()
+    two_bits: dict[tuple[int, int], tuple[FileLine, str]] = {}  # the last line of each pair of bits
+    for image in subject.images:
+        for words, name in image.variants() if not image.command & MODE_CONFIG else ():
+            for breach in _broken(subject, image, words):
+                place = (image.cells[breach.word].place if breach.word else None) or image.place
+                text = _text(image, words, name, breach)
+                if breach.rule == TWO_BITS:
+                    pair = image.slot, image.command
+                    if pair not in two_bits or two_bits[pair][0] < place:
+                        two_bits[pair] = place, text
+                elif (breach.rule, place) not in reported:
+                    reported.add((breach.rule, place))
+                    yield breach.rule, place, text
+    yield from ((TWO_BITS, place, text) for place, text in two_bits.values())
 
 
 TWO_BITS = "CMD-02"
-
-
-def _breaches(subject: Subject) -> Iterator[tuple[SentImage, tuple[int | None, ...], str, Breach]]:
-    """Yield the rules that commands break, each with image, words, the source of the words, and rule."""
-    for image in subject.images:
-        for words, name in image.variants() if not image.command & MODE_CONFIG else ():
-            for refusal in _broken(subject, image, words):
-                yield image, words, name, refusal
 
 
 def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -> list[Breach]:
@@ -67,28 +61,33 @@ def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -
         broken(words, configuration, firmware, subject.profile(image.slot))
         for configuration in configurations
     ]
-    return [refusal for refusal in first if all(refusal in other for other in others)]
+    return [breach for breach in first if all(breach in breaches for breaches in others)]
 
 
-def _text(image: SentImage, words: tuple[int | None, ...], name: str, found: Breach) -> str:
+def _text(image: SentImage, words: tuple[int | None, ...], name: str, breach: Breach) -> str:
+    """Return the message about a breach.
+
+    Args:
+        name: the source of the words, such as an element of a table; "" if they have a single value.
+    """
     bits = " and ".join(str(bit.name) for bit in CommandMsw if bit.value & image.command)
-    with_words = f" with {name}" if name else ""
-    pair = {3: (2, 3), 5: (4, 5)}.get(found.word, (found.word,))
-    hint = _hint(words, pair) or WAYS_ON.get(found.rule, "")
-    numbers = _numbers(words, pair)
-    return f"slot {image.slot}, {bits}{with_words}{numbers}. {found}" + (f": {hint}" if hint else "")
+    source = f" with {name}" if name else ""
+    numbers = {3: (2, 3), 5: (4, 5)}.get(breach.word, (breach.word,))  # the words of the same number
+    remedy = _sign_remedy(words, numbers) or REMEDIES.get(breach.rule, "")
+    text = f"slot {image.slot}, {bits}{source}{_values(words, numbers)}. {breach}"
+    return f"{text}: {remedy}" if remedy else text
 
 
-def _numbers(words: tuple[int | None, ...], at: tuple[int, ...]) -> str:
-    """Return the words at given places for a message; "" for command words."""
-    values = " and ".join("?" if words[index] is None else str(words[index]) for index in at)
-    if len(at) > 1:
-        return f": words {at[0]} and {at[1]} are {values}"
-    return f": word {at[0]} is {values}" if at[0] > 1 else ""
+def _values(words: tuple[int | None, ...], numbers: tuple[int, ...]) -> str:
+    """Return the values of words by their numbers, for a message; "" for command words."""
+    values = " and ".join("?" if words[number] is None else str(words[number]) for number in numbers)
+    if len(numbers) > 1:
+        return f": words {numbers[0]} and {numbers[1]} are {values}"
+    return f": word {numbers[0]} is {values}" if numbers[0] > 1 else ""
 
 
-def _hint(words: tuple[int | None, ...], pairs: tuple[int, ...]) -> str:
-    """Return what to do about words with opposite signs."""
-    values = [words[index] or 0 for index in pairs]
+def _sign_remedy(words: tuple[int | None, ...], numbers: tuple[int, ...]) -> str:
+    """Return the remedy for two words with opposite signs; "" for other words."""
+    values = [words[number] or 0 for number in numbers]
     is_mixed = len(values) > 1 and values[0] * values[1] < 0
-    return "split the absolute value, and give both words its sign" if is_mixed else ""
+    return "split the absolute value, and apply its sign to both words" if is_mixed else ""

@@ -30,16 +30,20 @@ ASSIGNMENTS = (":=", "[:=]")
 
 
 class Variables:
-    """The variables of a program, by key."""
+    """The variables of a program.
+
+    Attributes:
+        by_key: tags, and the terminals and add-on members of which `key` was asked.
+    """
 
     def __init__(self, view: LadderView) -> None:
         self._view = view
-        self.found: dict[str, Variable] = {name: self._tag(tag) for name, tag in view.tags.items()}
+        self.by_key: dict[str, Variable] = {name: self._tag(tag) for name, tag in view.tags.items()}
 
     def _tag(self, tag: Tag) -> Variable:
         role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
-        others = self._view.path.suffix in OPEN  # Python and operator panels also read and write tags
-        shown = others or self._view.is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
+        is_open = self._view.path.suffix in OPEN  # Python or an operator panel may use any tag
+        shown = is_open or self._view.is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
         place, is_set = self._view.declaration(tag.name), tag.initial is not None
         return Variable(tag.name, place, role, tag.type.name, is_set, shown)
 
@@ -47,24 +51,24 @@ class Variables:
         """Return the key of an operand's variable; "" for add-on members that the caller may write."""
         leaf = first_leaf(mention.where)
         if leaf.frame:
-            return self._of_instance(leaf)
+            return self._member_key(leaf)
         if leaf.slot is None:
             return tag_in(leaf.path).upper()
         key = leaf.path.upper()
-        if key not in self.found:
+        if key not in self.by_key:
             role = Role.OUTPUT if leaf.output else Role.INPUT
             place = FileLine(str(self._view.path), 1)
-            self.found[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
+            self.by_key[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
         return key
 
-    def _of_instance(self, leaf: Leaf) -> str:
+    def _member_key(self, leaf: Leaf) -> str:
         """Return the key of a bit in an add-on instruction's instance; "" if the caller may write it."""
         key = f"{leaf.frame}.{leaf.path}".upper()
         if leaf.root != OWN or leaf.path.upper() in self._view.written_members:
             return ""
-        if key not in self.found:
+        if key not in self.by_key:
             place, kind = self._view.declaration(leaf.path), leaf.type.name
-            self.found[key] = Variable(leaf.path, place, Role.PLAIN, kind, set=True, shown=True)
+            self.by_key[key] = Variable(leaf.path, place, Role.PLAIN, kind, set=True, shown=True)
         return key
 
 
@@ -77,22 +81,13 @@ def accesses_of(point: Point, view: LadderView, variables: Variables) -> Iterato
     steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     mentions = list(mentions_of(lowered.sites[step.site], step))
     if step.name == ADD_ON:
-        mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
+        mentions += list(_reference_arguments(lowered, step.operands[0], mentions[0].site))
     for mention in mentions:
         key = variables.key(mention)
         if key:
-            use = use_of(point, mention)
+            use, part = use_of(point, mention), part_of(mention.where, _start(key, mention))
             yield Access(
-                *(
-                    key,
-                    part_of(mention.where, _start(key, mention)),
-                    use,
-                    point.place,
-                    unit,
-                    needs,
-                    owner,
-                    once,
-                ),
+                *(key, part, use, point.place, unit, needs, owner, once),
                 default=not point.is_rung and use is Touch.COIL,
                 steady=steady,
                 parameter=step.name == "SBR",
@@ -107,6 +102,7 @@ def gives_zero(step: LoweredStep) -> bool:
 
 
 def _start(key: str, mention: Mention) -> str:
+    """Return the path at which the part of a variable begins."""
     leaf = first_leaf(mention.where)
     return leaf.path if leaf.slot is not None or leaf.frame else key
 
@@ -117,12 +113,12 @@ def in_first_scan(bits: Iterable[Bit]) -> bool:
 
 
 def _is_steady(part: Condition) -> bool:
-    """Whether a part of a condition holds in every scan except the first."""
+    """Whether a part of a condition is true in every scan except the first."""
     return part == TRUE or (isinstance(part, Bit) and not part.on and part.name.startswith(FIRST_SCAN))
 
 
-def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
-    """Yield the arguments that an add-on instruction gets by reference, and may therefore read or write."""
+def _reference_arguments(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
+    """Yield the arguments that an add-on instruction gets by reference, which it may read and write."""
     frame = lowered.frames.get(call.name)
     for name, operand in call.handed.items():
         writes = frame is None or name in frame.written
@@ -137,7 +133,7 @@ def touch_of(mention: Mention) -> Touch:
 
 
 def use_of(point: Point, mention: Mention) -> Touch:
-    """Return how an instruction uses an operand."""
+    """Return the use of an operand by an instruction."""
     touch = touch_of(mention)
     if touch is not Touch.WRITE:
         return touch
@@ -151,7 +147,7 @@ def use_of(point: Point, mention: Mention) -> Touch:
 
 
 def _assigned(point: Point) -> Touch:
-    """Return how an assignment uses its bit."""
+    """Return the use of the bit to which an assignment writes."""
     value = point.step.operands[1]
     if point.condition == TRUE:
         return Touch.COIL

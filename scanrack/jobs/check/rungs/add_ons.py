@@ -11,9 +11,8 @@ from scanrack.ladder.model.tags import OWN
 from scanrack.ladder.model.types import Elementary
 
 from ..facts import Access, Facts, Role, Variable
-from ..groups import grouped
 from .accesses import gives_zero, touch_of
-from .counting import RUN, is_run
+from .counting import RUN, note_never_run
 from .operands import part_of
 from .view import LadderView
 
@@ -28,27 +27,27 @@ def note_add_ons(view: LadderView, facts: Facts) -> None:
         for add_on in view.add_ons
         for tag in _owned(add_on, view.written_members)
     }
-    accesses = grouped(_accesses(owned, view), lambda each: each[0])
+    accesses_by_member: dict[tuple[str, str], list[Access]] = {}
+    for key, access in _accesses(owned, view):
+        accesses_by_member.setdefault(key, []).append(access)
     for key, member in owned.items():
-        own = [access for _, access in accesses.get(key, ())]
+        accesses = accesses_by_member.get(key, [])
         if member.type.name in RUN:
-            is_run(
-                Variable(member.name, view.declaration(member.name), Role.PLAIN, member.type.name), own, facts
-            )
-        elif not any(access.writes for access in own):
+            place = view.declaration(member.name)
+            note_never_run(Variable(member.name, place, Role.PLAIN, member.type.name), accesses, facts)
+        elif accesses and not any(access.writes for access in accesses):
             kind = "local tag" if member.way is ParameterMode.LOCAL else "output"
-            text = f"{kind} {member.name} is read, and no routine of the add-on writes it: it is always 0"
-            for first in own[:1]:
-                facts.remark("never-written", first.place, text)
+            text = f"{kind} {member.name} is read, but no routine of the add-on writes it: it is always 0"
+            facts.remark("never-written", accesses[0].place, text)
 
 
 def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Parameter]:
-    """Yield the numbers, timers and counters that start at 0 and that only its own routines can write."""
-    others = hosts_in(add_on).union(written_outside)
+    """Yield numbers, timers and counters that start at 0 and that only the add-on's routines can write."""
+    excluded = hosts_in(add_on).union(written_outside)
     for parameter in add_on.parameters:
         is_simple = isinstance(parameter.type, Elementary) and not _is_set(parameter.initial)
-        is_own = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in others
-        if is_own and (is_simple or parameter.type.name in RUN):
+        is_owned = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in excluded
+        if is_owned and (is_simple or parameter.type.name in RUN):
             yield parameter
 
 
@@ -71,19 +70,18 @@ def _is_set(initial: object) -> bool:
 def _accesses(
     owned: Collection[tuple[str, str]], view: LadderView
 ) -> Iterator[tuple[tuple[str, str], Access]]:
-    """Yield the accesses to given parameters in the routines of their add-on instructions."""
+    """Yield the accesses to parameters in the routines of their add-on instructions, each with its key.
+
+    Args:
+        owned: keys of the parameters: the add-on instruction and the name, in capitals.
+    """
     frames = {frame for frame, _ in owned}
-    for point in view.points:
-        frame = point.routine.frame
-        for mention in (
-            mentions_of(view.lowered.sites[point.step.site], point.step) if frame in frames else ()
-        ):
+    for point in (point for point in view.points if point.routine.frame in frames):
+        for mention in mentions_of(view.lowered.sites[point.step.site], point.step):
             leaf = first_leaf(mention.where)
             name = leaf.path.upper().partition(".")[0]
-            if leaf.root == OWN and (frame, name) in owned:
+            key = point.routine.frame, name
+            if leaf.root == OWN and key in owned:
                 zero = mention.writes and gives_zero(point.step)
-                part = part_of(mention.where, name)
-                yield (
-                    (frame, name),
-                    Access(name, part, touch_of(mention), point.place, zero=zero, text=mention.text),
-                )
+                part, use = part_of(mention.where, name), touch_of(mention)
+                yield key, Access(name, part, use, point.place, zero=zero, text=mention.text)

@@ -28,18 +28,18 @@ def misordered(view: LadderView, facts: Facts) -> None:
     """Note calls of motion blocks after the block that owns their axis, and axes without an owner."""
     owned: dict[str, BlockCall] = {}
     for call in view.calls:
-        before = owned.get(call.axis)
+        owner = owned.get(call.axis)
         if call.is_owner:
             owned.setdefault(call.axis, call)
-        elif before is not None and before.point.routine is call.point.routine:
+        elif owner is not None and owner.point.routine is call.point.routine:
             text = (
-                f"{call.call.name} asks axis {call.axis} behind Amci3601 of line {before.place.line}: "
-                "what it asks is sent in the next scan"
+                f"{call.call.name} commands axis {call.axis} after Amci3601 of line {owner.place.line}: "
+                "the command is sent in the next scan"
             )
-            facts.remark("block-order", before.place, text)
+            facts.remark("block-order", owner.place, text)
     for block in () if view.lowered.axes else view.calls:  # other axes may have an owner elsewhere
         if block.axis and not block.is_owner and block.axis not in owned:
-            text = f"no Amci3601 joins axis {block.axis} with a module: {block.call.name} moves nothing"
+            text = f"no Amci3601 connects axis {block.axis} to a module: {block.call.name} moves nothing"
             facts.remark("block-order", block.place, text)
 
 
@@ -49,21 +49,20 @@ def slots_shared(view: LadderView, facts: Facts) -> None:
     for call in view.calls:
         slot = view.axes.get(call.axis) if call.is_owner else None
         if slot is not None and by_slot.setdefault(slot, call.axis) != call.axis:
-            text = f"axis {call.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
+            text = f"axis {call.axis} gets slot {slot}, which axis {by_slot[slot]} already has"
             facts.remark("no-place", call.place, text)
 
 
 def called_twice(points: Iterable[Point], facts: Facts) -> None:
     """Note block instances that are called twice in a scan."""
-    first: dict[str, Point] = {}
+    first_calls: dict[str, Point] = {}
     for point in points:
         name = _instance(point)
-        before = first.setdefault(name, point) if name else point
-        both = AllOf((before.condition, point.condition))
-        if before is not point and (point.is_rung or before.is_rung or not never(both)):
-            line = before.place.line
-            text = f"{name.capitalize()} is called in line {line} already: it runs twice in a scan"
-            facts.remark("block-twice", point.place, text)
+        first = first_calls.setdefault(name, point) if name else point
+        both = AllOf((first.condition, point.condition))
+        if first is not point and (point.is_rung or first.is_rung or not never(both)):
+            text = f"{name.capitalize()} is already called in line {first.place.line}"
+            facts.remark("block-twice", point.place, f"{text}: it runs twice in a scan")
 
 
 def parameters_out_of_range(view: LadderView, limits: Limits) -> Iterator[Violation]:
@@ -76,7 +75,7 @@ def parameters_out_of_range(view: LadderView, limits: Limits) -> Iterator[Violat
             continue
         parameter = path_of(target).rpartition(".")[2]
         least, most = ranges.get(WRITTEN.get(parameter, ""), (-inf, inf))
-        value = view.values.of(step.operands[step.name == ":="])
+        value = view.values.range_of(step.operands[1 if step.name == ":=" else 0])
         if value.outside(least, most):
             text = f"{target.text} is {value}: must be {least} to {most}"
             yield Violation(point.place, text)
@@ -87,9 +86,10 @@ def _is_block(tag: Tag | None) -> bool:
 
 
 def _instance(point: Point) -> str:
-    """Return the instance that an instruction runs, in capitals; "" if there is none."""
-    group = point.step.operands[0] if point.step.operands else None
-    is_run = isinstance(group, AddOnCall) or Use.BLOCK in point.step.uses
-    if isinstance(group, AddOnCall):
-        group = group.instance
-    return group.text.upper() if is_run and isinstance(group, Group) and is_fixed(group) else ""
+    """Return the instance that an instruction runs, in capitals; "" if it runs none."""
+    instance = point.step.operands[0] if point.step.operands else None
+    if isinstance(instance, AddOnCall):
+        instance = instance.instance
+    elif Use.BLOCK not in point.step.uses:
+        return ""
+    return instance.text.upper() if isinstance(instance, Group) and is_fixed(instance) else ""

@@ -53,7 +53,7 @@ class BlockCall(NamedTuple):
 
     point: Point
     call: AddOnCall
-    order: int
+    order: int  # position in the scan
 
     @property
     def place(self) -> FileLine:
@@ -81,7 +81,7 @@ def block_calls(points: Iterable[Point]) -> Iterator[BlockCall]:
 
 
 def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
-    """Return the slot of each axis, as given to Amci3601."""
+    """Return the slot of each axis, from the Outputs argument of Amci3601."""
     slots = {}
     for call in calls:
         outputs = call.call.handed.get("OUTPUTS") if call.is_owner else None
@@ -107,7 +107,7 @@ def commands_of(
             slots.get(call.axis),
             call.place,
             f"{call.call.name} {call.call.instance.text}",
-            {name: values.of(source) for name, source in sources.items()},
+            {name: values.range_of(source) for name, source in sources.items()},
             {name: _choices(source, values) for name, source in sources.items()},
             call.order,
             unit,
@@ -119,7 +119,7 @@ def commands_of(
 
 def _choices(source: Resolved, values: Values) -> tuple[Range, ...]:
     """Return the values of an argument; for a table, its elements."""
-    options = OperandOptions(values).of(source).options
+    options = OperandOptions(values).evaluate(source).options
     return tuple(map(exactly, options)) if len(options) > 1 else values.choices(source)
 
 
@@ -147,7 +147,7 @@ def _execute(call: AddOnCall) -> str:
 
 
 def _text(operand: Resolved) -> str:
-    """Return a text that is equal for equal expressions."""
+    """Return a text that is the same for equal expressions."""
     if isinstance(operand, Place):
         return key_of(operand)
     if isinstance(operand, Calculation):
@@ -165,7 +165,7 @@ def _segments(
     """
     if number is None:
         return None
-    count = values.of(number)
+    count = values.range_of(number)
     if not count.is_constant or not 0 < count.least <= SEGMENTS_MAX:
         return None
     arrays = [call.handed.get(name) for name in ("LENGTHS", "VELOCITIES", "RATES")]

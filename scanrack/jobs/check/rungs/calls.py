@@ -1,4 +1,4 @@
-"""Calls of routines: the conditions under which they run, and what runs twice in a scan."""
+"""Calls of routines: their conditions, and instructions that run twice in a scan."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DEPTH = 6
 """Maximum depth of calls that are followed."""
 
 REMEMBERING = (Use.STORAGE, Use.TIMER, Use.COUNTER, Use.SLC_TIMER, Use.SLC_COUNTER, Use.BLOCK)
-"""Uses of operands in which an instruction keeps its state from scan to scan."""
+"""Uses of operands that keep an instruction's state from scan to scan."""
 
 
 class Run(NamedTuple):
@@ -35,40 +35,40 @@ class RoutineCalls:
 
     def __init__(self, points: Sequence[Point]) -> None:
         self._points = points
-        self._of: dict[str, list[Point]] = {}
+        self._calls: dict[str, list[Point]] = {}
         for point in points:
             for operand in point.step.operands:
                 if isinstance(operand, Call):
-                    self._of.setdefault(operand.routine.upper(), []).append(point)
+                    self._calls.setdefault(operand.routine.upper(), []).append(point)
 
-    def of(self, routine: str) -> Sequence[Point]:
+    def calls_to(self, routine: str) -> Sequence[Point]:
         """Return the calls of a routine."""
-        return self._of.get(routine.upper(), ())
+        return self._calls.get(routine.upper(), ())
 
     def runs(self, routine: LoweredRoutine, depth: int = DEPTH) -> list[Run]:
-        """Return the paths to a routine, except those from chart actions, whose steps exclude each other."""
-        calls = self.of(routine.name)
+        """Return the paths to a routine, except paths from chart actions, whose steps exclude each other."""
+        calls = self.calls_to(routine.name)
         if not calls or depth == 0:
             return [Run(TRUE, 0)]
-        runs_so_far = []
+        runs = []
         for point in calls:
             if point.routine.chart is None and point.step.name == "JSR":
                 for run in self.runs(point.routine, depth - 1):
-                    runs_so_far.append(Run(AllOf((run.when, plain(point.condition))), point.place.line))
-        return runs_so_far
+                    runs.append(Run(AllOf((run.when, plain(point.condition))), point.place.line))
+        return runs
 
-    def exclude(self, one: Point, other: Point) -> bool:
+    def exclude(self, first: Point, second: Point) -> bool:
         """Whether two instructions are in routines that never run in the same scan."""
-        if one.routine is other.routine:
+        if first.routine is second.routine:
             return False
-        ways = product(self.runs(one.routine), self.runs(other.routine))
-        return all(never(AllOf((run.when, other_run.when))) for run, other_run in ways)
+        pairs = product(self.runs(first.routine), self.runs(second.routine))
+        return all(never(AllOf((run.when, other_run.when))) for run, other_run in pairs)
 
     def mixed(self, *, latches: bool) -> Iterator[Violation]:
         """Yield structured text assignments to bits that an OTE also writes in every scan.
 
         Args:
-            latches: whether to include assignments of constants under a condition, see `data.coil_and_latch`.
+            latches: include assignments of constants under a condition, see `data.coil_and_latch`.
         """
         coils: dict[str, Point] = {}
         for point, key in self._bits(("OTE",), in_rungs=True):
@@ -81,30 +81,34 @@ class RoutineCalls:
                 yield Violation(point.place, f"{point.text} and {coil.text} of line {line} write one bit")
 
     def _bits(self, names: Sequence[str], *, in_rungs: bool) -> Iterator[tuple[Point, str]]:
-        """Yield the instructions with the given names, each with the key of the bit it writes."""
+        """Yield the instructions with these names, each with the key of the bit that it writes."""
         for point in self._points:
             bit = first_of(point.step, names) if point.is_rung is in_rungs else None
             if isinstance(bit, Place):
                 yield point, key_of(bit)
 
     def twice(self, facts: Facts) -> None:
-        """Note what keeps its state from scan to scan but is in a routine that runs twice in a scan."""
-        ways: dict[str, tuple[Run, Run] | None] = {}
+        """Note timers, blocks and similar that are in a routine that runs twice in a scan."""
+        pairs: dict[str, tuple[Run, Run] | None] = {}
         for point in self._points:
             name = point.routine.name
-            kept = _kept(point) if self.of(name) else ""
-            if kept and name not in ways:
-                ways[name] = self._both_ways(point.routine)
-            run_pair = ways.get(name) if kept else None
-            if run_pair is not None:
-                lines = " and ".join(str(line) for line in sorted({run.line for run in run_pair}))
-                text = f"{kept} runs twice in a scan: lines {lines} both lead to routine {name}"
+            operand = _state_operand(point) if self.calls_to(name) else ""
+            if not operand:
+                continue
+            if name not in pairs:
+                pairs[name] = self._two_runs(point.routine)
+            pair = pairs[name]
+            if pair is not None:
+                lines = " and ".join(str(line) for line in sorted({run.line for run in pair}))
+                text = f"{operand} runs twice in a scan: lines {lines} both lead to routine {name}"
                 facts.remark("block-twice", point.place, text)
 
-    def _both_ways(self, routine: LoweredRoutine) -> tuple[Run, Run] | None:
-        """Return two paths to a routine that may both be taken in one scan; None if there are none."""
-        pairs = combinations(self.runs(routine), 2)
-        return next((both for both in pairs if not never(AllOf((both[0].when, both[1].when)))), None)
+    def _two_runs(self, routine: LoweredRoutine) -> tuple[Run, Run] | None:
+        """Return two paths to a routine that one scan may both take; None if no two paths may be."""
+        for first, second in combinations(self.runs(routine), 2):
+            if not never(AllOf((first.when, second.when))):
+                return first, second
+        return None
 
 
 def _is_latch(point: Point) -> bool:
@@ -112,8 +116,8 @@ def _is_latch(point: Point) -> bool:
     return point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
 
 
-def _kept(point: Point) -> str:
-    """Return the timer, counter, one-shot or instance in which an instruction keeps its state; "" if none."""
+def _state_operand(point: Point) -> str:
+    """Return the timer, counter, one-shot or instance that keeps an instruction's state; "" if none does."""
     for use, operand in uses_of(point.step):
         if use in REMEMBERING and isinstance(operand, Group | Place) and is_fixed(operand):
             return operand.text
@@ -124,22 +128,23 @@ def exclusive_repeats(
     remarks: Sequence[Violation], points: Iterable[Point], calls: RoutineCalls
 ) -> Iterator[Violation]:
     """Yield the remarks on repeated coils and timers, except in routines that never run in the same scan."""
-    writing = [point for point in points if _written(point)] if remarks else []
-    by_place = grouped(writing, lambda point: point.place)
-    writers = grouped(writing, _written)
+    writers = [point for point in points if _written_operand(point)] if remarks else []
+    by_place = grouped(writers, lambda point: point.place)
+    by_operand = grouped(writers, _written_operand)
     for remark in remarks:
-        excluded = (  # the first pair that can both run decides, as n coils have n² pairs
+        excluded = (  # lazy: the first pair that can both run decides, and n coils have n² pairs
             calls.exclude(point, other)
             for point in by_place.get(remark.place, ())
-            for other in writers[_written(point)]
+            for other in by_operand[_written_operand(point)]
             if other is not point
         )
-        if not next(excluded, False) or not all(excluded):
+        has_pair = next(excluded, False)
+        if not has_pair or not all(excluded):
             yield remark
 
 
-def _written(point: Point) -> str:
-    """Return the bit or timer that only this instruction should write; "" if there is none."""
+def _written_operand(point: Point) -> str:
+    """Return the bit or timer that only this instruction should write; "" for other instructions."""
     for use, operand in uses_of(point.step):
         if use in (Use.COIL, Use.TIMER, Use.STORAGE) and isinstance(operand, Group | Place):
             return operand.text.upper()

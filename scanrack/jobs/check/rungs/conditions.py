@@ -37,15 +37,23 @@ EDGE = "ONS "
 
 @dataclass(slots=True)
 class RungConditionNames:
-    """Names of values, which change whenever the program writes the value."""
+    """Names of values. A name changes whenever the program writes the value.
+
+    Attributes:
+        places: operands by key.
+        timers: keys of on-delay timers.
+        written: number of the last write, by path.
+        all: number of the last change of all names.
+        turns: numbers for further writes and changes.
+    """
 
     places: dict[str, Place]
-    timers: frozenset[str]  # on-delay timers
+    timers: frozenset[str]
     written: dict[str, int] = field(default_factory=dict)
     all: int = 0
     turns: Iterator[int] = field(default_factory=lambda: count(1))
 
-    def of(self, place: Place) -> str:
+    def name_of(self, place: Place) -> str:
         """Return the name of a value."""
         key = key_of(place)
         if "?" in key:
@@ -55,7 +63,7 @@ class RungConditionNames:
         return f"{key}#{self.all}.{self.written.get(path_of(place), 0)}{mark}"
 
     def note(self, step: LoweredStep) -> None:
-        """Rename what an instruction writes."""
+        """Rename the values that an instruction writes."""
         if step.name in ("JSR", "SBR", "FOR", ADD_ON):
             self.forget()
         for operand in written_by(step):
@@ -69,19 +77,22 @@ class RungConditionNames:
         self.all = next(self.turns)
 
     def copy(self) -> RungConditionNames:
-        """Return the present names, which later writes do not change."""
+        """Return the current names, which later writes do not change."""
         return replace(self, written=dict(self.written))
 
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
-    """Return the keys of timers that are run only by TON and RTO, so that DN and TT are never on together."""
-    timers = [(step.name, group_of(step, ("TON", "RTO", "TOF"))) for step in steps]
-    named = [(name, timer.text.upper()) for name, timer in timers if timer is not None]
-    return frozenset(text for _, text in named) - {text for name, text in named if name == "TOF"}
+    """Return the keys of timers that only TON and RTO run. DN and TT of these are never on together."""
+    keys: dict[bool, set[str]] = {False: set(), True: set()}  # by whether a TOF runs the timer
+    for step in steps:
+        timer = group_of(step, ("TON", "RTO", "TOF"))
+        if timer is not None:
+            keys[step.name == "TOF"].add(timer.text.upper())
+    return frozenset(keys[False] - keys[True])
 
 
 class Conditions:
-    """Makes the conditions of a program.
+    """Converts the instructions and expressions of a program to conditions.
 
     Args:
         values: ranges of the program's numbers.
@@ -94,26 +105,27 @@ class Conditions:
         self.names = RungConditionNames(self.places, timers)
 
     def begin(self) -> None:
-        """Begin a rung or routine, in which no value has been renamed."""
+        """Begin a rung or routine: use the original names again."""
         self.names = RungConditionNames(self.places, self._timers)
 
     def decided(self, step: LoweredStep) -> Condition:
         """Return the condition that an instruction tests."""
         operands = step.operands
         if step.name in ("XIC", "XIO") and isinstance(operands[0], Place):
-            return Bit(self.names.of(operands[0]), step.name == "XIC")
+            return Bit(self.names.name_of(operands[0]), step.name == "XIC")
         if step.name in COMPARISONS:
             return self.compared(operands[0], COMPARISONS[step.name], operands[1])
         if step.name == "ONS" and isinstance(operands[0], Place):
             self.names.forget()
-            return Bit(f"{EDGE}{self.names.of(operands[0])}")
+            return Bit(f"{EDGE}{self.names.name_of(operands[0])}")
         if step.name == "LIM":
-            return self._limited(*operands)
+            return self._limit_test(*operands)
         if step.name in ("CMP", "IF"):
             return self.condition(operands[0])
         return {"AFI": FALSE, "NOP": TRUE, "LBL": TRUE, "EXIT": TRUE, "CASE": TRUE}.get(step.name, UNKNOWN)
 
-    def _limited(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
+    def _limit_test(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
+        """Return the condition of a LIM, which excludes a range if its low limit is above the high limit."""
         if isinstance(low, Constant) and isinstance(high, Constant):
             limits = self.compared(test, ">=", low), self.compared(test, "<=", high)
             return AllOf(limits) if low.value <= high.value else AnyOf(limits)
@@ -125,52 +137,55 @@ class Conditions:
             case Constant():
                 return FixedTruth(bool(operand.value))
             case Place() if operand.type.is_bool:
-                return Bit(self.names.of(operand))
-            case Calculation(name, (one, other)) if name in RELATIONS:
-                return self.compared(one, name, other)
-            case Calculation("NOT", (one,)):
-                return negated(self.condition(one))
+                return Bit(self.names.name_of(operand))
+            case Calculation(name, (left, right)) if name in RELATIONS:
+                return self.compared(left, name, right)
+            case Calculation("NOT", (inverted,)):
+                return negated(self.condition(inverted))
             case Calculation("AND" | "OR" as name, parts):
                 return (AllOf if name == "AND" else AnyOf)(tuple(map(self.condition, parts)))
         return UNKNOWN
 
-    def compared(self, one: Resolved, relation: str, other: Resolved) -> Condition:
+    def compared(self, left: Resolved, relation: str, right: Resolved) -> Condition:
         """Return a comparison as a condition."""
-        if isinstance(one, Constant) and not isinstance(other, Constant):
-            return self.compared(other, MIRRORED[relation], one)
-        if isinstance(other, Constant):
-            return self._with_constant(one, relation, other.value)
-        if isinstance(one, Place) and isinstance(other, Place) and key_of(one) == key_of(other):
-            is_same = relation in ("=", "<=", ">=")
-            return FixedTruth(is_same) if "?" not in key_of(one) and one.type.is_integer else UNKNOWN
+        if isinstance(left, Constant) and not isinstance(right, Constant):
+            return self.compared(right, MIRRORED[relation], left)
+        if isinstance(right, Constant):
+            return self._with_constant(left, relation, right.value)
+        if isinstance(left, Place) and isinstance(right, Place) and key_of(left) == key_of(right):
+            is_true = relation in ("=", "<=", ">=")
+            return FixedTruth(is_true) if "?" not in key_of(left) and left.type.is_integer else UNKNOWN
         return UNKNOWN
 
-    def _with_constant(self, one: Resolved, relation: str, value: float) -> Condition:
+    def _with_constant(self, operand: Resolved, relation: str, value: float) -> Condition:
         """Return a comparison with a constant as a condition."""
         is_equality = relation in ("=", "<>")
-        if isinstance(one, Place) and one.type.is_bool:
-            return Bit(self.names.of(one), (relation == "=") == bool(value)) if is_equality else UNKNOWN
-        if is_equality and self._is_none_of(one, value):
+        if isinstance(operand, Place) and operand.type.is_bool:
+            is_on = (relation == "=") == bool(value)
+            return Bit(self.names.name_of(operand), is_on) if is_equality else UNKNOWN
+        if is_equality and self._never_gets(operand, value):
             return FixedTruth(relation == "<>")
-        limits = self._limits(one)
-        name = self.names.of(one) if isinstance(one, Place) else f"{one!r}#{self.names.all}"
-        if isinstance(one, Place | Calculation | Constant):
-            return Compare(name, relation, value, limits.least, limits.most, limits.whole)
-        return UNKNOWN
+        if not isinstance(operand, Place | Calculation | Constant):
+            return UNKNOWN
+        limits = self._limits(operand)
+        name = f"{operand!r}#{self.names.all}"
+        if isinstance(operand, Place):
+            name = self.names.name_of(operand)
+        return Compare(name, relation, value, limits.least, limits.most, limits.whole)
 
-    def _is_none_of(self, operand: Resolved, value: float) -> bool:
+    def _never_gets(self, operand: Resolved, value: float) -> bool:
         """Whether a number gets only constants, all different from a value."""
         choices = self._values.choices(operand) if isinstance(operand, Place) and not operand.frame else ()
-        known = len(choices) > 2 and all(choice.is_constant for choice in choices)
-        return known and all(choice.least != value for choice in choices)
+        are_constants = len(choices) > 2 and all(choice.is_constant for choice in choices)
+        return are_constants and all(choice.least != value for choice in choices)
 
     def _limits(self, operand: Resolved) -> Range:
-        """Return the range of a compared number: that of the constants written to it, or that of its type."""
+        """Return the range of a compared number: of the constants written to it, or else of its type."""
         if isinstance(operand, Constant):
-            return self._values.of(operand)
+            return self._values.range_of(operand)
         if not isinstance(operand, Place):
             return ANY
         is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
-        values_written = self._values.written(operand) if is_tag and operand.bit is None else []
-        is_chosen = len(values_written) > 1 and all(write.is_constant for write in values_written)
-        return self._values.of(operand) if is_chosen else type_range(operand.type)
+        written = self._values.written(operand) if is_tag and operand.bit is None else []
+        gets_constants = len(written) > 1 and all(value.is_constant for value in written)
+        return self._values.range_of(operand) if gets_constants else type_range(operand.type)

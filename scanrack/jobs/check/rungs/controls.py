@@ -32,40 +32,40 @@ LOADS = {"FFU": "FFL", "LFU": "LFL"}
 def shared(view: LadderView, facts: Facts) -> None:
     """Note the mistakes of instructions that share an operand."""
     _never_reset(view, facts)
-    own = [point for point in view.main if point.is_rung]
-    _queues(own, facts)
-    _controls(own, facts)
-    _counters(own, facts)
+    in_rungs = [point for point in view.main if point.is_rung]
+    _queues(in_rungs, facts)
+    _controls(in_rungs, facts)
+    _counters(in_rungs, facts)
     _outputs(view.main, facts)
 
 
 def _queues(points: Sequence[Point], facts: Facts) -> None:
     """Note queues that are loaded and unloaded with different CONTROLs."""
-    filled: dict[tuple[str, str], dict[str, FileLine]] = {}
+    loading: dict[tuple[str, str], dict[str, FileLine]] = {}  # by instruction and array: CONTROLs and lines
     for point in points:
         if point.step.name in LOADS.values():
-            filled.setdefault((point.step.name, _array(point.step)), {})[_control(point.step)] = point.place
+            loading.setdefault((point.step.name, _array(point.step)), {})[_control(point.step)] = point.place
     for point in points:
         load, step = LOADS.get(point.step.name, ""), point.step
-        others = filled.get((load, _array(step)), {}) if load else {}
-        if others and _control(step) not in others:
-            name, place = next(iter(others.items()))
+        controls = loading.get((load, _array(step)), {}) if load else {}
+        if controls and _control(step) not in controls:
+            control, place = next(iter(controls.items()))
             text = (
-                f"{step.name} takes from {_array(step)} with {_control(step)}, and "
-                f"{load} of line {place.line} fills it with {name}: they need the same CONTROL"
+                f"{step.name} unloads {_array(step)} with {_control(step)}, but "
+                f"{load} of line {place.line} loads it with {control}: they need the same CONTROL"
             )
             facts.remark("control-mixed", point.place, text)
 
 
 def _controls(points: Sequence[Point], facts: Facts) -> None:
     """Note a CONTROL that two unrelated instructions share."""
-    first: dict[str, Point] = {}
+    first_uses: dict[str, Point] = {}
     for point in points:
         control = _control(point.step)
-        before = first.setdefault(control, point) if control else point
-        if _family(before.step) != _family(point.step):
-            where = f"{before.step.name} of line {before.place.line}"
-            text = f"{control} controls {point.step.name} here, and {where}"
+        first = first_uses.setdefault(control, point) if control else point
+        if _family(first.step) != _family(point.step):
+            first_use = f"{first.step.name} of line {first.place.line}"
+            text = f"{control} controls both {point.step.name} here and {first_use}"
             facts.remark("control-mixed", point.place, text)
 
 
@@ -75,15 +75,15 @@ def _family(step: LoweredStep) -> str:
 
 
 def _counters(points: Sequence[Point], facts: Facts) -> None:
-    """Note a counter that counts in two rungs of a routine: each takes the other's edges for its own."""
-    first: dict[tuple[str, str, str], FileLine] = {}
+    """Note a counter that counts in two rungs of a routine. Both rungs share one edge bit."""
+    first_lines: dict[tuple[str, str, str], FileLine] = {}
     for point in points:
         group = group_of(point.step, ("CTU", "CTD"))
         if group is not None and is_fixed(group):
-            place = first.setdefault((point.routine.name, point.step.name, group.text.upper()), point.place)
-            if place != point.place:
-                where = f"in line {place.line} already"
-                text = f"{group.text} counts here, and {where}: it takes one edge for another"
+            key = point.routine.name, point.step.name, group.text.upper()
+            first = first_lines.setdefault(key, point.place)
+            if first != point.place:
+                text = f"{group.text} counts here and already in line {first.line}: it confuses their edges"
                 facts.remark("repeated-coil", point.place, text)
 
 
@@ -100,11 +100,9 @@ def _never_reset(view: LadderView, facts: Facts) -> None:
     paths_written = set(_written_otherwise(view.mentions))
     for group, point in counting:
         path = path_of(group)
-        is_set_back = len(kinds[path]) > 1 or not paths_written.isdisjoint(
-            (path, f"{path}.ACC", *around(path))
-        )
-        if point.step.name != "CTD" and not group.frame and f"{path}.DN" in view.read and not is_set_back:
-            text = f"{group.text} is never set back: once its DN is on, it stays on"
+        is_reset = len(kinds[path]) > 1 or not paths_written.isdisjoint((path, f"{path}.ACC", *around(path)))
+        if point.step.name != "CTD" and not group.frame and f"{path}.DN" in view.read and not is_reset:
+            text = f"{group.text} is never reset: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", point.place, text)
 
 
@@ -117,14 +115,14 @@ def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
 
 def _outputs(points: Sequence[Point], facts: Facts) -> None:
     """Note bits that an add-on instruction writes and that a coil or another instruction also writes."""
-    first: dict[str, Point] = {}
+    first_writes: dict[str, Point] = {}
     for point in points:
         target = first_of(point.step, ("OTE",))
         if not isinstance(target, Place) or target.can_fault or _is_input(point, target):
             continue
-        before = first.setdefault(key_of(target), point)
-        if before is not point and (before.argument or point.argument):
-            text = f"{target.text} is written here, and in line {before.place.line} already"
+        first = first_writes.setdefault(key_of(target), point)
+        if first is not point and (first.argument or point.argument):
+            text = f"{target.text} is written here and already in line {first.place.line}"
             facts.remark("repeated-coil", point.place, text)
 
 
@@ -134,11 +132,11 @@ def _is_input(point: Point, target: Place) -> bool:
 
 
 def _control(step: LoweredStep) -> str:
-    """Return the CONTROL of an instruction; "" if it has none or a computed one."""
-    controls = (operand for use, operand in uses_of(step) if use is Use.CONTROL)
-    return next(
-        (control.text for control in controls if isinstance(control, Group) and is_fixed(control)), ""
-    )
+    """Return the CONTROL of an instruction; "" if it has none, or if its subscript is computed."""
+    for use, operand in uses_of(step):
+        if use is Use.CONTROL and isinstance(operand, Group) and is_fixed(operand):
+            return operand.text
+    return ""
 
 
 def _array(step: LoweredStep) -> str:

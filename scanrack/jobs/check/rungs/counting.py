@@ -36,7 +36,7 @@ RUN = {
     "FBD_TIMER": "times",
     "SLC_TIMER": "times",
 }
-"""Uses that run a structure of each type; without them its members do not change."""
+"""By type of a structure: the verb for an instruction that runs it."""
 
 PART = re.compile(r"(?:\.(\w+))?((?:\[[^\]]*\])*+)")
 """Finds the member in a part, with the subscripts of its structure: ".DN[3]"."""
@@ -49,20 +49,20 @@ def never_run(facts: Facts) -> None:
     """Note counters and timers whose result is read but that nothing runs."""
     for variable, accesses in facts.by_variable():
         if variable.type in RUN and not BY_PEOPLE.search(variable.name):
-            is_run(variable, accesses, facts)
+            note_never_run(variable, accesses, facts)
 
 
-def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
+def note_never_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
     """Note a counter or timer if its result is read but nothing runs it."""
-    running = [access for access in accesses if _runs(access)]
-    for member_access in accesses:
-        member, element = _member(member_access.part)
-        is_result = member_access.reads and member in RESULTS
-        if is_result and not any(overlap(element, _member(other.part)[1]) for other in running):
-            read = member_access.text or variable.name
+    running_elements = [_member(access.part)[1] for access in accesses if _runs(access)]
+    for access in accesses:
+        member, element = _member(access.part)
+        is_result = access.reads and member in RESULTS
+        if is_result and not any(overlap(element, running) for running in running_elements):
+            read = access.text or variable.name
             name = read.rpartition(".")[0] or variable.name
-            text = f"{read} is read, and no instruction {RUN[variable.type]} {name}"
-            facts.remark("never-run", member_access.place, text)
+            text = f"{read} is read, but no instruction {RUN[variable.type]} {name}"
+            facts.remark("never-run", access.place, text)
             return
 
 
@@ -78,7 +78,7 @@ def _member(part: str) -> tuple[str, str]:
 
 
 BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
-"""Finds, in the names of inputs, words for buttons. People press these whenever they want."""
+"""Finds, in the names of inputs, words for buttons, which people may press at any time."""
 
 
 def unbounded(view: LadderView, facts: Facts) -> None:
@@ -86,12 +86,10 @@ def unbounded(view: LadderView, facts: Facts) -> None:
     subscripts: dict[str, Subscript] = {}
     for subscript in chain.from_iterable(map(_subscripts, view.points)):
         subscripts.setdefault(key_of(subscript.number), subscript)
-    counting = {
-        key: counted for key, counted in subscripts.items() if _only_counts(counted.number, view.values)
-    }
+    counting = [key for key, used in subscripts.items() if _only_counts(used.number, view.values)]
     limits, resets = _bounds(view.points if counting else (), subscripts, view.places)
-    for key, subscript in counting.items():
-        _note_reached(subscript, limits[key], resets[key], facts)
+    for key in counting:
+        _note_reached(subscripts[key], limits[key], resets[key], facts)
 
 
 Bounds = defaultdict[str, list[Point]]
@@ -99,17 +97,17 @@ Bounds = defaultdict[str, list[Point]]
 
 
 def _bounds(
-    points: Sequence[Point], used: Collection[str], places: Mapping[str, Place]
+    points: Sequence[Point], subscripts: Collection[str], places: Mapping[str, Place]
 ) -> tuple[Bounds, Bounds]:
-    """Return the instructions that limit each subscript, and those that reset it."""
+    """Return the instructions that limit each subscript, and the instructions that reset it."""
     limits, resets = Bounds(list), Bounds(list)
     for point in points:
-        own = key_of(point.target) if point.target is not None else ""
-        is_counting = own in used and _counts(written_value(point.step), own)
-        for key in _limited(point, own if is_counting else ""):
+        target = key_of(point.target) if point.target is not None else ""
+        is_counting = target in subscripts and _counts(written_value(point.step), target)
+        for key in _limited(point, target if is_counting else ""):
             limits[key].append(point)
-        if own in used and not is_counting and not _at_will(point, places):
-            resets[own].append(point)
+        if target in subscripts and not is_counting and not _at_will(point, places):
+            resets[target].append(point)
     return limits, resets
 
 
@@ -135,32 +133,35 @@ def _only_counts(index: Place, values: Values) -> bool:
 
 
 def _limited(point: Point, counted: str) -> Iterator[str]:
-    """Yield the numbers that an instruction reads, except in subscripts and except the one that it counts."""
+    """Yield the numbers that an instruction reads, except in subscripts and except `counted`."""
     for use, operand in uses_of(point.step):
         if operand is not point.target and use is not Use.TARGET:
             read = list(_read(operand))
             yield from read if counted not in read else ()
 
 
-def _note_reached(each: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts) -> None:
+def _note_reached(
+    subscript: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts
+) -> None:
     """Note a subscript that counts if nothing limits it, or if its limit is beyond its array."""
+    text = f"{subscript.text}: {subscript.number.text}"
     if not limits and not resets:
-        text = f"{each.text}: {each.number.text} counts, and nothing keeps it within the array"
-        facts.remark("subscript", each.place, text)
-    reached = _reached(key_of(each.number), limits, resets)
-    if reached is not None and reached > each.last:
-        text = f"{each.text}: {each.number.text} reaches {reached:g}; must be 0 to {each.last}"
-        facts.remark("subscript", each.place, text)
+        text = f"{text} counts, but nothing keeps it within the array"
+        facts.remark("subscript", subscript.place, text)
+    highest = _highest(key_of(subscript.number), limits, resets)
+    if highest is not None and highest > subscript.last:
+        text = f"{text} reaches {highest:g}: must be 0 to {subscript.last}"
+        facts.remark("subscript", subscript.place, text)
 
 
-def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
+def _highest(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
     """Return the value that a subscript reaches before its only comparison resets it; None if unknown."""
     is_single = len({id(limit.step) for limit in limits}) == 1
     if not is_single or not all(_tests(reset.condition, key) for reset in resets):
         return None
     match [leaf for leaf in leaves(limits[0].own) if isinstance(leaf, Compare)]:
-        case [Compare(relation=">" | ">=" | "=" as relation) as found] if resets and compares(found, key):
-            return found.number - (relation != ">")
+        case [Compare(relation=">" | ">=" | "=" as relation) as limit] if resets and compares(limit, key):
+            return limit.number if relation == ">" else limit.number - 1
     return None
 
 
@@ -171,10 +172,10 @@ def _tests(condition: Condition, key: str) -> bool:
 
 def _subscripts(point: Point) -> Iterator[Subscript]:
     """Yield the single numbers that are used in an instruction's subscripts."""
-    for operand in (part for step_operand in point.step.operands for part in parts_of(step_operand)):
-        if isinstance(operand, Place | Group):
-            for number, last in _numbers(operand):
-                yield Subscript(number, point.place, operand.text, last)
+    for part in chain.from_iterable(map(parts_of, point.step.operands)):
+        if isinstance(part, Place | Group):
+            for number, last in _numbers(part):
+                yield Subscript(number, point.place, part.text, last)
 
 
 def _numbers(operand: Place | Group) -> Iterator[tuple[Place, int]]:
@@ -195,21 +196,21 @@ def _is_single(operand: Resolved) -> TypeGuard[Place]:
 def _counts(source: Resolved | None, key: str) -> bool:
     """Whether a number gets the sum of itself and a constant."""
     match source:
-        case Calculation("+", (Constant() as by, Place() as counted)):
-            return key_of(counted) == key and not is_zero(by)
-        case Calculation("+" | "-", (Place() as counted, Constant() as by)):
-            return key_of(counted) == key and not is_zero(by)
+        case Calculation("+", (Constant() as increment, Place() as counted)) | Calculation(
+            "+" | "-", (Place() as counted, Constant() as increment)
+        ):
+            return key_of(counted) == key and not is_zero(increment)
     return False
 
 
 def _read(operand: object) -> Iterator[str]:
     """Yield the keys of the numbers that an operand reads, except in subscripts."""
-    nested: Iterable[object] = (operand,)
+    operands: Iterable[object] = (operand,)
     if isinstance(operand, Call | AddOnCall):
-        nested = operand.inputs if isinstance(operand, Call) else operand.handed.values()
-    for operand_part in (part for step_operand in nested for part in parts_of(step_operand)):
-        if isinstance(operand_part, Place):
-            yield key_of(operand_part)
+        operands = operand.inputs if isinstance(operand, Call) else operand.handed.values()
+    for part in chain.from_iterable(map(parts_of, operands)):
+        if isinstance(part, Place):
+            yield key_of(part)
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:

@@ -1,4 +1,4 @@
-"""Motion blocks whose axis is a networked drive: configurations that it refuses, and blocks that it lacks."""
+"""Motion blocks of networked drives: configurations that a drive refuses, and commands that it lacks."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from .view import LadderView
 
 
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
-    """Return the largest limits in a rack: the given ones or those of its drives."""
-    own = [model.limits for model in models]
-    speeds, rates = (move.speed for move in own), (move.rate for move in own)
-    return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
+    """Return the largest speed and rate of `limits` and of drives."""
+    drive_limits = [model.limits for model in models]
+    return Limits(
+        max([limits.speed, *(drive.speed for drive in drive_limits)]),
+        max([limits.rate, *(drive.rate for drive in drive_limits)]),
+    )
 
 
 WordsOf = Callable[[object, int], Sequence[int | None] | None]
@@ -30,18 +32,19 @@ def note_drives(view: LadderView, words_of: WordsOf) -> Iterator[Violation]:
     for call in view.calls:
         model = view.drives.get(view.axes.get(call.axis, 0))
         if model is not None:
-            yield from (Violation(call.place, text) for text in _wrong(call, model, words_of))
+            yield from (Violation(call.place, text) for text in _problems(call, model, words_of))
 
 
-def _wrong(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:
+def _problems(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:
+    """Yield messages about a call that can't work on a drive."""
     name = call.call.name
     if name == "CONFIGURE3601":
-        yield from _wrong_configuration(call.call.handed["CONFIGURATION"], model, words_of)
+        yield from _configuration_problems(call.call.handed["CONFIGURATION"], model, words_of)
     if _lacks(name, model):
         yield f"{name}: an {model.title} has no such command: the block ends with ErrorID 4096"
 
 
-def _wrong_configuration(operand: object, model: Model, words_of: WordsOf) -> Iterator[str]:
+def _configuration_problems(operand: object, model: Model, words_of: WordsOf) -> Iterator[str]:
     words = words_of(operand, WORDS)
     if words is None and words_of(operand, 8) is not None:
         yield f"the configuration of an {model.title} has {WORDS} words: the array is shorter"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place
 from scanrack.ladder.state.lowered import (
@@ -53,7 +54,7 @@ def _why_endless(loop: Loop) -> str:
 
 
 def _are_fixed(places: Sequence[Place], steps: Iterable[LoweredStep]) -> bool:
-    """Whether neither an instruction nor anything else may change the given values during a scan."""
+    """Whether nothing can change these values during a scan, neither these instructions nor anything else."""
     paths = set(map(path_of, places))
     return all(map(_is_of_program, places)) and not any(_may_write(step, paths) for step in steps)
 
@@ -65,19 +66,16 @@ def _counts_by_zero(loop: Loop) -> bool:
 
 
 def _is_of_program(place: Place) -> bool:
-    """Whether only the program can change a value during a scan, and its element is fixed."""
+    """Whether only the program can change a value during a scan, and its subscripts are constants."""
     return not place.leaf.output and not place.leaf.frame and not place.can_fault
 
 
 def _may_write(step: LoweredStep, paths: set[str]) -> bool:
-    """Whether an instruction may write one of the given paths; calls may write any."""
+    """Whether an instruction may write one of the paths; calls may write any path."""
     if step.name in ("JSR", ADD_ON, "FOR", "GSV"):
         return True
-    within = {path_part for path in paths for path_part in (path, *around(path))}
-    return any(
-        isinstance(written_place, Place | Group) and path_of(written_place) in within
-        for written_place in written_by(step)
-    )
+    written = {path_of(operand) for operand in written_by(step) if isinstance(operand, Place | Group)}
+    return any(not written.isdisjoint((path, *around(path))) for path in paths)
 
 
 def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
@@ -85,7 +83,7 @@ def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
     for index, line in enumerate(routine.lines):
         label = _always_jumps_to(line)
         target = routine.labels.get(label, index + 1)
-        between = (step for routine_line in routine.lines[target:index] for step in routine_line.all_steps)
+        between = chain.from_iterable(inner.all_steps for inner in routine.lines[target:index])
         if target <= index and not any(step.name in LEAVES for step in between):
             yield line, f"this always jumps back to {label}: the scan never ends"
 
@@ -97,7 +95,7 @@ def _always_jumps_to(line: LoweredLine) -> str:
 
 
 def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, frozenset[int]]]:
-    """Yield each count of a FOR: its tag in capitals, its range in the loop, and what counts it."""
+    """Yield each count of a FOR: its tag in capitals, its range in the loop, and the sites that count it."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             sites = frozenset(act.steps[-1].site for act in (loop.start, loop.advance) if act is not None)
@@ -144,17 +142,17 @@ def loops_in(body: Body) -> Iterator[Loop]:
             yield from loops_in(inner)
 
 
-def bodies_of(each: Act | Arms | Selection | Loop) -> Iterator[Body]:
+def bodies_of(statement: Act | Arms | Selection | Loop) -> Iterator[Body]:
     """Yield the bodies of a statement."""
-    match each:
+    match statement:
         case Arms(arms, otherwise):
             yield from (body for _, body in arms)
             yield otherwise
         case Selection():
-            yield from (body for _, body in each.choices)
-            yield each.otherwise
+            yield from (body for _, body in statement.choices)
+            yield statement.otherwise
         case Loop():
-            yield each.body
+            yield statement.body
 
 
 def _steps(body: Body) -> list[LoweredStep]:
@@ -163,7 +161,7 @@ def _steps(body: Body) -> list[LoweredStep]:
 
 
 def lines_in(body: Body) -> Iterator[LoweredLine]:
-    """Yield the lines of statements, those of each statement before the lines inside it."""
+    """Yield the lines of statements; the lines of a statement come before the lines inside it."""
     for statement in body:
         match statement:
             case Act(line) | Selection(line):

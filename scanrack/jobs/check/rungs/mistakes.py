@@ -37,7 +37,16 @@ from ..logic import (
 from ..ranges import Range
 from .conditions import Conditions
 from .number_ranges import COPIES, is_whole, type_range, written_value
-from .operands import calculations_of, first_of, group_of, is_fixed, is_input, key_of, path_of
+from .operands import (
+    calculations_of,
+    divisors_of,
+    first_of,
+    group_of,
+    is_fixed,
+    is_input,
+    key_of,
+    path_of,
+)
 from .subscripts import note_lengths, note_subscripts
 from .view import LadderView
 from .walk import Point
@@ -47,8 +56,8 @@ COUNTERS = ("CTU", "CTD")
 FBD_TIMERS = ("TONR", "TOFR", "RTOR")
 WITH_PRESET = frozenset((*TIMERS, *COUNTERS, *FBD_TIMERS))
 
-SHORT_MS, FEW = 10, 5
-"""A preset below this number of ms, and of no more than this number of scans, is meant in another unit."""
+SHORT_MS, FEW_SCANS = 10, 5
+"""A preset below this number of ms and of at most this number of scans is probably in the wrong unit."""
 
 LOOPS = ("WHILE", "UNTIL", "FOR")
 """Statements whose condition may be constant, because EXIT ends the loop."""
@@ -63,15 +72,15 @@ class Mistakes:
 
     def __init__(self, view: LadderView, facts: Facts) -> None:
         self._view, self._values, self._facts = view, view.values, facts
-        self._is_made = view.path.suffix == ".py"  # Python has made the rungs: numbers have lost their radix
+        self._has_lost_radix = view.path.suffix == ".py"  # a number in a rung may be a bit pattern
         self._dead: FileLine | None = None  # the line that was last noted as never acting
 
     def note(self) -> None:
         """Note the mistakes in all instructions and branches."""
-        seen: set[tuple[str, str]] = set()
+        noted: set[tuple[str, str]] = set()
         for point in self._view.points:
             self._instruction(point)
-            note_subscripts(point, self._view.counts, self._facts, seen)
+            note_subscripts(point, self._view.counts, self._facts, noted)
             note_lengths(point, self._facts)
         for routine in self._view.routines:
             for line in routine.lines if routine.body is None else ():
@@ -81,8 +90,8 @@ class Mistakes:
         """Note the mistakes in an instruction."""
         self._condition(point)
         if point.value not in (TRUE, UNKNOWN) and not isinstance(point.value, FixedTruth):
-            text = f"what goes to {point.step.operands[0].text}" if point.argument else point.text
-            self._decided(replace(point, condition=TRUE), point.value, text)
+            text = f"the argument for {point.step.operands[0].text}" if point.argument else point.text
+            self._note_constant(replace(point, condition=TRUE), point.value, text)
         self._divisions(point)
         self._conversion(point)
         self._preset(point)
@@ -90,14 +99,15 @@ class Mistakes:
     # --- conditions
 
     def _condition(self, point: Point) -> None:
-        own, place = point.own, point.place
+        """Note an instruction that is never reached, or whose own condition is always or never true."""
+        place = point.place
         if point.step.name == "AFI":
             self._facts.remark("unreachable", place, "AFI: the rung never acts")
             self._dead = place
-        elif own != TRUE:
-            is_loop = isinstance(own, FixedTruth) and point.text.upper().startswith(LOOPS)
+        elif point.own != TRUE:
+            is_loop = isinstance(point.own, FixedTruth) and point.text.upper().startswith(LOOPS)
             if self._dead != place and not is_loop:
-                self._decided(point, own, point.text)
+                self._note_constant(point, point.own, point.text)
         elif point.is_rung:
             return
         elif not never(point.condition):
@@ -106,20 +116,18 @@ class Mistakes:
             self._facts.remark("unreachable", place, f"{point.text} is never reached")
             self._dead = place
 
-    def _decided(self, point: Point, own: Condition, text: str) -> None:
-        """Note a condition that never or always holds."""
-        remark = constant_condition(own)
+    def _note_constant(self, point: Point, condition: Condition, text: str) -> None:
+        """Note a condition that is never or always true at a point."""
+        remark = constant_condition(condition)
+        if remark is None and _is_excluded(point.condition, condition) and not never(point.condition):
+            remark = "contradiction", "never holds here: the conditions before it exclude it"
         if remark is not None:
-            rule, says = remark
-        elif not _is_excluded(point.condition, own) or never(point.condition):
-            return
-        else:
-            rule, says = "contradiction", "never holds here: the conditions before it exclude it"
-        self._facts.remark(rule, point.place, f"{text} {says}")
-        self._dead = point.place
+            rule, problem = remark
+            self._facts.remark(rule, point.place, f"{text} {problem}")
+            self._dead = point.place
 
     def _branches(self, line: LoweredLine) -> None:
-        """Note branches of a rung that are shorted, or that always pass power through one leg or another."""
+        """Note branches of a rung that are shorted, or that always have power through one leg or another."""
         place = self._view.place(line)
         for node in _parallels(line.nodes):
             legs = [steps_of(leg, copies=False) for leg in node.legs]
@@ -128,28 +136,28 @@ class Mistakes:
                 continue
             branch = f"the branch of {self._view.lowered.sites[deciding[0][0].site].instruction}"
             if len(deciding) < len(legs):
-                text = f"an empty leg shorts {branch}, which decides nothing"
+                text = f"an empty leg shorts {branch}, which has no effect"
                 self._facts.remark("shorted-branch", place, text)
             elif _always_has_power(node, self._view.conditions):
-                text = f"{branch} always has power: one leg or the other holds"
+                text = f"{branch} always has power: one leg or the other is true"
                 self._facts.remark("constant-condition", place, text)
 
     # --- numbers
 
     def _divisions(self, point: Point) -> None:
-        step = point.step
-        divisors = [calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD"))]
-        if any(map(self._is_zero, (*divisors, *(step.operands[1:2] if step.name in ("DIV", "MOD") else ())))):
+        """Note a division by 0, and a division of integers whose result is always 0."""
+        if any(map(self._is_zero, divisors_of(point.step))):
             self._facts.remark("division-by-zero", point.place, f"{point.text} divides by 0")
-        quotients = list(calculations_of(step, ("/",)))
-        divided_value = written_value(step) if step.name == "DIV" else None
-        for divided in (*quotients, divided_value):
-            if isinstance(divided, Calculation) and self._is_always_zero(divided, point.target):
-                text = f"{point.text}: the quotient of two integers is cut to 0 here"
+        quotients: list[Resolved | None] = [*calculations_of(point.step, ("/",))]
+        if point.step.name == "DIV":
+            quotients.append(written_value(point.step))
+        for quotient in quotients:
+            if isinstance(quotient, Calculation) and self._is_always_zero(quotient, point.target):
+                text = f"{point.text}: the quotient of two integers is truncated to 0 here"
                 self._facts.remark("integer-zero", point.place, text)
 
     def _is_always_zero(self, quotient: Calculation, target: Place | None) -> bool:
-        """Whether a division of integers always gives 0, although its dividend is not 0."""
+        """Whether the result of a division of integers is always 0, although its dividend is not 0."""
         dividend, divisor = quotient.operands
         is_real = target is not None and not target.type.is_integer
         is_split = isinstance(divisor, Constant) and divisor.value == THOUSAND
@@ -158,7 +166,7 @@ class Mistakes:
         return self._is_zero(quotient) and not self._is_zero(dividend)
 
     def _is_zero(self, operand: Resolved) -> bool:
-        value = self._values.of(operand)
+        value = self._values.range_of(operand)
         return value.is_constant and value.least == 0
 
     def _conversion(self, point: Point) -> None:
@@ -166,28 +174,27 @@ class Mistakes:
         target, source = point.target, written_value(point.step)
         if target is None or source is None or not target.type.is_integer or target.type.is_bool:
             return
-        text = self._lost(point, source, target)
-        if text:
-            kind = target.type.name
-            text = f"{point.text}: {target.text} is of type {kind}, and {text}"
+        loss = self._loss(point, source, target)
+        if loss:
+            text = f"{point.text}: {target.text} is of type {target.type.name}, but {loss}"
             self._facts.remark("lossy-conversion", point.place, text)
 
-    def _lost(self, point: Point, source: Resolved, target: Place) -> str:
+    def _loss(self, point: Point, source: Resolved, target: Place) -> str:
         """Return a message about the loss when a number is written to its target; "" if nothing is lost."""
-        value, limits = self._values.of(source), type_range(target.type)
+        value, limits = self._values.range_of(source), type_range(target.type)
         if isinstance(source, Constant):
-            return _constant_lost(source, limits, is_pattern=self._is_pattern(point, target))
+            return _constant_loss(source, limits, is_pattern=self._is_pattern(point, target))
         if isinstance(source, Calculation) and point.step.name == ":=" and not _is_rounded(source):
             return "the expression is a REAL: its fraction is lost"
         if value.is_known and value.outside(limits.least, limits.most):
-            return f"it is {value}"
+            return f"the value is {value}"
         if isinstance(source, Place) and _is_copy(point.step):
-            return _copy_lost(source, target, value, limits)
+            return _copy_loss(source, target, value, limits)
         return ""
 
     def _is_pattern(self, point: Point, target: Place) -> bool:
         """Whether a constant may be a bit pattern."""
-        return "#" in point.text or target.leaf.slot is not None or self._is_made
+        return "#" in point.text or target.leaf.slot is not None or self._has_lost_radix
 
     # --- presets
 
@@ -197,58 +204,56 @@ class Mistakes:
             return
         path = path_of(group)
         preset = None if self._values.is_written(f"{path}.PRE") else self._values.initial(group.member("PRE"))
-        is_for_people = point.step.name in COUNTERS and f"{path}.DN" not in self._view.read
+        only_counts = point.step.name in COUNTERS and f"{path}.DN" not in self._view.read
         if preset is not None and preset.most != 0:
-            self._short(point, group, preset)
-        elif preset is not None and not is_for_people:
+            self._note_short_preset(point, group, preset)
+        elif preset is not None and not only_counts:
             text = f"{point.text}: the preset of {group.text} is 0, so it is done at once"
             self._facts.remark("preset-zero", point.place, text)
 
-    def _short(self, point: Point, timer: Group, preset: Range) -> None:
-        """Note a preset that was meant in a unit other than milliseconds: it ends within a few scans."""
+    def _note_short_preset(self, point: Point, timer: Group, preset: Range) -> None:
+        """Note a preset of only a few scans, which is probably not in milliseconds."""
         scan_ms = float(self._view.spec.scan_ms)
         scans = preset.most / scan_ms
-        is_short = preset.least > 0 and (scans <= 1 or (preset.most < SHORT_MS and scans <= FEW))
+        is_short = preset.least > 0 and (scans <= 1 or (preset.most < SHORT_MS and scans <= FEW_SCANS))
         if is_short and point.step.name not in COUNTERS and timer.type in (TIMER, FBD_TIMER):
-            where = f"the preset of {timer.text} is {preset} ms, and a scan takes {scan_ms:g} ms"
-            self._facts.remark("preset-unit", point.place, f"{point.text}: {where}")
+            times = f"the preset of {timer.text} is {preset} ms, but a scan takes {scan_ms:g} ms"
+            self._facts.remark("preset-unit", point.place, f"{point.text}: {times}")
 
 
 def sealed(view: LadderView, facts: Facts) -> None:
-    """Note coils that an input switches on and that then hold themselves on with no way off."""
+    """Note coils that an input switches on, that seal in, and that nothing switches off."""
     writes = [access for access in facts.accesses if access.writes]
-    first = {(word_write.place, word_write.text): word_write for word_write in reversed(writes)}
+    first_writes = {(write.place, write.text): write for write in reversed(writes)}
     for point in view.main:
         name = _sealed_bit(point, view.places)
-        write = first.get((point.place, name)) if name else None
-        if write is not None and not _others(write, writes):
-            text = f"{point.text} holds itself: nothing switches {name} off"
+        write = first_writes.get((point.place, name)) if name else None
+        if write is not None and not _has_other_write(write, writes):
+            text = f"{point.text} seals in: nothing switches {name} off"
             facts.remark("latch-never-cleared", point.place, text)
 
 
 def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
-    """Return the bit that an input switches on and that then holds itself on; "" if there is none."""
+    """Return the bit that an instruction seals in after an input switches it on; "" if it seals none."""
     target = first_of(point.step, ("OTE", ":="))
     is_bit = isinstance(target, Place) and target.type.is_bool
     return target.text if is_bit and _seals_input_in(point, target, places) else ""
 
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:
-    """Whether an input switches a bit on that then holds itself on, whatever else is off."""
-    power, own = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
+    """Whether an input switches a bit on, and the bit then stays on whatever else is off."""
+    power, seal = plain(AllOf((point.condition, point.value))), Bit(key_of(target))
     bits = [leaf for leaf in leaves(power) if isinstance(leaf, Bit) and leaf.on]
-    starts = (places.get(bit.name) for bit in bits if bit != own)
-    if own not in bits or not any(map(is_input, starts)):
+    starts = (places.get(bit.name) for bit in bits if bit != seal)
+    if seal not in bits or not any(map(is_input, starts)):
         return False
-    return never(AllOf((own, negated(power)))) and not always(power)
+    return never(AllOf((seal, negated(power)))) and not always(power)
 
 
-def _others(own: Access, writes: Sequence[Access]) -> bool:
-    """Whether any other access writes what this access writes."""
-    return any(
-        write is not own and write.variable == own.variable and overlap(write.part, own.part)
-        for write in writes
-    )
+def _has_other_write(write: Access, writes: Sequence[Access]) -> bool:
+    """Whether any other access writes the same memory."""
+    same_variable = (other for other in writes if other is not write and other.variable == write.variable)
+    return any(overlap(other.part, write.part) for other in same_variable)
 
 
 def _is_copy(step: LoweredStep) -> bool:
@@ -262,8 +267,8 @@ def _is_rounded(source: Resolved) -> bool:
     return is_integer(source)
 
 
-def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
-    """Return what is lost of a constant; a bit pattern such as 16#8000 loses nothing."""
+def _constant_loss(source: Constant, limits: Range, *, is_pattern: bool) -> str:
+    """Return a message about the loss of a constant; "" if nothing is lost, as of a bit pattern 16#8000."""
     value = source.value
     if value != int(value):
         return f"{value:g} loses its fraction"
@@ -271,20 +276,20 @@ def _constant_lost(source: Constant, limits: Range, *, is_pattern: bool) -> str:
     return "" if limits.least <= value <= width else f"{value:g} is out of its range, {limits}"
 
 
-def _copy_lost(source: Place, target: Place, found: Range, limits: Range) -> str:
+def _copy_loss(source: Place, target: Place, value: Range, limits: Range) -> str:
     """Return a message about the possible loss in a copy to a smaller type; "" if nothing is lost."""
     if not is_integer(source):
         return f"{source.text} is a {source.type.name}: its fraction is lost"
-    if source.type.bits <= target.type.bits or found.within(limits.least, limits.most):
+    if source.type.bits <= target.type.bits or value.within(limits.least, limits.most):
         return ""
     return f"{source.text} is a {source.type.name}: its high bits are lost"
 
 
-def _is_excluded(before: Condition, own: Condition) -> bool:
-    """Whether a condition contradicts an earlier one about the same values."""
-    names = set(map(_value_name, leaves(before))) - {""}
-    meet = any(_value_name(leaf) in names for leaf in leaves(own))
-    return meet and never(AllOf((before, own)))
+def _is_excluded(earlier: Condition, condition: Condition) -> bool:
+    """Whether a condition contradicts an earlier condition on the same values."""
+    names = set(map(_value_name, leaves(earlier))) - {""}
+    has_same_value = any(_value_name(leaf) in names for leaf in leaves(condition))
+    return has_same_value and never(AllOf((earlier, condition)))
 
 
 def _value_name(part: Condition) -> str:
@@ -305,7 +310,10 @@ def _decides(step: LoweredStep) -> bool:
 
 
 def _always_has_power(branch: Parallel, conditions: Conditions) -> bool:
-    """Whether one leg or another of a branch without inner branches always holds, but no single leg does."""
+    """Whether one leg or another of a branch is always true, although no single leg is.
+
+    The answer is no for a branch with inner branches.
+    """
     if not all(isinstance(step, LoweredStep) for leg in branch.legs for step in leg):
         return False
     legs = tuple(

@@ -1,4 +1,4 @@
-"""The possible values of a number in a ladder program, one by one: constants, tables, and calculations.
+"""The individual values that a number in a ladder program can have: constants, tables, calculations.
 
 MOV(Stops[At],Target)DIV(Target,1000,O.Data[2])    word 2 is one of the thousands of `Stops`
 """
@@ -45,41 +45,44 @@ class OperandOptions:
 
     def word(self, operand: Resolved | None) -> Choices:
         """Return the possible values of a word."""
-        choices = UNKNOWN_CHOICES if operand is None else self.of(operand)
+        choices = UNKNOWN_CHOICES if operand is None else self.evaluate(operand)
         options = tuple(map(round, choices.options))
         if not options or not all(WORD_MIN <= option <= WORD_MAX for option in options):
             return UNKNOWN_CHOICES
         return Choices(options, choices.source, choices.names)
 
-    def of(self, operand: Resolved, depth: int = DEPTH) -> Choices:
+    def evaluate(self, operand: Resolved, depth: int = DEPTH) -> Choices:
         """Return the options of an operand; none if the program does not determine them."""
         if isinstance(operand, Constant):
             return Choices((operand.value,))
         if isinstance(operand, Place) and depth:
-            return self._of_place(operand, depth)
+            return self._evaluate_place(operand, depth)
         if isinstance(operand, Calculation) and operand.name in OPERATIONS:
-            return _calculated(operand, [self.of(part, depth) for part in operand.operands])
+            return _calculated(operand, [self.evaluate(part, depth) for part in operand.operands])
         return UNKNOWN_CHOICES
 
-    def _of_place(self, place: Place, depth: int) -> Choices:
+    def _evaluate_place(self, place: Place, depth: int) -> Choices:
         path = path_of(place)
         if place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return UNKNOWN_CHOICES
         constants = self._values.constants(path)
         if constants is not None:
-            return _of_table(place, constants)
+            return _table_elements(place, constants)
         if place.indices or path in self._busy:
             return UNKNOWN_CHOICES
-        self._busy.add(path)
-        parts = [self.of(source, depth - 1) for source in self._values.sources(place) if source is not None]
+        self._busy.add(path)  # a number that depends on itself adds no options
+        sources = [source for source in self._values.sources(place) if source is not None]
+        written = [self.evaluate(source, depth - 1) for source in sources]
         self._busy.discard(path)
-        return _one_of(place, parts)
+        return _joined(place, written)
 
 
-def _one_of(place: Place, parts: Sequence[Choices]) -> Choices:
-    """Return the options of a number that gets any of several values."""
-    options = [value for part in parts for value in part.options][:MOST]
-    names = [name for part in parts for name in part.names or _names(place.leaf.path, part.options)]
+def _joined(place: Place, written: Sequence[Choices]) -> Choices:
+    """Return the options of a number that gets any of the written values."""
+    options = [value for choices in written for value in choices.options][:MOST]
+    names = [
+        name for choices in written for name in choices.names or _names(place.leaf.path, choices.options)
+    ]
     if place.type.is_integer:
         options = list(map(round, options))
     source = path_of(place) if len(options) > 1 else ""
@@ -90,9 +93,9 @@ def _names(text: str, options: Iterable[float]) -> Iterator[str]:
     return (f"{text} = {value:.10g}" for value in options)
 
 
-def _of_table(place: Place, found: Sequence[float]) -> Choices:
-    """Return the elements of a table that is never written."""
-    values = tuple(found)
+def _table_elements(place: Place, elements: Sequence[float]) -> Choices:
+    """Return the options of an element of a table that is never written."""
+    values = tuple(elements)
     if not place.indices:
         return Choices(values) if len(values) == 1 else UNKNOWN_CHOICES
     index = place.fixed_index

@@ -1,13 +1,15 @@
 """Ranges of the numbers of a ladder program.
 
 The range of a tag covers its initial value and all values that the program writes to it. If one of these is
-unknown or depends on the tag itself, the range is that of the tag's type.
+unknown or depends on the tag itself, the tag has the range of its type.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from operator import itemgetter
 from typing import Any
 
 from scanrack.ladder.debug.crossref import Mention
@@ -31,7 +33,7 @@ ASSIGNMENTS = (":=", "[:=]", "CPT")
 """Instructions that write their second operand to their first one."""
 
 BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
-"""Finds, in the names of tags, words for what people read and write from outside the program."""
+"""Finds, in the names of tags, words for tags that people read and write from outside the program."""
 
 DEPTH = 8
 """Maximum number of tags that are followed to find a value."""
@@ -53,10 +55,14 @@ def written_value(step: LoweredStep) -> Resolved | None:
         return Calculation(RESULTS[step.name], tuple(operands[:-1]))
     if step.name == "TRN":
         return Calculation("TRN", (operands[0],))
+    if step.name == "CLR":
+        return Constant(0, operands[0].type)
     value: Resolved | None = None
-    if step.name in (*COPIES, *ASSIGNMENTS):
-        value = operands[step.name in ASSIGNMENTS]
-    return Constant(0, step.operands[0].type) if step.name == "CLR" else value
+    if step.name in COPIES:
+        value = operands[0]
+    elif step.name in ASSIGNMENTS:
+        value = operands[1]
+    return value
 
 
 def target_of(step: LoweredStep) -> Place | None:
@@ -93,9 +99,9 @@ class Values:
         self._presets: dict[str, list[float]] = {}
         for (path, _), value in presets.items():
             self._presets.setdefault(path.upper(), []).append(value)
-        self._written: dict[str, list[Resolved | None]] = {}  # by path, and by element with a fixed index
+        self._written: dict[str, list[Resolved | None]] = {}  # by path, or by element with a fixed index
         self._elements: dict[str, set[str]] = {}  # the written elements of a path
-        self._others: set[str] = set()  # what also gets other values
+        self._unknown: set[str] = set()  # paths and elements that also get unknown values
         every = list(steps)
         for step in every:
             target = target_of(step)
@@ -103,76 +109,80 @@ class Values:
                 element = _element(target)
                 self._written.setdefault(element, []).append(written_value(step))
                 self._elements.setdefault(path_of(target), set()).add(element)
-        known = {element: len(values) for element, values in self._written.items()}
+        known_writes = {element: len(values) for element, values in self._written.items()}
         for mention in mentions:
             if mention.writes:
-                self._note_write(mention, known)
-        self._known: dict[str, Range] = dict(_counted(every, list(counted)))
+                self._note_write(mention, known_writes)
+        # ranges that are final, or that are being computed: the counts of FOR to begin with
+        self._ranges: dict[str, Range] = dict(_counts_of_for(every, list(counted)))
 
-    def _note_write(self, mention: Mention, known: dict[str, int]) -> None:
+    def _note_write(self, mention: Mention, known_writes: dict[str, int]) -> None:
         """Note a write of unknown values.
 
         Args:
-            known: for each element, the number of known values whose mention has not been seen yet.
+            known_writes: by element, the number of writes of known values that are still to come. Each such
+                write reduces it by one.
         """
         where = mention.where
         path, element = path_of(where), _element(where)
-        if known.get(element, 0) > 0 and isinstance(where, Place) and where.bit is None:
-            known[element] -= 1
+        if known_writes.get(element, 0) > 0 and isinstance(where, Place) and where.bit is None:
+            known_writes[element] -= 1
         elif mention.stretch:
-            self._others.add(path)
+            self._unknown.add(path)
         elif isinstance(where, Group) and where.type in COUNTING:
-            self._others.update(f"{path}.{name}" for name in _COUNTED)  # PRE does not change
+            self._unknown.update(f"{path}.{name}" for name in _CHANGING)  # PRE does not change
         else:
-            self._others.add(element)
+            self._unknown.add(element)
             self._elements.setdefault(path, set()).add(element)
 
-    def of(self, operand: Resolved, depth: int = DEPTH) -> Range:
+    def range_of(self, operand: Resolved, depth: int = DEPTH) -> Range:
         """Return the range of an operand."""
         match operand:
             case Constant():
                 return exactly(operand.value)
             case Place():
-                return self._of_place(operand, depth)
+                return self._place_range(operand, depth)
             case Calculation(name, operands) if name in OPERATIONS:
-                value = OPERATIONS[name](*(self.of(part, depth) for part in operands))
-                return OPERATIONS["TRN"](value) if name == "/" and all(map(is_whole, operands)) else value
+                value = OPERATIONS[name](*(self.range_of(part, depth) for part in operands))
+                is_truncated = name == "/" and all(map(is_whole, operands))
+                return OPERATIONS["TRN"](value) if is_truncated else value
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
         """Return the constants that a tag gets, with its initial value; a single range for other operands."""
         if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
-            return (self.of(operand),)
-        values_written = self.written(operand)
-        constants = [write for write in values_written if write.is_constant]
-        if not constants or len(constants) < len(values_written):
-            return (self.of(operand), *constants)
-        return (*constants, *filter(None, [self.initial(operand)]))
+            return (self.range_of(operand),)
+        written = self.written(operand)
+        constants = [value for value in written if value.is_constant]
+        if not constants or len(constants) < len(written):
+            return (self.range_of(operand), *constants)
+        initial = self.initial(operand)
+        return tuple(constants) if initial is None else (*constants, initial)
 
     def written(self, place: Place) -> list[Range]:
-        """Return the ranges of the values written to a number; empty if any of them is unknown."""
-        if self._is_other(place):
+        """Return the ranges of the values written to a number; empty if any value is unknown."""
+        if self._may_be_unknown(place):
             return []
-        return [ANY if write is None else self.of(write, DEPTH - 1) for write in self._writes(place)]
+        return [ANY if value is None else self.range_of(value, DEPTH - 1) for value in self._writes(place)]
 
     def sources(self, place: Place) -> Sequence[Resolved | None]:
-        """Return the expressions that are written to a number; None among them for unknown values."""
-        if self._is_other(place) or BY_PEOPLE.search(place.leaf.path):
+        """Return the expressions that are written to a number, with None for an unknown value."""
+        if self._may_be_unknown(place) or BY_PEOPLE.search(place.leaf.path):
             return (None,)
         return self._writes(place)
 
-    def _is_other(self, place: Place) -> bool:
-        """Whether anything other than a known value may be written to a number."""
-        path = path_of(place)
-        return self._is_in_group(path) or not self._others.isdisjoint((path, *self._same(place)))
+    def _may_be_unknown(self, place: Place) -> bool:
+        """Whether an unknown value may be written to a number."""
+        path, elements = path_of(place), self._possible_elements(place)
+        return self._is_in_group(path) or not self._unknown.isdisjoint((path, *elements))
 
     def _writes(self, place: Place) -> list[Resolved | None]:
         """Return the expressions that are written to a number's element or to a computed element."""
-        keys = dict.fromkeys((path_of(place), *self._same(place)))
+        keys = dict.fromkeys((path_of(place), *self._possible_elements(place)))
         return [operand for key in keys for operand in self._written.get(key, ())]
 
-    def _same(self, place: Place) -> Iterable[str]:
-        """Return the elements that a number may be: its own, or all if its index is computed."""
+    def _possible_elements(self, place: Place) -> Iterable[str]:
+        """Return the elements that a number may be: a single one, or all if its index is computed."""
         path, element = path_of(place), _element(place)
         return (element,) if element != path else sorted(self._elements.get(path, ()))
 
@@ -196,7 +206,7 @@ class Values:
     def is_written(self, path: str) -> bool:
         """Whether an instruction writes a path."""
         path = path.upper()
-        return path in self._elements or path in self._others or self._is_in_group(path)
+        return path in self._elements or path in self._unknown or self._is_in_group(path)
 
     def initial(self, place: Place) -> Range | None:
         """Return the range of the initial values of a number; None if it does not belong to a tag."""
@@ -207,51 +217,60 @@ class Values:
         numbers = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *self._presets.get(path, ())]
         return joined(*map(exactly, numbers)) if numbers else exactly(0)
 
-    def _of_place(self, place: Place, depth: int) -> Range:
+    def _place_range(self, place: Place, depth: int) -> Range:
         limits = type_range(place.type)
         path = path_of(place)
         if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return limits
-        if path in self._known:
-            return self._known[path]  # only FOR writes it
+        if path in self._ranges:
+            return self._ranges[path]  # only FOR writes it
         element = _element(place)
-        if element not in self._known:
-            self._known[element] = limits  # used if the number depends on itself
-            self._known[element] = self._from_writes(place, path, limits, depth)
-        return self._known[element]
+        if element not in self._ranges:
+            self._ranges[element] = limits  # used if the number depends on itself
+            self._ranges[element] = self._range_from_writes(place, path, limits, depth)
+        return self._ranges[element]
 
-    def _from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
+    def _range_from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
+        """Return the range of a tag's initial and written values; `limits` if these are unknown."""
         initial = self.initial(place)
-        if initial is None or self._is_other(place) or BY_PEOPLE.search(path):
+        if initial is None or self._may_be_unknown(place) or BY_PEOPLE.search(path):
             return limits
-        ranges = [limits if write is None else self.of(write, depth - 1) for write in self._writes(place)]
+        writes = self._writes(place)
+        ranges = [limits if value is None else self.range_of(value, depth - 1) for value in writes]
         if place.type.is_integer:
             ranges = [_rounded(range_) for range_ in ranges]
-        every = joined(initial, *ranges)
-        return every if every.within(limits.least, limits.most) else limits
+        all_values = joined(initial, *ranges)
+        return all_values if all_values.within(limits.least, limits.most) else limits
 
     def _is_in_group(self, path: str) -> bool:
         """Whether an instruction writes a structure that contains the path."""
-        return "." in path and not self._others.isdisjoint(around(path))
+        return "." in path and not self._unknown.isdisjoint(around(path))
 
 
 COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
 """Types of timers and counters."""
 
-_COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
+_CHANGING = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
 """Members that a timer or counter writes itself."""
 
 
-def _counted(
+def _counts_of_for(
     steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
 ) -> Iterator[tuple[str, Range]]:
-    """Yield the paths that only FOR writes, with their ranges."""
-    by_path = grouped(loops, lambda each: each[0])
-    sites = frozenset().union(*(sites_of for _, _, sites_of in loops))
-    others = (operand for step in steps if step.site not in sites for operand in written_by(step))
-    written = {path_of(other) for other in others if isinstance(other, Place | Group)} if by_path else set()
-    for path in sorted(by_path.keys() - written):
-        yield path, joined(*(range_ for _, range_, _ in by_path[path]))
+    """Yield the paths that only FOR writes, with their ranges.
+
+    Args:
+        loops: path, range and counting instructions of each FOR.
+    """
+    if not loops:
+        return
+    counting_sites = frozenset().union(*(sites for _, _, sites in loops))
+    other_steps = (step for step in steps if step.site not in counting_sites)
+    operands = chain.from_iterable(map(written_by, other_steps))
+    written = {path_of(operand) for operand in operands if isinstance(operand, Place | Group)}
+    for path, path_loops in sorted(grouped(loops, itemgetter(0)).items()):
+        if path not in written:
+            yield path, joined(*(range_ for _, range_, _ in path_loops))
 
 
 def _element(where: Place | Group) -> str:
@@ -283,5 +302,5 @@ def is_whole(operand: Resolved) -> bool:
     return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))
 
 
-def _rounded(found: Range) -> Range:
-    return Range(round(found.least), round(found.most)) if found.is_known else found
+def _rounded(number: Range) -> Range:
+    return Range(round(number.least), round(number.most)) if number.is_known else number

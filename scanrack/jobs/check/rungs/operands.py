@@ -38,7 +38,7 @@ def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
 
 
 def own_group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
-    """Return the same, but only outside add-on instructions."""
+    """Return the structure that `group_of` finds; None inside add-on instructions."""
     group = group_of(step, names)
     return None if group is None or group.frame else group
 
@@ -57,6 +57,14 @@ def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calcu
         for part in parts_of(operand):
             if isinstance(part, Calculation) and part.name in names:
                 yield part
+
+
+def divisors_of(step: LoweredStep) -> Iterator[Resolved]:
+    """Yield the operands by which an instruction divides, including its expressions."""
+    if step.name in ("DIV", "MOD"):
+        yield from step.operands[1:2]
+    for calculation in calculations_of(step, ("/", "MOD")):
+        yield calculation.operands[1]
 
 
 def is_zero(operand: object) -> bool:
@@ -91,12 +99,12 @@ def around(path: str) -> Iterator[str]:
 
 
 def key_of(place: Place) -> str:
-    """Return the name of a value, the same for equal places; a computed subscript becomes "?"."""
+    """Return the name of a value, the same for equal places. A computed subscript becomes "?"."""
     return f"{path_of(place)}{_subscripts(place)}"
 
 
 def part_of(operand: Place | Group, tag: str) -> str:
-    """Return which part of a tag an operand is: the rest of its path, its subscripts and its bit."""
+    """Return the part of a tag that an operand is: the rest of its path, its subscripts and its bit."""
     return f"{path_of(operand)[len(tag) :]}{_subscripts(operand)}"
 
 

@@ -1,6 +1,6 @@
 """Writes of a ladder program to the output words of 3601s.
 
-A write of output word 0 sets some bits and clears some:
+A write of output word 0 sets some bits and clears others:
 
     instruction              sets            clears
     OTE(bit), bit := tag     the bit         the bit
@@ -13,8 +13,8 @@ A write of output word 0 sets some bits and clears some:
 
 Constants are the initial values of words that no instruction writes.
 
-Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first of
-them, which is the command. A write to a staged word counts as a write to the module.
+Words that a COP or CPS copies to all output words of a 3601 are staged if the program writes the first word,
+which is the command. A write to a staged word counts as a write to the module.
 
     COP(Setup[0],Words[0],8);  ...  CPS(Words[0],Local:1:O.Data[0],8);
 """
@@ -40,11 +40,10 @@ from .operands import first_of, path_of, steps_in, written_by
 from .view import LadderView
 
 COPIES = ("COP", "CPS")
-ELSEWHERE = (
+NOT_IN_OPERATION = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
-"""Status bits of start-up and faults. A rung that needs one does not clear a command in operation.
-"""
+"""Status bits of start-up and faults. A rung that needs one does not clear a command in operation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,11 +69,10 @@ class Write(WordWrite):
         """Command bits that it is known to set; none for a configuration."""
         return self.sets if self.known and self.word == 0 and not self.sets & MODE_CONFIG else 0
 
-    def takes_back(self, bit: int) -> bool:
-        """Whether it clears a command bit after the command has been given."""
-        return bool(self.clears & bit) and not (
-            self.first_scan or self.status & ELSEWHERE or self.command & ~bit
-        )
+    def clears_in_operation(self, bit: int) -> bool:
+        """Whether it clears a command bit after the command was sent."""
+        is_elsewhere = self.first_scan or self.status & NOT_IN_OPERATION or self.command & ~bit
+        return bool(self.clears & bit) and not is_elsewhere
 
 
 class WriteReader:
@@ -88,7 +86,7 @@ class WriteReader:
 
     @property
     def staged(self) -> set[int]:
-        """Slots whose output words are copied from a tag, whose initial values may also be sent."""
+        """Slots whose output words are copied from a tag. The tag's initial values may also be sent."""
         return {slot for slot, _ in self._staged.values()}
 
     def _stages(self) -> Iterator[tuple[str, tuple[int, int]]]:
@@ -108,12 +106,12 @@ class WriteReader:
         return slot if is_whole and slot in self._slots else None
 
     def _is_written(self, source: Place | Group) -> bool:
-        """Return whether the program writes the first word of an operand, which is the command."""
+        """Whether the program writes the first word of an operand, which is the command."""
         words = self.words_of(source)
         return words is None or words[0] is None
 
     def target(self, operand: object) -> tuple[int, int] | None:
-        """Return the slot and first word that a write to an operand changes, also if staged; None if none."""
+        """Return the slot and first word that a write to an operand or staged word changes; None if none."""
         direct = output_word(operand)
         if direct is not None or not isinstance(operand, Place | Group):
             return direct
@@ -123,14 +121,14 @@ class WriteReader:
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
-        """Return the eight words of an array that is sent as a command; None for each word that rungs write.
+        """Return the eight words of an array that is sent as a command, with None for words that rungs write.
 
-        None if the operand is not such an array.
+        Return None if the operand is not an array of constants.
         """
         return self.constants_at(operand, WORDS)
 
     def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
-        """Return some constant words from an operand on; the array may be shorter than an image."""
+        """Return the constant words from an operand on; None if there are fewer than `length`."""
         if not isinstance(operand, Place | Group):
             return None
         start, words = _start_of(operand), self._constants.get(path_of(operand), ())
@@ -140,73 +138,73 @@ class WriteReader:
         """Yield the writes of all rungs and statements."""
         for routine in self._view.own:
             for line in routine.lines:
-                yield from self._of_line(line, is_rung=routine.body is None)
+                yield from self._line_writes(line, is_rung=routine.body is None)
 
-    def _of_line(self, line: LoweredLine, *, is_rung: bool) -> Iterator[Write]:
+    def _line_writes(self, line: LoweredLine, *, is_rung: bool) -> Iterator[Write]:
         place = self._view.place(line)
         for step in line.all_steps:
             for operand in written_by(step):
                 slot, word = self.target(operand) or (0, 0)
                 if slot in self._slots and not self._is_staged_copy(step, operand):
                     plain = Write(place, slot, word, site=step.site)
-                    yield from self._written(
-                        step, operand, plain, _in_series(line, plain) if is_rung else plain
-                    )
-            for operand in _handed(step):
+                    base = _in_series(line, plain) if is_rung else plain
+                    yield from self._operand_writes(step, operand, plain, base)
+            for operand in _reference_arguments(step):
                 target = self.target(operand)
                 if target is not None:
                     yield Write(place, target[0], 0, clears=UNSIGNED_MAX, known=False)
 
     def _is_staged_copy(self, step: LoweredStep, operand: object) -> bool:
-        """Return whether an instruction copies staged words to the module."""
+        """Whether an instruction copies staged words to the module."""
         source = first_of(step, COPIES)
         is_copy = isinstance(source, Place | Group) and output_word(operand) is not None
         return is_copy and path_of(source) in self._staged
 
-    def _written(
+    def _operand_writes(
         self, step: LoweredStep, operand: Place | Group, plain: Write, base: Write
     ) -> Iterator[Write]:
         """Yield the writes of an instruction to an operand.
 
         Args:
             plain: a write of the first word that changes nothing.
-            base: the same, with the conditions of the rung.
+            base: the same write, with the conditions of the rung.
         """
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
-            sets, clears = (mask * bit_value for bit_value in _of_bit(step))
-            rung = base if step.name in ("OTL", "OTU") else plain  # a false rung also acts
-            yield replace(rung, sets=sets, clears=clears)
+            may_set, may_clear = _bit_effects(step)
+            write = base if step.name in ("OTL", "OTU") else plain  # other instructions act on a false rung
+            yield replace(write, sets=mask if may_set else 0, clears=mask if may_clear else 0)
             return
-        words = self._words(step)
-        computed = self._computed(step, operand)
-        written = zip(computed, [*words[:1]] * len(computed), strict=False)
+        values = self._word_values(step)
+        words = self._computed_words(step, operand)
+        if words:
+            written = [(word, values[0]) for word in words] if values else []
+        else:
+            written = list(enumerate(values, plain.word))
         options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_CHOICES
-        for index, value in written if computed else enumerate(words, plain.word):
+        for word, value in written:
             if value is None:
-                yield replace(base, word=index, sets=0, clears=UNSIGNED_MAX, known=False, value=options)
+                yield replace(base, word=word, sets=0, clears=UNSIGNED_MAX, known=False, value=options)
             else:
                 bits = value & UNSIGNED_MAX
                 choices = Choices((signed_word(bits),))
-                yield replace(base, word=index, sets=bits, clears=~bits & UNSIGNED_MAX, value=choices)
+                yield replace(base, word=word, sets=bits, clears=~bits & UNSIGNED_MAX, value=choices)
 
-    def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
-        """Return the words that a computed subscript may refer to; empty if it is constant or may be any."""
+    def _computed_words(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
+        """Return the words that a computed subscript may select; empty if it is constant or unknown."""
         if not isinstance(operand, Place) or operand.fixed_index is not None or output_word(operand) is None:
             return ()
         index = operand.indices[-1]
         counts = self._view.counts.get(step.site, {})
         index_range = counts.get(path_of(index)) if isinstance(index, Place) else None
-        index_range = index_range or self._values.of(index)
-        return (
-            range(max(0, int(index_range.least)), min(WORDS - 1, int(index_range.most)) + 1)
-            if index_range.is_known
-            else ()
-        )
+        index_range = index_range or self._values.range_of(index)
+        if not index_range.is_known:
+            return ()
+        return range(max(0, int(index_range.least)), min(WORDS - 1, int(index_range.most)) + 1)
 
-    def _words(self, step: LoweredStep) -> Sequence[int | None]:
-        """Return the values of the words that an instruction writes; None for unknown ones."""
+    def _word_values(self, step: LoweredStep) -> Sequence[int | None]:
+        """Return the values of the words that an instruction writes, with None for unknown values."""
         source = first_of(step, ("FLL", *COPIES))
         if source is not None and isinstance(step.operands[2], Constant):
             length = min(int(step.operands[2].value), WORDS)
@@ -216,12 +214,12 @@ class WriteReader:
         written = written_value(step)
         if target_of(step) is None or written is None:
             return [None] * WORDS
-        value = self._values.of(written)
+        value = self._values.range_of(written)
         return [int(value.least) if value.is_constant and value.whole else None]
 
 
 def _constants(view: LadderView) -> Mapping[str, tuple[int | None, ...]]:
-    """Return the initial values of integer arrays by path; None for words that are written."""
+    """Return the initial values of integer arrays by path, with None for words that are written."""
     constants: dict[str, list[int | None]] = {
         name: [*tag.initial, *[0] * (count_of(tag.dims) - len(tag.initial))]  # the remaining words are zero
         for name, tag in view.tags.items()
@@ -242,21 +240,29 @@ def _written_at(mention: Mention, length: int) -> Iterable[int]:
     return (index,) if length else ()
 
 
-def _handed(step: LoweredStep) -> Iterator[Place | Group]:
+def _reference_arguments(step: LoweredStep) -> Iterator[Place | Group]:
     """Yield the operands that an add-on instruction gets by reference."""
     for operand in step.operands:
-        yield from operand.handed.values() if isinstance(operand, AddOnCall) else ()
+        if isinstance(operand, AddOnCall):
+            yield from operand.handed.values()
 
 
 def _in_series(line: LoweredLine, write: Write) -> Write:
     """Return a write with the requirements of the contacts in series with the whole rung."""
-    needs = {False: 0, True: 0}  # bits of word 0, by whether it is the output image
-    contacts = [contact for node in line.nodes if (contact := _contact(node)) is not None]
-    for place in contacts:
-        if place.leaf.slot == write.slot and place.fixed_index == 0 and isinstance(place.bit, Constant):
-            needs[place.leaf.output] |= 1 << int(place.bit.value)
-    first = any(place.leaf.path == "S:FS" for place in contacts)
-    return replace(write, first_scan=first, status=needs[False], command=needs[True])
+    status = command = 0
+    first_scan = False
+    for contact in map(_contact, line.nodes):
+        if contact is None:
+            continue
+        first_scan = first_scan or contact.leaf.path == "S:FS"
+        is_word_0 = contact.leaf.slot == write.slot and contact.fixed_index == 0
+        if is_word_0 and isinstance(contact.bit, Constant):
+            mask = 1 << int(contact.bit.value)
+            if contact.leaf.output:
+                command |= mask
+            else:
+                status |= mask
+    return replace(write, first_scan=first_scan, status=status, command=command)
 
 
 def _contact(node: Node) -> Place | None:
@@ -265,7 +271,7 @@ def _contact(node: Node) -> Place | None:
     return contact if isinstance(contact, Place) else None
 
 
-def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
+def _bit_effects(step: LoweredStep) -> tuple[bool, bool]:
     """Return whether a bit instruction may set, and may clear, its bit."""
     if step.name == ":=" and isinstance(step.operands[1], Constant):
         return bool(step.operands[1].value), not step.operands[1].value

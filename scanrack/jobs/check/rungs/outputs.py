@@ -11,7 +11,6 @@ from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.ladder.model.operands import Constant, Place
 
 from ..facts import OutputWrite
-from ..groups import grouped
 from ..logic import (
     INPUT,
     TRUE,
@@ -53,46 +52,57 @@ class OutputBits:
             if bit is None or bit.leaf.slot is None or not bit.leaf.output or not _may_set(point):
                 continue
             key = key_of(bit)
-            of_module = bit.leaf.slot in self._steppers and bit.fixed_index == 0
+            is_command = bit.leaf.slot in self._steppers and bit.fixed_index == 0
             free = self._freed(point.power, DEPTH, (key,))
-            if of_module and isinstance(bit.bit, Constant):
+            if is_command and isinstance(bit.bit, Constant):
                 name = str(CommandMsw(1 << int(bit.bit.value)).name)
                 yield OutputWrite(point.place, name, key, free, f"slot {bit.leaf.slot}")
-            elif not of_module:
+            elif not is_command:
                 yield OutputWrite(point.place, bit.text, key, free)
 
-    def _freed(self, condition: Condition, depth: int, seen: tuple[str, ...]) -> Condition:
-        """Return a condition in which bits are replaced by the conditions that switch them on."""
+    def _freed(self, condition: Condition, depth: int, followed: tuple[str, ...]) -> Condition:
+        """Return a condition in which bits are replaced by the conditions that switch them on.
 
-        def of(leaf: Condition) -> Condition:
-            return self._bit(leaf, depth, seen) if isinstance(leaf, Bit) else plain(leaf)
+        Args:
+            depth: number of further bits that are followed.
+            followed: keys of the bits that are already replaced around this condition.
+        """
 
-        return with_leaves(condition, of)
+        def replacement(leaf: Condition) -> Condition:
+            return self._bit_condition(leaf, depth, followed) if isinstance(leaf, Bit) else plain(leaf)
 
-    def _bit(self, bit: Bit, depth: int, seen: tuple[str, ...]) -> Condition:
+        return with_leaves(condition, replacement)
+
+    def _bit_condition(self, bit: Bit, depth: int, followed: tuple[str, ...]) -> Condition:
+        """Return the condition that replaces a bit."""
         base = base_of(bit.name)
         place = self._places.get(base)
         writers = self._writers.get(base, [])
-        if base in seen:
-            return FixedTruth(not bit.on)  # before it has sealed in
+        if base in followed:
+            return FixedTruth(not bit.on)  # off, as before it seals in
         if place is not None and place.leaf.slot is not None:
             is_input = not place.leaf.output and place.leaf.slot not in self._steppers
             return Bit(f"{INPUT}{base}" if is_input else base, bit.on)
-        is_followed = bit.on or any(map(_is_coil, writers))
-        followed = self._power(writers, depth - 1, (*seen, base)) if is_followed else None
-        power = followed or Bit(base)
+        power = None
+        if bit.on or any(map(_is_coil, writers)):
+            power = self._power(writers, depth - 1, (*followed, base))
+        power = power or Bit(base)
         return power if bit.on else negated(power)
 
-    def _power(self, writers: Sequence[Point], depth: int, seen: tuple[str, ...]) -> Condition | None:
-        """Return the condition under which a bit is on, by its only coil or its latches; None if unclear."""
+    def _power(self, writers: Sequence[Point], depth: int, followed: tuple[str, ...]) -> Condition | None:
+        """Return the condition under which a bit is on: from its only coil, or from its latches.
+
+        Return None if that is unknown.
+        """
         if depth < 0 or not writers or (len(writers) > 1 and any(map(_is_coil, writers))):
             return None
-        powers = [(point, self._freed(point.power, depth, seen)) for point in writers]
         if _is_coil(writers[0]):
-            return powers[0][1]
-        by_way = grouped(powers, lambda each: _may_set(each[0]))
-        sets, clears = (AnyOf(tuple(power for _, power in by_way.get(way, ()))) for way in (True, False))
-        return AllOf((sets, negated(clears)))
+            return self._freed(writers[0].power, depth, followed)
+        sets: list[Condition] = []
+        clears: list[Condition] = []
+        for point in writers:
+            (sets if _may_set(point) else clears).append(self._freed(point.power, depth, followed))
+        return AllOf((AnyOf(tuple(sets)), negated(AnyOf(tuple(clears)))))
 
 
 def _bit_of(point: Point) -> Place | None:

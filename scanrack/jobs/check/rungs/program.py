@@ -37,7 +37,7 @@ from .structure import Structure
 from .terminals import Terminals
 from .timing import note_timing
 from .view import LadderView
-from .written_words import computed, held, words_out_of_range
+from .written_words import computed, never_cleared, words_out_of_range
 
 
 def ladder_facts(program: LadderLogic, path: Path, spec: RackSpec) -> Facts:
@@ -80,15 +80,17 @@ def _warnings(view: LadderView, calls: RoutineCalls) -> Iterator[tuple[str, Viol
 
 
 def _unreached(view: LadderView) -> Iterator[Violation]:
-    """Yield the steps of charts that no path leads to."""
+    """Yield the steps of charts that no path reaches."""
     for routine in view.program.routines:
-        origins = {step.number: step.origin for step in routine.chart.steps} if routine.chart else {}
-        for unreached_step in unreached(routine.chart) if routine.chart else ():
-            text = f"{unreached_step.text}, in chart {routine.name}; only SFR can reach it"
-            yield Violation(place_at(origins[unreached_step.number], view.path), text)
+        if routine.chart:
+            origins = {step.number: step.origin for step in routine.chart.steps}
+            for step in unreached(routine.chart):
+                text = f"{step.text}, in chart {routine.name}; only SFR can reach it"
+                yield Violation(place_at(origins[step.number], view.path), text)
 
 
 def _note_sites(view: LadderView, facts: Facts) -> None:
+    """Note the routine and rung of each line."""
     for routine in view.routines:
         for line in routine.lines:
             place, unit = view.place(line), routine.unit
@@ -107,7 +109,7 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
         *sent_words.searches(),
         *(SentCommand(home.place, view.axes.get(home.axis)) for home in homes),
     ]
-    facts.remarks["command-held"] += held(writes)
+    facts.remarks["command-held"] += never_cleared(writes)
     facts.remarks["out-of-range"] += _out_of_range(view, reader, sent_words, writes)
     facts.not_seen += computed(writes)
     facts.computed = {write.slot for write in writes if not write.known and write.word < 2}
@@ -125,19 +127,19 @@ def _note_commands(view: LadderView, calls: RoutineCalls, facts: Facts) -> None:
 def _out_of_range(
     view: LadderView, reader: WriteReader, sent: SentWords, writes: Sequence[Write]
 ) -> Iterator[Violation]:
-    """Yield values that modules and drives refuse; of single words, only what no copy has reported."""
+    """Yield values that modules and drives refuse; single words only at lines without another finding."""
     limits = fastest(profile_in(view.steppers.values(), None).limits, view.drives.values())
-    wrong = [*sent.out_of_range(), *parameters_out_of_range(view, limits)]
-    yield from wrong
-    reported = {remark.place for remark in wrong}
-    yield from (
-        remark for remark in words_out_of_range(writes, view.steppers) if remark.place not in reported
-    )
+    violations = [*sent.out_of_range(), *parameters_out_of_range(view, limits)]
+    yield from violations
+    reported = {violation.place for violation in violations}
+    for violation in words_out_of_range(writes, view.steppers):
+        if violation.place not in reported:
+            yield violation
     yield from note_drives(view, reader.constants_at)
 
 
 def _note_tags(view: LadderView, facts: Facts) -> None:
-    """Note terminals that the rack lacks, what uses terminals, and unused tags."""
+    """Note terminals that the rack lacks, the use of terminals, and unused tags."""
     terminals = Terminals(view)
     facts.remarks["no-place"] += terminals.misplaced()
     if view.lowered.functions:
@@ -150,21 +152,21 @@ def _note_tags(view: LadderView, facts: Facts) -> None:
 
 
 def _note_unused(view: LadderView, facts: Facts) -> None:
-    """Note tags that no instruction names and that are not recorded."""
+    """Note tags that no instruction uses and that are not recorded."""
     tags_used = {tag_in(path_of(mention.where)) for mention in view.mentions}
     if view.program.dialect == SLC:
-        tags_used.add(STATUS)  # of the processor, also in what instructions do
+        tags_used.add(STATUS)  # instructions use the processor's status file without naming it
     for name, tag in view.tags.items():
         recorded = any(fnmatch(name, pattern.upper()) for pattern in view.spec.tags)
         if name not in tags_used and not recorded:
-            text = f"tag {tag.name} is declared, and no instruction names it"
+            text = f"tag {tag.name} is declared, but no instruction uses it"
             facts.remark("unused-tag", view.declaration(tag.name), text)
 
 
 def _note_text(view: LadderView, facts: Facts) -> None:
     """Note accesses, and mistakes in instructions and routines."""
     variables = Variables(view)
-    facts.variables = variables.found
+    facts.variables = variables.by_key
     for point in view.points:
         facts.accesses += accesses_of(point, view, variables)
     Mistakes(view, facts).note()

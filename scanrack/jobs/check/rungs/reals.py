@@ -1,11 +1,11 @@
-"""Equality comparisons of values that are hardly ever equal: REALs, running times, analog inputs.
+"""Equality comparisons of values that are hardly ever equal: REALs, elapsed times, analog inputs.
 
 MUL(Raw,0.1,Level); EQU(Level,10.0)     0.1 times 100 is 10.0, but not always in REALs
 EQU(Wait.ACC,500)                       with scans of 10 ms it may go from 495 to 505
 NEQ(Wanted,Seen) MOV(Wanted,Seen)       exact: one is a copy of the other
 NEQ(Span,0.0) DIV(Part,Span,Share)      exact: a divisor is tested for 0
 
-Values that are only chosen (constants, copies, values that people write) and sums of whole numbers are exact.
+Constants, copies, values that people write, and sums of whole numbers are exact.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Facts
 from .number_ranges import RESULTS, Values, written_value
-from .operands import calculations_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
+from .operands import calculations_of, divisors_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
 from .view import LadderView
 from .walk import Point
 
@@ -41,45 +41,48 @@ DEPTH = 8
 
 
 def note_reals(view: LadderView, facts: Facts) -> None:
-    """Note equality comparisons of a calculated REAL, a running time or an analog input."""
+    """Note equality comparisons of a calculated REAL, an elapsed time or an analog input."""
     cards = ((slot.number, KINDS.get(slot.module)) for slot in view.spec.slot)
     analog = [number for number, kind in cards if kind is not None and kind.channels_in > 0]
     reals = _Reals(view.points, view.values)
-    timers = {path_of(timer) for point in view.points if (timer := group_of(point.step, TIMERS)) is not None}
+    timers = {path_of(timer) for point in view.points for timer in [group_of(point.step, TIMERS)] if timer}
     for point in view.points:
         for left, relation, right in _comparisons(point.step):
-            reason = _measured(left, right, timers, analog) if relation == "=" else ""
-            if not reason and reals.differ(left, relation, right):
-                reason = "a calculated REAL"
-            if reason:
-                says = "hardly ever equals" if relation == "=" else "nearly always differs from"
-                facts.remark("real-equality", point.place, f"{point.text}: {reason} {says} another number")
+            kind_of_value = _measured(left, right, timers, analog) if relation == "=" else ""
+            if not kind_of_value and reals.is_inexact(left, relation, right):
+                kind_of_value = "a calculated REAL"
+            if kind_of_value:
+                verb = "hardly ever equals" if relation == "=" else "nearly always differs from"
+                text = f"{point.text}: {kind_of_value} {verb} another number"
+                facts.remark("real-equality", point.place, text)
                 break
 
 
 class _Reals:
+    """Finds comparisons of REALs that are not exact."""
+
     def __init__(self, points: Sequence[Point], values: Values) -> None:
         self._values = values
-        self._divisors: set[str] = set()
+        self._divisors: set[str] = set()  # keys of numbers that the program divides by
         self._calculated: set[tuple[str, str]] = set()  # results of instructions that are not operators
         self._in_frames: dict[tuple[str, str], list[Resolved | None]] = {}
         for point in points:
-            self._divisors.update(_divisors(point.step))
+            self._divisors.update(key_of(part) for part in divisors_of(point.step) if isinstance(part, Place))
             self._calculated.update(map(_memory, _results(point.step)))
             target = point.target
             if target is not None and target.frame:
                 self._in_frames.setdefault(_memory(target), []).append(written_value(point.step))
 
-    def differ(self, one: Resolved, relation: str, other: Resolved) -> bool:
-        """Whether one of two operands is a REAL that is not exact."""
-        sides = (one, other)
+    def is_inexact(self, left: Resolved, relation: str, right: Resolved) -> bool:
+        """Whether one of two compared operands is a REAL that is not exact."""
+        sides = (left, right)
         has_zero = any(map(is_zero, sides))
-        is_exact_zero = relation == "<>" or any(_key(side) in self._divisors for side in sides)
-        if not any(map(_is_real, sides)) or (has_zero and is_exact_zero):
+        has_divisor = any(isinstance(side, Place) and key_of(side) in self._divisors for side in sides)
+        if not any(map(_is_real, sides)) or (has_zero and (relation == "<>" or has_divisor)):
             return False
         if all(map(self._is_chosen, sides)) or all(map(self._is_whole, sides)):
             return False
-        return not (self._copies(one, other) or self._copies(other, one))
+        return not (self._copies(left, right) or self._copies(right, left))
 
     def _is_chosen(self, operand: Resolved, depth: int = DEPTH) -> bool:
         """Whether a value is a constant, a copy of constants, or written by people."""
@@ -91,13 +94,11 @@ class _Reals:
             return False
         if _memory(operand) in self._calculated:
             return False
-        return all(
-            source is None or self._is_self(source, operand) or self._is_chosen(source, depth - 1)
-            for source in self._sources(operand)
-        )
+        others = [source for source in self._sources(operand) if source is not None]
+        return all(_is_same(source, operand) or self._is_chosen(source, depth - 1) for source in others)
 
     def _sources(self, operand: Place) -> Sequence[Resolved | None]:
-        """Return the operands that are written to a number; inside an add-on instruction, by its routines."""
+        """Return the expressions written to a number, in an add-on instruction by its own routines."""
         if operand.frame:
             return self._in_frames.get(_memory(operand), ())
         return self._values.sources(operand)
@@ -122,41 +123,40 @@ class _Reals:
         )
 
     def _is_whole_source(self, source: Resolved, operand: Place, depth: int) -> bool:
-        if self._is_self(source, operand):
+        """Whether an expression is a whole number, provided that the operand is."""
+        if _is_same(source, operand):
             return True
         if isinstance(source, Calculation) and source.name in WHOLE:
             return all(self._is_whole_source(part, operand, depth) for part in source.operands)
         return self._is_whole(source, depth)
 
-    @staticmethod
-    def _is_self(source: Resolved, operand: Place) -> bool:
-        return isinstance(source, Place) and source.leaf is operand.leaf
-
     def _copies(self, copy: Resolved, source: Resolved) -> bool:
         """Whether one operand gets its value from the other."""
         if not isinstance(copy, Place) or not isinstance(source, Place):
             return False
-        sources = self._sources(copy)
-        return any(
-            isinstance(other_source, Place) and key_of(other_source) == key_of(source)
-            for other_source in sources
-        )
+        sources = (operand for operand in self._sources(copy) if isinstance(operand, Place))
+        return key_of(source) in map(key_of, sources)
 
 
-def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
-    """Return text that says whether one operand is a running time or an analog input; "" if neither is."""
-    for place, number in ((one, other), (other, one)):
+def _is_same(source: Resolved, operand: Place) -> bool:
+    return isinstance(source, Place) and source.leaf is operand.leaf
+
+
+def _measured(left: Resolved, right: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
+    """Return "an elapsed time" or "an analog input" if one of two operands is; "" if neither is."""
+    for place, number in ((left, right), (right, left)):
         if isinstance(place, Place) and place.bit is None:
             timer = path_of(place).removesuffix(".ACC")
             is_time = timer != path_of(place) and timer in timers
             if is_time and isinstance(number, Constant) and not is_zero(number):
-                return "a running time"
+                return "an elapsed time"
             if place.leaf.slot in analog and not place.leaf.output:
                 return "an analog input"
     return ""
 
 
 def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
+    """Yield the equality comparisons in an instruction, each as left operand, relation and right operand."""
     if step.name in ("EQU", "NEQ"):
         left, right = step.operands[:2]
         yield left, COMPARISONS[step.name], right
@@ -168,17 +168,6 @@ def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
 def _is_real(operand: Resolved) -> bool:
     places = (part for part in parts_of(operand) if isinstance(part, Place))
     return any(not place.type.is_integer and not place.type.is_bool for place in places)
-
-
-def _key(operand: Resolved) -> str:
-    return key_of(operand) if isinstance(operand, Place) else ""
-
-
-def _divisors(step: LoweredStep) -> Iterator[str]:
-    """Yield the numbers that an instruction divides by."""
-    own = step.operands[1:2] if step.name in ("DIV", "MOD") else ()
-    inner = (calculation.operands[1] for calculation in calculations_of(step, ("/", "MOD")))
-    yield from (key_of(operand) for operand in (*own, *inner) if isinstance(operand, Place))
 
 
 def _memory(place: Place) -> tuple[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
@@ -33,7 +33,7 @@ class SentWords:
     def __init__(self, view: LadderView, reader: WriteReader, writes: Sequence[Write]) -> None:
         self._view, self._slots = view, view.steppers
         self._reader, self._writes = reader, writes
-        self._copies = [copied for line, place in view.lines for copied in self._copied(line, place)]
+        self._copies = [copy for line, place in view.lines for copy in self._copies_in(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
         """Yield the configurations that are sent."""
@@ -52,57 +52,57 @@ class SentWords:
         """Yield the commands that are sent."""
         for copy in self._copies:
             yield from _commands_of(copy)
-        copied = {(copy_.place, copy_.slot) for copy_ in self._copies}
+        copied = {(copy.place, copy.slot) for copy in self._copies}
         for write in self._writes:
-            for kind in kinds_of(write.commands) if (write.place, write.slot) not in copied else ():
-                yield _command(kind, write, f"output word 0, {kind}")
+            if (write.place, write.slot) not in copied:
+                for kind in kinds_of(write.commands):
+                    yield _command(kind, write, f"output word 0, {kind}")
             if write.word == 1 and (write.sets & BLEND or not write.known):
                 yield _command("program_blend", write, "output word 1")
-        by_slot = grouped(self._writes, lambda each: each.slot)
+        by_slot = grouped(self._writes, lambda write: write.slot)
         for slot in self._slots:
-            yield from _slow_words(by_slot.get(slot, ()))
+            yield from _speeds_in_words(by_slot.get(slot, ()))
 
     def at_once(self) -> Iterator[Violation]:
-        """Yield writes of a command with its parameters that an update may interrupt, which excludes CPS."""
+        """Yield writes of a command with its parameters, except a CPS, which nothing interrupts."""
         for line, place in self._view.lines:
-            written = set()
+            words_by_slot: dict[int, set[int]] = {}
             for step in line.all_steps:
                 operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
-                target = output_word(operand)
-                if target is None or target[0] not in self._slots:
+                slot, word = output_word(operand) or (-1, 0)
+                if slot not in self._slots:
                     continue
                 if step.name == "COP":
-                    text = f"COP writes command and parameters of slot {target[0]} at once"
-                    yield Violation(place, text)
+                    yield Violation(place, f"COP writes command and parameters of slot {slot} at once")
                 elif step.name in ("MOV", "OTE", "OTL", ":="):
-                    written.add(target)
-            for slot in _with_parameters(written):
-                text = f"the rung writes command and parameters of slot {slot} at once"
-                yield Violation(place, text)
+                    words_by_slot.setdefault(slot, set()).add(word)
+            for slot, words in sorted(words_by_slot.items()):
+                if 0 in words and max(words) > 1:
+                    text = f"the rung writes command and parameters of slot {slot} at once"
+                    yield Violation(place, text)
 
     def out_of_range(self) -> Iterator[Violation]:
         """Yield constants that are copied to a 3601 and that it refuses."""
         for copy in self._copies:
             profile = profile_in(self._slots.values(), copy.slot)
-            wrong: Iterable[str] = ()
+            problems: Iterable[str] = ()
             if copy.words[0] & MODE_CONFIG:
-                broken = check(copy.words, Firmware.parse(self._firmware(copy.slot)), profile.limits)
-                wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
+                slot = None if copy.slot is None else self._slots.get(copy.slot)
+                firmware = Firmware.parse(NEWEST if slot is None else slot.firmware)
+                broken = check(copy.words, firmware, profile.limits)
+                problems = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
             elif copy.words[0] & MOVES:
-                wrong = _illegal(copy.words, profile.limits)
-            yield from (Violation(copy.place, text) for text in wrong)
+                problems = _illegal_parameters(copy.words, profile.limits)
+            yield from (Violation(copy.place, text) for text in problems)
 
-    def _firmware(self, slot: int | None) -> str:
-        own = None if slot is None else self._slots.get(slot)
-        return NEWEST if own is None else own.firmware
-
-    def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
+    def _copies_in(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
         """Yield constants that are copied to all words of a 3601, or passed to a block as a configuration."""
         for step in line.all_steps:
             target = self._reader.target(step.operands[1]) if step.name in COPIES else None
-            words = self._reader.words_of(step.operands[0]) if target is not None and not target[1] else None
-            if target is not None and target[0] in self._slots and words is not None and words[0] is not None:
-                yield SentCommand(place, target[0], _filled(words), _speed(words))
+            if target is not None and target[0] in self._slots and target[1] == 0:
+                words = self._reader.words_of(step.operands[0])
+                if words is not None and words[0] is not None:
+                    yield SentCommand(place, target[0], _filled(words), _speed(words))
             for call in step.operands:
                 if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
                     yield from self._configured(call, place)
@@ -125,27 +125,27 @@ def _commands_of(copy: SentCommand) -> Iterator[Command]:
         yield _command("program_blend", copy, "the words of a blend")
 
 
-def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
-    """Yield the speeds that the program writes to a slot one word at a time."""
-    by_word = grouped(writes, lambda each: each.word)
-    commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
-    is_moved = any(command.sets & (MOVES | SEARCHES) for command in commands)
-    high = max((high_word.sets for high_word in highs), default=0)
-    for low in lows if is_moved and all(write.known for write in (*highs, *lows)) else ():
-        if low.sets or high:
-            speed = {"speed": exactly(1000 * high + low.sets)}
-            yield _command("move_by", low, "output words 4 and 5", speed)
+def _speeds_in_words(writes: Sequence[Write]) -> Iterator[Command]:
+    """Yield a move for each speed that the program writes to a slot as separate words.
+
+    The rules then report speeds below the starting speed. Each low word is combined with the highest high
+    word, since the text does not show which words belong together. Slots with unknown words, and slots
+    without a move or home search, are left out.
+    """
+    by_word = grouped(writes, lambda write: write.word)
+    high_writes, low_writes = by_word.get(SPEED_MSW, []), by_word.get(SPEED_LSW, [])
+    has_motion = any(write.sets & (MOVES | SEARCHES) for write in by_word.get(0, ()))
+    if not has_motion or not all(write.known for write in (*high_writes, *low_writes)):
+        return
+    thousands = max((write.sets for write in high_writes), default=0)
+    for low_write in low_writes:
+        speed = 1000 * thousands + low_write.sets
+        if speed:
+            yield _command("move_by", low_write, "output words 4 and 5", {"speed": exactly(speed)})
 
 
-SPEED_WORDS = (4, 5)
+SPEED_MSW, SPEED_LSW = 4, 5
 """Output words for the thousands and the remainder of a speed."""
-
-
-def _with_parameters(written: Collection[tuple[int, int]]) -> Iterator[int]:
-    """Yield the slots whose word 0 is written together with parameters."""
-    for slot in sorted({slot for slot, word in written if word == 0}):
-        if any(other == slot and word > 1 for other, word in written):
-            yield slot
 
 
 def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[str, Range] = NONE) -> Command:
@@ -153,13 +153,15 @@ def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[st
 
 
 def _speed(words: Sequence[int | None]) -> int | None:
-    """Return the speed in words; None if the program writes it elsewhere, or if it is not a valid number."""
-    high, low = words[4:6]
-    return None if high is None or low is None or not is_legal_pair(high, low) else join_thousands(high, low)
+    """Return the speed in words; None if it is unknown or not a valid number."""
+    high, low = words[SPEED_MSW], words[SPEED_LSW]
+    if high is None or low is None or not is_legal_pair(high, low):
+        return None
+    return join_thousands(high, low)
 
 
 def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
-    """Replace unknown words by legal values, together with the other word of the same number."""
+    """Return words with legal values for unknown words, and for the other word of the same number."""
     filled = [neutral if word is None else word for word, neutral in zip(words, _NEUTRAL, strict=True)]
     for msw in (2, 4):
         if words[msw] is None or words[msw + 1] is None:
@@ -167,8 +169,8 @@ def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
     return tuple(filled)
 
 
-def _illegal(words: tuple[int, ...], limits: Limits) -> Iterator[str]:
-    """Yield what is wrong with a move's parameters; two words that are not a number are shown as a pair."""
+def _illegal_parameters(words: tuple[int, ...], limits: Limits) -> Iterator[str]:
+    """Yield messages about a move's illegal parameters, with both words of an illegal number."""
     parameters = Parameters.read(words)
     if not parameters.target_in_range:
         target = words[2:4] if parameters.target is None else parameters.target

@@ -1,8 +1,8 @@
-"""The steps of a ladder program. A number holds the step, and rungs compare it to act in certain steps.
+"""The steps of a ladder program. A number contains the step, and rungs compare it to act in certain steps.
 
 EQU(State,20)MOV(2,axis.O.Data[0]);                       a command in step 20
 EQU(State,20)XIC(axis.status.MOVING_CW)MOV(30,State);     from 20 to 30
-EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40, since the timer runs in 30
+EQU(State,30)TON(Pause,400,0);  XIC(Pause.DN)MOV(40,State);     from 30 to 40: the timer runs in step 30
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from ..logic import (
     plain,
     steps_in,
 )
-from ..module_kinds import MOVING, given_by, shows_end
+from ..module_kinds import MOVING, action_fields, shows_end
 from ..written import WordWrite
 from .accesses import FIRST_SCAN, in_first_scan
 from .calls import RoutineCalls
@@ -59,10 +59,10 @@ class Steps:
     def __init__(self, view: LadderView, calls: RoutineCalls) -> None:
         self._points, self._values, self._places = view.main, view.values, view.places
         self._steppers, self._calls = view.steppers, calls
-        self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
+        self._steps_of: dict[tuple[Condition, str], frozenset[float] | None] = {}  # see `_possible_steps`
 
     def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:
-        """Yield what the program does in its steps.
+        """Yield the actions of the program in its steps.
 
         Args:
             writes: writes to output words.
@@ -71,14 +71,16 @@ class Steps:
         if not self._machines:
             return
         for point, machine, step in self._assigned():
-            yield from self._in_steps(point, only=machine, goes=step)
+            yield from self._actions_at(point, only=machine, goes=step)
         points = {point.step.site: point for point in self._points}
         for write in writes:
             if write.site in points and write.word == 0:
-                yield from self._written(points[write.site], write)
+                words = action_fields(write.sets, write.clears) if write.known else {"clears": write.clears}
+                point = replace(points[write.site], place=write.place)
+                yield from self._actions_at(point, axis=f"slot {write.slot}", **words)
         for command in commands:
             for point in self._starting(command):
-                yield from self._in_steps(point, axis=command.axis, kind=command.kind, text=command.text)
+                yield from self._actions_at(point, axis=command.axis, kind=command.kind, text=command.text)
 
     def _assigned(self) -> Iterator[tuple[Point, str, float]]:
         """Yield the writes of constants to numbers that get only constants."""
@@ -87,33 +89,27 @@ class Steps:
             if machine and isinstance(value, Constant):
                 yield point, machine, float(value.value)
 
-    def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
-        words = given_by(write.sets, write.clears) if write.known else {"clears": write.clears}
-        yield from self._in_steps(replace(point, place=write.place), axis=f"slot {write.slot}", **words)
-
-    def _in_steps(self, point: Point, *, only: str = "", **given: Any) -> Iterator[StepAction]:
+    def _actions_at(self, point: Point, *, only: str = "", **fields: Any) -> Iterator[StepAction]:
         """Yield an action for each machine.
 
         Args:
-            only: the machine, if the action belongs to only one.
-            given: fields of `StepAction` for what it does.
+            only: the machine, if the action belongs to a single machine.
+            fields: the other fields of `StepAction`.
         """
         condition = self._implied(self._called(point))
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
         when = self._acts_when(point)
-        for machine, steps in self._machines.items():
+        for machine in self._machines:
             if only in ("", machine):
-                possible_steps = self._there(condition, machine, steps)
-                yield StepAction(
-                    machine, possible_steps, point.place, ends=ends, moves=moves, when=when, **given
-                )
+                steps = self._possible_steps(condition, machine)
+                yield StepAction(machine, steps, point.place, ends=ends, moves=moves, when=when, **fields)
 
-    def _there(self, condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[float] | None:
-        """Return the steps in which a condition can hold, computed once per condition; None for all."""
+    def _possible_steps(self, condition: Condition, machine: str) -> frozenset[float] | None:
+        """Return the steps in which a condition can be true; None for all. Results are kept."""
         key = condition, machine
-        if key not in self._found:
-            self._found[key] = steps_in(condition, machine, steps)
-        return self._found[key]
+        if key not in self._steps_of:
+            self._steps_of[key] = steps_in(condition, machine, self._machines[machine])
+        return self._steps_of[key]
 
     def word_writes(self, writes: Iterable[Write]) -> Iterator[WordWrite]:
         """Yield the writes of the user's routines, each with its condition and steps."""
@@ -121,51 +117,51 @@ class Steps:
         for write in writes:
             point = points.get(write.site)
             if point is not None:
-                when, steps = self._acts_when(point), self._where(point)
+                when, steps = self._acts_when(point), self._in_steps(point)
                 yield replace(write, when=when, steps=steps, text=point.text)
 
     def _acts_when(self, point: Point) -> Condition:
         """Return the condition under which an instruction sets a bit or writes a word, including calls."""
-        call_condition = self._called(point)
-        return call_condition if point.value == TRUE else AllOf((call_condition, point.value))
+        condition = self._called(point)
+        return condition if point.value == TRUE else AllOf((condition, point.value))
 
-    def _where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
-        """Return the steps in which an instruction may act, and whether it acts in every scan of them."""
+    def _in_steps(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+        """Return, by machine, the steps in which an instruction may act, and whether it acts in all scans.
+
+        The steps are None if it may act in all of them.
+        """
         steps_by_machine: dict[str, tuple[frozenset[Step] | None, bool]] = {}
         when = self._acts_when(point)
         condition = self._implied(when)
-        for machine, steps in self._machines.items():
-            possible_steps = self._there(condition, machine, steps)
-            steps_by_machine[machine] = (
-                None if possible_steps is None else frozenset(possible_steps),
-                is_only_of(when, machine),
-            )
+        for machine in self._machines:
+            steps = self._possible_steps(condition, machine)
+            in_steps = None if steps is None else frozenset[Step](steps)
+            steps_by_machine[machine] = in_steps, is_only_of(when, machine)
         return steps_by_machine
 
     def use(self, machine: str, step: Step) -> StepUse:
-        """Return what the program does in a step."""
+        """Return the use of a step."""
         tests = list(self._testing(machine, step))
-        works = any(not is_only_of(own, machine) or point.value != TRUE for point, own in tests)
+        works = any(not is_only_of(condition, machine) or point.value != TRUE for point, condition in tests)
         return StepUse(bool(tests), works, chosen=any(not point.is_rung for point, _ in tests))
 
     def _testing(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
-        """Yield the instructions that act only in one step, each with what it tests and needs."""
-        steps = self._machines[machine]
+        """Yield the instructions that act only in one step, each with its condition."""
         for point in self._points:
-            own = AllOf((point.condition, point.own))
-            is_testing = any(compares(leaf, machine) for leaf in leaves(own))
-            if is_testing and self._there(own, machine, steps) == frozenset({step}):
-                yield point, own
+            condition = AllOf((point.condition, point.own))
+            is_testing = any(compares(leaf, machine) for leaf in leaves(condition))
+            if is_testing and self._possible_steps(condition, machine) == frozenset({step}):
+                yield point, condition
 
     # --- machines
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[float]]:
-        """The numbers that hold a step, each with all its steps."""
+        """The numbers that contain a step, each with all its steps."""
         numbers: dict[str, set[float]] = {}
         for point in self._points:
-            goes = self._machine(point.target)
-            for leaf in leaves(AllOf((point.own, point.condition)) if goes else point.own):
+            is_change = self._machine(point.target)
+            for leaf in leaves(AllOf((point.own, point.condition)) if is_change else point.own):
                 if isinstance(leaf, Compare) and leaf.relation in ("=", "<=", ">="):
                     machine = self._machine(self._places.get(base_of(leaf.name)))
                     if machine:
@@ -176,17 +172,13 @@ class Steps:
         return {machine: frozenset(steps) for machine, steps in numbers.items()}
 
     def _machine(self, place: Place | None) -> str:
-        """Return the key of a number that gets only constants; "" for any other."""
+        """Return the key of a number that gets only constants, at least two; "" for any other operand."""
         if place is None or place.can_fault or place.bit is not None or not place.type.is_integer:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
-        values_written = self._values.written(place)
-        return (
-            key_of(place)
-            if len(values_written) > 1 and all(write.is_constant for write in values_written)
-            else ""
-        )
+        written = self._values.written(place)
+        return key_of(place) if len(written) > 1 and all(value.is_constant for value in written) else ""
 
     # --- conditions
 
@@ -198,13 +190,13 @@ class Steps:
         return writers
 
     def _called(self, point: Point) -> Condition:
-        """Return the condition of a point, including that of the only call of its routine."""
-        calls = self._calls.of(point.routine.name)
-        is_sole = len(calls) == 1 and calls[0].routine is not point.routine
-        return AllOf((calls[0].condition, point.condition)) if is_sole else point.condition
+        """Return the condition of a point, together with the condition of the only call of its routine."""
+        calls = self._calls.calls_to(point.routine.name)
+        is_only_call = len(calls) == 1 and calls[0].routine is not point.routine
+        return AllOf((calls[0].condition, point.condition)) if is_only_call else point.condition
 
     def _implied(self, condition: Condition, depth: int = DEPTH) -> Condition:
-        """Return a condition together with those of the timers and coils that it needs."""
+        """Return a condition together with the conditions of the timers and coils that it needs."""
         conditions = [condition]
         for bit in needed(condition) if depth else ():
             base = base_of(bit.name)
@@ -215,7 +207,10 @@ class Steps:
         return AllOf(tuple(conditions)) if len(conditions) > 1 else condition
 
     def _starts(self, command: Command) -> str:
-        """Return the condition of the bit that starts a block; "" if it is not only of bits and steps."""
+        """Return the condition of the bit that starts a block as text.
+
+        Return "" if it contains anything but bits and comparisons.
+        """
         coils = self._writers.get(command.execute, [])
         if len(coils) != 1 or coils[0].step.name != "OTE":
             return ""
@@ -226,34 +221,33 @@ class Steps:
 
     def with_start(self, command: Command) -> Command:
         """Return the command of a block with the conditions that start it."""
-        on, implies = self._executed(command.execute)
+        on, implies = self._execute_conditions(command.execute)
         return replace(command, starts=self._starts(command), on=on, implies=implies)
 
-    def _executed(self, execute: str) -> tuple[Condition, Condition]:
-        """Return the condition of a block's Execute, UNKNOWN if it is unknown, and what it implies."""
+    def _execute_conditions(self, execute: str) -> tuple[Condition, Condition]:
+        """Return the condition of a block's Execute, or UNKNOWN, and the condition that it implies."""
         if execute in ("", "1"):
             return (TRUE if execute else UNKNOWN), TRUE
         coils = self._writers.get(execute, [])
-        own = Bit(execute)
+        execute_bit = Bit(execute)
         if len(coils) == 1 and coils[0].step.name in ("OTE", ":="):
             power = coils[0].power
-            return plain(power), plain(AllOf((own, self._implied(power))))
-        return (own if not coils else UNKNOWN), own
+            return plain(power), plain(AllOf((execute_bit, self._implied(power))))
+        return (execute_bit if not coils else UNKNOWN), execute_bit
 
     def first(self, machine: str) -> frozenset[Step]:
-        """Return the steps in which a machine may start: set in the first scan, otherwise initial values."""
+        """Return the steps in which a machine may start: steps set in the first scan, else initial values."""
+        if machine in self._first_scan_steps:
+            return frozenset(self._first_scan_steps[machine])
         place = self._places.get(machine)
-        initial_range = None if place is None else self._values.initial(place)
-        steps = self._machines.get(machine, frozenset())
-        initial = frozenset(
-            step
-            for step in steps
-            if initial_range is not None and initial_range.least <= step <= initial_range.most
-        )
-        return frozenset(self._begun.get(machine, ())) or initial
+        initial = None if place is None else self._values.initial(place)
+        if initial is None:
+            return frozenset()
+        steps = self._machines.get(machine, ())
+        return frozenset(step for step in steps if initial.least <= step <= initial.most)
 
     @cached_property
-    def _begun(self) -> dict[str, set[float]]:
+    def _first_scan_steps(self) -> dict[str, set[float]]:
         """The steps to which machines go in the first scan."""
         steps: dict[str, set[float]] = {}
         for point, machine, step in self._assigned():
@@ -269,10 +263,10 @@ class Steps:
                 yield replace(point, condition=point.value, place=command.place)
 
     def _ends(self, condition: Condition, depth: int) -> bool:
-        return any(self._says_end(leaf, depth) for leaf in leaves(condition))
+        """Whether a condition may show that a motion has ended or that time has passed."""
+        return any(self._leaf_ends(leaf, depth) for leaf in leaves(condition))
 
-    def _says_end(self, part: Condition, depth: int) -> bool:
-        """Whether a part of a condition may show that a motion has ended or that time has passed."""
+    def _leaf_ends(self, part: Condition, depth: int) -> bool:
         match part:
             case FixedTruth():
                 return False
@@ -306,8 +300,8 @@ class Steps:
 
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition requires a moving axis."""
-        on = (leaf for leaf in leaves(condition) if isinstance(leaf, Bit) and leaf.on)
-        places = (self._places.get(base_of(bit.name)) for bit in on)
+        bits_on = (leaf for leaf in leaves(condition) if isinstance(leaf, Bit) and leaf.on)
+        places = (self._places.get(base_of(bit.name)) for bit in bits_on)
         return any(_status(place) in MOVING for place in places if self._is_input(place))
 
     def _is_input(self, place: Place | None) -> TypeGuard[Place]:
@@ -316,9 +310,10 @@ class Steps:
 
 
 def _status(place: Place) -> str | None:
-    """Return the name of the status bit in word 0 that an operand is; None for other operands."""
-    is_bit = place.fixed_index == 0 and isinstance(place.bit, Constant)
-    return StatusMsw(1 << int(place.bit.value)).name if is_bit and isinstance(place.bit, Constant) else None
+    """Return the name of a status bit in word 0; None for other operands."""
+    if place.fixed_index != 0 or not isinstance(place.bit, Constant):
+        return None
+    return StatusMsw(1 << int(place.bit.value)).name
 
 
 def _written_key(step: LoweredStep) -> str:

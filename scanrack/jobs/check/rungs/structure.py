@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 
 from scanrack.ladder.lowering.addon import ParameterMode
 from scanrack.ladder.lowering.checks import calls_of
 from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.statements import operands_in, statements_in
 from scanrack.ladder.model.tags import program_of
-from scanrack.ladder.model.tree import Address, Operand, addresses_in, instructions_of
+from scanrack.ladder.model.tree import Operand, addresses_in, instructions_of
 from scanrack.ladder.prove.claims import NEVER
 from scanrack.ladder.state.lowered import (
     Act,
@@ -26,6 +26,7 @@ from ..facts import Facts
 from ..groups import reached
 from .add_ons import hosts_in
 from .loops import bodies_of, lines_in
+from .operands import steps_in
 from .view import LadderView
 
 LEAVES = ("TND", "RET", "JMP")
@@ -41,7 +42,7 @@ class Structure:
     def note(self) -> None:
         """Note the mistakes in routines, parameters and names."""
         for routine in self._view.routines:
-            self._leaving(routine)
+            self._note_after_leaving(routine)
             self._labels(routine)
         self._unreached()
         self._recursion()
@@ -50,10 +51,10 @@ class Structure:
 
     # --- reachability
 
-    def _leaving(self, routine: LoweredRoutine) -> None:
+    def _note_after_leaving(self, routine: LoweredRoutine) -> None:
         """Note code after an instruction that leaves the routine."""
         if routine.body is not None:
-            self._after(routine.body)
+            self._note_statement_after(routine.body)
             return
         labels = set(routine.labels.values())
         for index, (line, following) in enumerate(pairwise(routine.lines), 1):
@@ -62,7 +63,7 @@ class Structure:
                 text = f"{first.name} in rung {line.number} always leaves: this rung is never reached"
                 self._facts.remark("unreachable", self._view.place(following), text)
 
-    def _after(self, body: Body) -> None:
+    def _note_statement_after(self, body: Body) -> None:
         """Note the statement after a RETURN or EXIT."""
         for statement, following in pairwise(body):
             steps = steps_of(statement.line.nodes) if isinstance(statement, Act) else ()
@@ -72,14 +73,14 @@ class Structure:
                 return
         for statement in body:
             for inner in bodies_of(statement):
-                self._after(inner)
+                self._note_statement_after(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
-        jumps = (step for line in routine.lines for step in line.all_steps if step.name == "JMP")
-        labels_used = {step.operands[0] for step in jumps}
+        """Note labels to which nothing jumps."""
+        labels_used = {step.operands[0] for step in steps_in(routine) if step.name == "JMP"}
         for label, rung in routine.labels.items():
             if label not in labels_used:
-                text = f"no JMP names the label {label}"
+                text = f"no JMP jumps to label {label}"
                 self._facts.remark("unreachable", self._view.place(routine.lines[rung]), text)
 
     def _unreached(self) -> None:
@@ -88,32 +89,30 @@ class Structure:
         if self._lowered.functions:
             return
         roots = set(self._lowered.roots)
-        reachable = roots.union(
-            reached(roots, lambda name: calls_of(routines[name]) if name in routines else ())
-        )
+        called = reached(roots, lambda name: calls_of(routines[name]) if name in routines else ())
+        reachable = roots.union(called)
         for name, routine in routines.items():
-            if name not in reachable and self._is_left_out(name, routine):
+            if name not in reachable and self._needs_call(name, routine):
                 text = f"nothing calls routine {routine.name}"
                 self._facts.remark("unreachable", self._view.place(routine.lines[0]), text)
 
-    def _is_left_out(self, name: str, routine: LoweredRoutine) -> bool:
-        """Whether something should call a routine that nothing calls."""
+    def _needs_call(self, name: str, routine: LoweredRoutine) -> bool:
+        """Whether something should call a routine: it has lines, is no monitor, and its program runs."""
         is_monitor = name.rpartition(".")[2] == NEVER
         return bool(routine.lines) and not routine.frame and not is_monitor and self._runs(routine.name)
 
     def _runs(self, routine: str) -> bool:
         """Whether a task runs the routine's program; true if the program has no tasks."""
-        program, schedule = program_of(routine).upper(), self._lowered.schedule
-        if not program or schedule is None:
+        name, schedule = program_of(routine).upper(), self._lowered.schedule
+        if not name or schedule is None:
             return True
-        return program in (scheduled.name.upper() for scheduled in schedule.programs)
+        return name in (program.name.upper() for program in schedule.programs)
 
     def _recursion(self) -> None:
+        """Note the first recursive call of each recursive routine."""
         recursive = self._lowered.recursive
         for routine in (self._lowered.routines[name] for name in sorted(recursive)):
-            calling = (
-                line for line in routine.lines if any(callee in recursive for callee in _called_by(line))
-            )
+            calling = (line for line in routine.lines if not recursive.isdisjoint(_called_by(line)))
             for line in islice(calling, 1):
                 text = f"routine {routine.name} calls itself, directly or through others"
                 self._facts.remark("recursion", self._view.place(line), text)
@@ -121,11 +120,11 @@ class Structure:
     # --- parameters and names
 
     def _parameters(self) -> None:
+        """Note parameters and local tags of add-on instructions that their routines do not use."""
         for add_on in self._view.add_ons:
-            names_used = {
-                address.name.upper() for routine in add_on.routines for address in _addresses(routine)
-            }
-            names_used |= hosts_in(add_on)
+            names_used = hosts_in(add_on)
+            for operand in chain.from_iterable(map(_operands, add_on.routines)):
+                names_used.update(address.name.upper() for address in addresses_in(operand))
             for parameter in add_on.parameters:
                 if parameter.name.upper() not in names_used and not parameter.at:
                     kind = "local tag" if parameter.way is ParameterMode.LOCAL else "parameter"
@@ -133,6 +132,7 @@ class Structure:
                     self._facts.remark("unused-parameter", self._view.declaration(parameter.name), text)
 
     def _shadows(self) -> None:
+        """Note tags of programs that hide a tag of the controller."""
         declared = self._lowered.layout.declarations
         for name, declaration in declared.items():
             program = program_of(declaration.name)
@@ -146,12 +146,6 @@ def _called_by(line: LoweredLine) -> Iterator[str]:
     """Yield the routines that a line calls, in capitals."""
     for step in line.all_steps:
         yield from (operand.routine for operand in step.operands if isinstance(operand, Call))
-
-
-def _addresses(routine: Routine) -> Iterator[Address]:
-    """Yield the addresses in a routine."""
-    for operand in _operands(routine):
-        yield from addresses_in(operand)
 
 
 def _operands(routine: Routine) -> Iterator[Operand]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import chain
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
 
@@ -14,28 +15,28 @@ from .walk import Point
 
 
 def note_subscripts(
-    point: Point, counts: Mapping[int, Mapping[str, Range]], facts: Facts, seen: set[tuple[str, str]]
+    point: Point, counts: Mapping[int, Mapping[str, Range]], facts: Facts, noted: set[tuple[str, str]]
 ) -> None:
     """Note the subscripts of an instruction that leave their array, which is a major fault, type 4, code 20.
 
     Args:
         counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
-        seen: routines and subscripts that have already been noted.
+        noted: routines and subscripts that are already noted.
     """
-    counted = counts.get(point.step.site, {})
-    for mention, index, size in _subscripts(point) if counted else ():
-        key = point.routine.name, mention.text.partition("]")[0].upper()
-        count, offset = _counted(index)
-        range_ = counted.get(count)
-        if range_ is None or key in seen:
+    counts_here = counts.get(point.step.site, {})
+    for operand, index, size in _subscripts(point) if counts_here else ():
+        key = point.routine.name, operand.text.partition("]")[0].upper()
+        count, offset = _count_and_offset(index)
+        range_ = counts_here.get(count)
+        if range_ is None or key in noted:
             continue
         subscript = Range(range_.least + offset, range_.most + offset)
         above = subscript.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
         below = subscript.least < 0 and not _is_guarded(point, count, "<", -offset)
         if above or below:
-            text = f"{mention.text}: the subscript is {subscript}; must be 0 to {size - 1}"
+            text = f"{operand.text}: the subscript is {subscript}: must be 0 to {size - 1}"
             facts.remark("subscript", point.place, text)
-            seen.add(key)
+            noted.add(key)
 
 
 def note_lengths(point: Point, facts: Facts) -> None:
@@ -48,7 +49,7 @@ def note_lengths(point: Point, facts: Facts) -> None:
     for operand in (source, target) if step.name != "FLL" and is_same else (target,):
         elements_left = _elements_from(operand)
         if elements_left is not None and length > elements_left:
-            text = f"{step.name} of {length} elements: {operand.text} has {elements_left} from there on"
+            text = f"{step.name} of {length} elements: only {elements_left} are left from {operand.text}"
             facts.remark("subscript", point.place, text)
             return
 
@@ -62,24 +63,23 @@ def _elements_from(operand: object) -> int | None:
 
 def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
     """Yield the subscripts and bit numbers in an instruction, each with the number of elements or bits."""
-    for operand in (part for step_operand in point.step.operands for part in parts_of(step_operand)):
-        if isinstance(operand, Place):
-            for index, size in zip(operand.indices, operand.leaf.dims, strict=True):
-                yield operand, index, size
-            if operand.bit is not None:
-                yield operand, operand.bit, operand.leaf.type.bits
+    for part in chain.from_iterable(map(parts_of, point.step.operands)):
+        if isinstance(part, Place):
+            for index, size in zip(part.indices, part.leaf.dims, strict=True):
+                yield part, index, size
+            if part.bit is not None:
+                yield part, part.bit, part.leaf.type.bits
 
 
-def _counted(index: Resolved) -> tuple[str, float]:
-    """Return the key of the number in a subscript `I`, `I + 1` or `I - 1` ("" for others), and the offset."""
-    place, offset = index, 0.0
-    if isinstance(index, Calculation) and index.name in ("+", "-") and len(index.operands) == 2:
-        place, other = index.operands
-        if not isinstance(other, Constant):
-            return "", 0
-        offset = other.value if index.name == "+" else -other.value
-    is_count = isinstance(place, Place) and not place.indices and place.bit is None
-    return (key_of(place), offset) if is_count and isinstance(place, Place) else ("", 0)
+def _count_and_offset(index: Resolved) -> tuple[str, float]:
+    """Return the key and offset of a subscript `I`, `I + 1` or `I - 1`; "" and 0 for another subscript."""
+    number, offset = index, 0.0
+    match index:
+        case Calculation("+" | "-" as sign, (number, Constant() as added)):
+            offset = added.value if sign == "+" else -added.value
+    if isinstance(number, Place) and not number.indices and number.bit is None:
+        return key_of(number), offset
+    return "", 0
 
 
 def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:

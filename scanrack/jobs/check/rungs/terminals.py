@@ -1,4 +1,4 @@
-"""Terminals and slots that a ladder program names: which of them the rack lacks, and which are used."""
+"""Terminals and slots in a ladder program: terminals that the rack lacks, and terminals that are used."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from scanrack.ladder.state.lowered import steps_of
 
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import FileLine, UsesBit, Violation
-from ..groups import grouped
 from .view import LadderView
 
 
@@ -37,23 +36,22 @@ class Terminals:
                         yield Violation(place, text)
         for alias in self._view.lowered.layout.declarations.values():
             if isinstance(alias, SlotAlias) and alias.slot not in self._cards:
-                text = f"SLOT {alias.name} : {alias.slot}: the rack has modules in {self._there()} only"
+                text = f"SLOT {alias.name} : {alias.slot}: the rack has modules in {self._slots()} only"
                 yield Violation(self._view.declaration(alias.name), text)
         yield from map(self._wrong_module, self._named_bits())
 
     def _named_bits(self) -> Iterator[tuple[str, int, FileLine]]:
-        """Yield the first use of status, command or configuration bits of a module that has none."""
-        seen = set()
-        for use in (*self._aliased_bits(), *self._owned_images()):
-            if use[1] not in seen:
-                seen.add(use[1])
-                yield use
+        """Yield, by slot, the first use of status, command or configuration bits that its module lacks."""
+        first_uses: dict[int, tuple[str, int, FileLine]] = {}
+        for text, slot, place in (*self._aliased_bits(), *self._owned_images()):
+            first_uses.setdefault(slot, (text, slot, place))
+        yield from first_uses.values()
 
     def _is_other_module(self, slot: int | None) -> TypeGuard[int]:
         return slot in self._cards and slot not in self._view.steppers
 
     def _aliased_bits(self) -> Iterator[tuple[str, int, FileLine]]:
-        """Yield uses of a slot's bit groups, by name, that the slot's module does not have."""
+        """Yield uses of bit groups that a slot's module does not have, through the name of the slot."""
         declared = self._view.lowered.layout.declarations
         aliases = {name: alias.slot for name, alias in declared.items() if isinstance(alias, SlotAlias)}
         for mention in self._view.mentions:
@@ -75,25 +73,25 @@ class Terminals:
     def _wrong_module(self, use: tuple[str, int, FileLine]) -> Violation:
         text, slot, place = use
         steppers = ", ".join(map(str, self._view.steppers)) or "no slot"
-        module = next(slot_spec.module for slot_spec in self._view.spec.slot if slot_spec.number == slot)
-        return Violation(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
+        modules = {spec.number: spec.module for spec in self._view.spec.slot}
+        return Violation(place, f"{text}: slot {slot} has a {modules[slot]}; a 3601 is in {steppers}")
 
-    def _there(self) -> str:
+    def _slots(self) -> str:
         return ", ".join(map(str, self._cards))
 
     def _no_terminal(self, operand: Place | Group) -> str:
-        """Return a message about a bit that is not a terminal of its card; "" if it is one, or if unknown."""
+        """Return a message about a bit that is no terminal of its card; "" if it is one, or if unknown."""
         leaf = first_leaf(operand)
         if leaf.slot is None or not leaf.is_image:
             return ""
         if leaf.slot in self._cards:
-            alternative = self._instead(operand, leaf)
+            alternative = self._terminals_instead(operand, leaf)
             return f"{operand.text}: the card in slot {leaf.slot} has {alternative}" if alternative else ""
         is_export = self._view.path.suffix in EXPORT_SUFFIXES
-        return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
+        return "" if is_export else f"{operand.text}: the rack has modules in slots {self._slots()} only"
 
-    def _instead(self, operand: Place | Group, leaf: Leaf) -> str:
-        """Return what a card has instead of a terminal or a word; "" if it has it, or if that is unknown."""
+    def _terminals_instead(self, operand: Place | Group, leaf: Leaf) -> str:
+        """Return the terminals that a card has instead of an operand; "" if it has it, or if unknown."""
         bit = operand.bit if isinstance(operand, Place) else None
         word = operand.fixed_index if isinstance(operand, Place) else 0
         if leaf.slot is None or word is None or not isinstance(bit, Constant | None):
@@ -103,26 +101,29 @@ class Terminals:
         return alternative if bit is not None or alternative.startswith("no ") else ""
 
     def uses_bit(self) -> UsesBit:
-        """Return a test of whether the program uses a bit of a card."""
+        """Return a function that tests whether the program uses a bit of a card."""
         read = [mention for mention in self._view.mentions if mention.reads]
         writes = [mention for mention in self._view.mentions if mention.writes]
-        uses_by_image = {"I": _by_image(read), "O": _by_image(writes)}
+        uses_by_image = {"I": _by_slot(read, output=False), "O": _by_slot(writes, output=True)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-            return any(
-                _reaches(mention, word, bit) for mention in uses_by_image[image].get((slot, image == "O"), ())
-            )
+            return any(_may_use(mention, word, bit) for mention in uses_by_image[image].get(slot, ()))
 
         return uses
 
 
-def _by_image(mentions: Iterable[Mention]) -> Mapping[tuple[int | None, bool], list[Mention]]:
-    """Return the mentions of images, by slot and by whether the image is an output image."""
-    of_images = (mention for mention in mentions if first_leaf(mention.where).is_image)
-    return grouped(of_images, lambda each: (first_leaf(each.where).slot, first_leaf(each.where).output))
+def _by_slot(mentions: Iterable[Mention], *, output: bool) -> Mapping[int | None, list[Mention]]:
+    """Return the operands in input or output images, by slot."""
+    by_slot: dict[int | None, list[Mention]] = {}
+    for mention in mentions:
+        leaf = first_leaf(mention.where)
+        if leaf.is_image and leaf.output is output:
+            by_slot.setdefault(leaf.slot, []).append(mention)
+    return by_slot
 
 
-def _reaches(mention: Mention, word: int, bit: int) -> bool:
+def _may_use(mention: Mention, word: int, bit: int) -> bool:
+    """Whether an operand in an image may include a bit."""
     where = mention.where
     if isinstance(where, Group):
         return True

@@ -2,8 +2,8 @@
 
 XIC(Start)ONS(Seen)TON(Wait,500,0)     the one-shot enables it for only one scan
 TON(Wait,-500,0)                       a negative preset is a major fault
-TONR(Wait) in a step, TimerEnable 1    nothing disables it, so the second time it is done at once
-TONR(Wait)                             but nothing sets Wait.TimerEnable
+TONR(Wait) in a step, TimerEnable 1    nothing disables it: it is done at once the second time
+TONR(Wait)                             nothing sets Wait.TimerEnable
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def note_timing(view: LadderView, facts: Facts) -> None:
     for point in view.points:
         timer = own_group_of(point.step, RUNG_TIMERS)
         if timer is not None:
-            _note_rung_timer(point, view.values.of(timer.member("PRE")), facts)
+            _note_rung_timer(point, view.values.range_of(timer.member("PRE")), facts)
         block = own_group_of(point.step, ENABLES)
         if block is not None and not _is_enabled(point, block, targets, view.tags):
             names = " or ".join(ENABLES[point.step.name]).replace("TIMERENABLE", "TimerEnable")
@@ -48,15 +48,15 @@ def _note_rung_timer(point: Point, preset: Range, facts: Facts) -> None:
     """Note a negative preset, or a TON that a one-shot enables."""
     one_shots = (bit for bit in needed(point.condition) if bit.on and bit.name.startswith(EDGE))
     if preset.is_known and preset.most < 0:
-        text = f"{point.text}: the preset is {preset}, and a negative one is a major fault"
+        text = f"{point.text}: the preset is {preset}; a negative preset is a major fault"
         facts.remark("negative-preset", point.place, text)
     elif point.step.name == "TON" and any(one_shots):
-        text = f"{point.text}: a one-shot enables it, for one scan only: it is never done"
+        text = f"{point.text}: a one-shot enables it for only one scan: it is never done"
         facts.remark("never-run", point.place, text)
 
 
 def _is_enabled(point: Point, block: Group, targets: set[str], tags: Mapping[str, Tag]) -> bool:
-    """Whether the program or an initial value may enable an instance; true if that is unclear."""
+    """Whether the program or an initial value may enable an instance; also true if that is unknown."""
     path, names = path_of(block), ENABLES[point.step.name]
     if not targets.isdisjoint((path, *around(path), *(f"{path}.{name}" for name in names))):
         return True
@@ -77,18 +77,19 @@ def _assigns_one(point: Point) -> bool:
 def _never_disabled(points: Sequence[Point], targets: set[str], facts: Facts) -> None:
     """Note a TONR that is called only in some steps and whose TimerEnable gets only 1."""
     calls: dict[str, list[tuple[Point, Group]]] = {}
-    enabled: dict[str, list[bool]] = {}
+    assigns_one: dict[str, list[bool]] = {}  # by bit, for each instruction that writes it
     for point in points:
         timer = own_group_of(point.step, ("TONR",))
         bit = first_of(point.step, (":=", "OTE", "OTL", "OTU"))
         if timer is not None:
             calls.setdefault(path_of(timer), []).append((point, timer))
         elif isinstance(bit, Place):
-            enabled.setdefault(path_of(bit), []).append(_assigns_one(point))
+            assigns_one.setdefault(path_of(bit), []).append(_assigns_one(point))
     for path, timer_calls in calls.items():
-        ones = enabled.get(f"{path}.TIMERENABLE", [])
+        enables = assigns_one.get(f"{path}.TIMERENABLE", [])
         is_reset = not targets.isdisjoint((*around(path), f"{path}.ACC", f"{path}.RESET"))
-        if ones and all(ones) and not is_reset and all(point.condition != TRUE for point, _ in timer_calls):
+        in_some_steps = all(point.condition != TRUE for point, _ in timer_calls)
+        if enables and all(enables) and not is_reset and in_some_steps:
             point, timer = timer_calls[0]
             text = f"{timer.text} is never disabled or reset: once its DN is on, it stays on"
             facts.remark("latch-never-cleared", point.place, text)

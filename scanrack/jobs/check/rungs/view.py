@@ -1,4 +1,4 @@
-"""A ladder program as its collectors read it: its instructions, the ranges of its numbers, its blocks."""
+"""The input of the collectors for a ladder program: its instructions, ranges of numbers, and blocks."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ LIBRARY = "axis3601"
 
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:
-    """Return the add-on instructions of the program itself, not those of the library."""
+    """Return the add-on instructions of the program itself, without the library of motion blocks."""
     return [add_on for add_on in program.add_ons.values() if not is_of_library(add_on, LIBRARY)]
 
 
 def own_routines(program: LadderLogic, lowered: LoweredProgram) -> list[LoweredRoutine]:
     """Return the routines that the user has written."""
-    frames = {"", *(own_add_on.name.upper() for own_add_on in own_add_ons(program))}
+    frames = {"", *(add_on.name.upper() for add_on in own_add_ons(program))}
     return [routine for routine in lowered.routines.values() if routine.frame in frames]
 
 
 class LadderView:
-    """A ladder program with what follows from its text.
+    """A ladder program, and facts that several collectors need.
 
     Attributes:
         path: file of the program, for messages.
@@ -54,8 +54,10 @@ class LadderView:
         counts: for each instruction in the body of a FOR, the ranges of the counts, by path in capitals.
         places: operands by key.
         routines: the routines that the user has written.
-        points: the instructions of these routines; `main` has those outside of add-on instructions.
-        own: all routines outside of add-on instructions; `lines` are theirs, each with its place.
+        points: the instructions of these routines.
+        main: the instructions of `points` outside add-on instructions.
+        own: all routines outside add-on instructions.
+        lines: the lines of the routines in `own`, each with its place.
         calls: calls of motion blocks.
         axes: slots of the axes of motion blocks.
         owners: the task of each program, in capitals; empty if there is only one task.
@@ -69,12 +71,12 @@ class LadderView:
         self.steppers = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
         drives = ((slot.number, model_of(slot.words)) for slot in spec.slot)
         self.drives = {number: model for number, model in drives if model is not None}
-        self._declared_in = declaration_lines(path)
+        self._declaration_line = declaration_lines(path)
         routines = self.lowered.routines.values()
-        every = list(steps_in(*routines))
-        self.values = Values(every, self.mentions, self.tags, self.lowered.presets, counted(routines))
+        steps = list(steps_in(*routines))
+        self.values = Values(steps, self.mentions, self.tags, self.lowered.presets, counted(routines))
         self.counts = counts_by_site(routines)
-        self.conditions = Conditions(self.values, on_delays(every))
+        self.conditions = Conditions(self.values, on_delays(steps))
         self.places = self.conditions.places
         self.add_ons = own_add_ons(program)
         self.routines = own_routines(program, self.lowered)
@@ -108,8 +110,8 @@ class LadderView:
         return place_at(line.origin, self.path)
 
     def declaration(self, name: str) -> FileLine:
-        """Return the place where a name is declared."""
-        return FileLine(str(self.path), self._declared_in(name))
+        """Return the line that declares a name."""
+        return FileLine(str(self.path), self._declaration_line(name))
 
     def is_recorded(self, tag: str) -> bool:
         """Whether the rack file records a tag, or a stub uses it."""

@@ -41,11 +41,11 @@ class Point:
     Attributes:
         place: line of the instruction.
         text: the instruction as written in the program.
-        condition: the condition under which it is reached.
-        own: the condition that it tests; TRUE for an output.
-        value: the condition that it assigns to a bit; TRUE for any other instruction.
-        argument: whether it copies an argument of an add-on instruction.
-        guards: whether it is in an ELSE that is unreachable only because of the present values of a number.
+        condition: the condition under which the instruction is reached.
+        own: the condition that the instruction tests; TRUE for an output.
+        value: the condition that the instruction assigns to a bit; TRUE for any other instruction.
+        argument: whether the instruction copies an argument of an add-on instruction.
+        guards: whether it is in an ELSE that is unreachable only with the constants a number gets today.
     """
 
     routine: LoweredRoutine
@@ -79,8 +79,8 @@ class Walker:
     """Walks over routines and collects their points.
 
     Args:
-        conditions: makes the conditions of the program.
-        file: file of the program, for lines that do not name another one.
+        conditions: converts instructions to conditions.
+        file: file of the program, for lines that do not name another file.
     """
 
     def __init__(self, conditions: Conditions, lowered: LoweredProgram, file: Path) -> None:
@@ -103,19 +103,24 @@ class Walker:
 
     # --- rungs
 
-    def _series(self, line: LoweredLine, nodes: Sequence[Node], before: Condition) -> Condition:
-        """Walk over a series; return the condition that it tests."""
-        decided: Condition = TRUE
+    def _series(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> Condition:
+        """Walk over a series; return the condition that it tests.
+
+        Args:
+            reached: the condition under which the series is reached.
+        """
+        series: Condition = TRUE
         for node in nodes:
-            reached = all_of(before, decided)
+            node_reached = all_of(reached, series)
             if isinstance(node, Parallel):
-                own: Condition = AnyOf(tuple([self._series(line, leg, reached) for leg in node.legs]))
+                legs = [self._series(line, leg, node_reached) for leg in node.legs]
+                series = all_of(series, AnyOf(tuple(legs)))
             else:
-                own = self._step(line, node, reached)
-            decided = all_of(decided, own)
-        return decided
+                series = all_of(series, self._step(line, node, node_reached))
+        return series
 
     def _step(self, line: LoweredLine, step: LoweredStep, reached: Condition) -> Condition:
+        """Note an instruction and its add-on arguments; return the condition that it tests."""
         own = self._conditions.decided(step) if step.kind is InstructionKind.INPUT else TRUE
         for call in step.operands:
             if isinstance(call, AddOnCall):
@@ -147,12 +152,12 @@ class Walker:
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
         """Note the copies of arguments, which also happen on a false rung."""
-        own_truth: Condition = TRUE
+        source: Condition = TRUE  # the condition of the contact before an OTE
         for node in nodes:
             if isinstance(node, LoweredStep):
-                value = own_truth if node.name == "OTE" else TRUE
+                value = source if node.name == "OTE" else TRUE
                 self._points.append(self._point(line, node, UNKNOWN, TRUE, argument=True, value=value))
-                own_truth = self._conditions.decided(node)
+                source = self._conditions.decided(node)
 
     # --- structured text
 
@@ -173,11 +178,11 @@ class Walker:
 
     def _arms(self, arms: Arms, reached: Condition) -> None:
         for line, body in arms.arms:
-            decided = self._act(line, reached)
+            tested = self._act(line, reached)
             names = self._conditions.names.copy()
-            self._body(body, all_of(reached, decided))
-            self._conditions.names = names  # the next arm is reached without running this one
-            reached = all_of(reached, negated(decided))
+            self._body(body, all_of(reached, tested))
+            self._conditions.names = names  # the next arm is reached without running this arm
+            reached = all_of(reached, negated(tested))
         self._otherwise(arms.otherwise, reached)
         if any(body for _, body in arms.arms) or arms.otherwise:
             self._conditions.names.forget()
@@ -186,18 +191,13 @@ class Walker:
         self._act(selection.line, reached)
         (step,) = selection.line.nodes
         assert isinstance(step, LoweredStep)
-        selector, otherwise = step.operands[0], reached
-        choices = []
+        compared, selector, otherwise = self._conditions.compared, step.operands[0], reached
+        choices = []  # before any body, because a body may write the selector
         for labels, body in selection.choices:
-            chosen = AnyOf(
-                tuple(
-                    all_of(
-                        self._conditions.compared(selector, ">=", low),
-                        self._conditions.compared(selector, "<=", high),
-                    )
-                    for low, high in labels
-                )
-            )
+            ranges = [
+                all_of(compared(selector, ">=", low), compared(selector, "<=", high)) for low, high in labels
+            ]
+            chosen = AnyOf(tuple(ranges))
             choices.append((all_of(otherwise, chosen), body))
             otherwise = all_of(otherwise, negated(chosen))
         for condition, body in choices:
@@ -205,7 +205,7 @@ class Walker:
         self._otherwise(selection.otherwise, otherwise)
 
     def _otherwise(self, body: Body, reached: Condition) -> None:
-        """Walk over an ELSE; it is a guard if only the present values of a number make it unreachable."""
+        """Walk over an ELSE. It is a guard if only the constants that a number gets make it unreachable."""
         outer = self._guards
         self._guards = outer or (never(reached) and not never(of_any_number(reached)))
         self._body(body, reached)
@@ -214,10 +214,10 @@ class Walker:
     def _loop(self, loop: Loop, reached: Condition) -> None:
         if loop.start is not None:
             self._act(loop.start, reached)
-        self._conditions.names.forget()  # an earlier pass may have written what the body writes
-        first = self._first_pass(loop)
-        decided = self._act(loop.test, all_of(reached, first)) if loop.test is not None else TRUE
-        self._body(loop.body, all_of(reached, decided) if loop.start is None else reached)
+        self._conditions.names.forget()  # an earlier pass may have changed the same values
+        first_pass = self._first_pass(loop)
+        tested = self._act(loop.test, all_of(reached, first_pass)) if loop.test is not None else TRUE
+        self._body(loop.body, all_of(reached, tested) if loop.start is None else reached)
         for line in (loop.advance, loop.until):
             if line is not None:
                 self._act(line, reached)

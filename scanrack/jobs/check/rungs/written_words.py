@@ -15,14 +15,14 @@ from .output_writes import Write
 _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
 
 
-def held(writes: Sequence[Write]) -> Iterator[Violation]:
+def never_cleared(writes: Sequence[Write]) -> Iterator[Violation]:
     """Yield the first instruction that sets a command bit, for each bit that is never cleared."""
-    for slot, every in grouped(writes, lambda each: each.slot).items():
-        own = [write for write in every if write.word == 0]
+    command_writes = (write for write in writes if write.word == 0)
+    for slot, slot_writes in grouped(command_writes, lambda write: write.slot).items():
         for bit in _COMMANDS:
-            setting = [write for write in own if write.commands & bit.value]
-            if setting and not any(write.takes_back(bit.value) for write in own):
-                text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
+            setting = [write for write in slot_writes if write.commands & bit.value]
+            if setting and not any(write.clears_in_operation(bit.value) for write in slot_writes):
+                text = f"slot {slot}: {bit.name} is set here, but nothing clears it after the command"
                 yield Violation(setting[0].place, text)
 
 
@@ -32,10 +32,8 @@ def computed(writes: Sequence[Write]) -> Iterator[str]:
     for write in writes:
         if not write.known and write.slot not in slots:
             slots.add(write.slot)
-            where = f"{write.place.file}:{write.place.line}"
-            yield (
-                f"slot {write.slot}: output words that the program computes or a block writes, as in {where}"
-            )
+            line = f"{write.place.file}:{write.place.line}"
+            yield f"slot {write.slot}: output words that the program computes or a block writes, as in {line}"
 
 
 def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:

@@ -3,8 +3,8 @@
     moves, rest, moves, an input changes, rest, moves, configuration, moves
            | a scene from this rest |     | a scene  | a scene from its configuration
 
-A trace that begins in operation is judged as it is replayed: from an image at rest that shows the module's
-state until that state is lost.
+A trace that begins in operation is judged like a replay: from an image at rest that shows the module's state,
+until the state is unknown again.
 """
 
 from __future__ import annotations
@@ -47,16 +47,16 @@ def scenes_of(
 
     Args:
         timing: the times of the path.
-        configuration: configuration words in effect at the beginning; None = the first in the trace.
+        configuration: configuration words in effect at the beginning; None for the first in the trace.
 
     Raises:
         ValueError: it is not a trace, has no words of a 3601 in the slot, or never shows the module's state.
     """
     with open_trace(path) as trace:
-        info = next((slot_info for slot_info in trace.head.slots if slot_info.number == slot), None)
-        if info is None or info.module != "amci3601":
+        modules = {info.number: info.module for info in trace.head.slots}
+        if modules.get(slot) != "amci3601":
             raise ValueError(
-                f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
+                f"{path}: slot {slot} has no words of a 3601; convert them with scanrack import --as amci3601"
             )
         scenes = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, timing, configuration)
         scenes.notes[:0] = trace.notes
@@ -75,31 +75,31 @@ def scenes_in(
     Args:
         facts: facts in the trace's header.
     """
-    firmware = next(slot_info.firmware for slot_info in recording.slots if slot_info.number == slot) or "4.1"
+    firmware = next(info.firmware for info in recording.slots if info.number == slot) or "4.1"
     captured, sampled = facts.get("source") == "capture", is_sampled(facts)
     rows = forced_rows(plan_of(recording))
     resumed = ResumedOperation(
         recording, {slot: firmware}, rows, configuration, captured=captured, sampled=sampled
     )
     module = resumed.around(slot, Amci3601(firmware), exact_inputs=False)
-    follows = module if isinstance(module, ResumedModule) else None
-    since_last = sampled
+    follower = module if isinstance(module, ResumedModule) else None
     until_next = captured and facts.get("words") != SAMPLED
-    scenes = _Scenes(recording, slot, follows, since_last, until_next, timing.lag_ns).found()
-    notes = resumed.notes([] if scenes else [slot]) if follows else []
+    scenes = _SceneFinder(recording, slot, follower, sampled, until_next, timing.lag_ns).scenes()
+    notes = resumed.notes([] if scenes else [slot]) if follower else []
     if not scenes:
-        scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
+        scenes = [PlayedScene("all", note="the module is never configured, so its state is unknown")]
     return CapturedScenes(firmware, scenes, notes, facts.get(CAPTURED_AT, ""))
 
 
-class _Scenes:
+class _SceneFinder:
     """Divides the recording of a slot into scenes.
 
     Args:
-        module: follows the recording to tell where the state is known; None if it was just powered up.
-        since_last: whether changed output words may have been sent since the previous scan, as a client
-            sees it.
-        until_next: whether they may have been sent until the next scan, as by a PLC or in their own packet.
+        module: follows the recording and shows where the state is known; None if the module was just powered
+            up.
+        since_last: whether changed output words may have been sent since the previous scan, as seen by a
+            client.
+        until_next: whether changed output words may be sent until the next scan, as by a PLC or in a packet.
         lag_ns: maximum age of an image when it is read, ns.
     """
 
@@ -117,50 +117,50 @@ class _Scenes:
         self._inputs, self._outputs = recording.images((slot, "in")), recording.images((slot, "out"))
         self._configuration = ZERO
         self._in_effect = True  # whether images already follow the configuration
-        self._levels = 0
-        self._place: ImageWords | None = None  # the position words at a scene's first rest
+        self._levels = 0  # mask of the energized inputs
+        self._rest_position: ImageWords | None = None  # the position words at the last rest
         self._scenes: list[PlayedScene] = []  # scenes that have ended
-        self._scene: PlayedScene | None = None
+        self._scene: PlayedScene | None = None  # the current scene
 
-    def found(self) -> list[PlayedScene]:
+    def scenes(self) -> list[PlayedScene]:
         """Return the scenes, in order."""
-        sent_words, known = ZERO, False
+        last_sent, is_known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
-            seen_image = SeenImage(
-                Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row])
-            )
-            was_known = known
-            known, rests = self._follow(at_ns, sent_words)
-            if was_known and not known:
+            window = Window(self._times[row - 1] if row else 0, at_ns)
+            read = SeenImage(window, _words(self._inputs[row]))
+            was_known = is_known
+            is_known, rests = self._follow(at_ns, last_sent)
+            if was_known and not is_known:
                 self._end()
-            inputs = self._changed(seen_image)
-            written = [Transmission(self._window(row), words)] if words != sent_words else []
-            if words[0] < 0 <= sent_words[0] and not self._is_refused(row):
+            inputs = self._changed_inputs(read)
+            sent = [Transmission(self._window(row), words)] if words != last_sent else []
+            if words[0] < 0 <= last_sent[0] and not self._is_refused(row):
                 self._end()
-                self._scene = self._configured(row, seen_image)
-                self._scene.moments += written
+                self._scene = self._configured(row, read)
+                self._scene.moments += sent
             elif self._scene is not None:
                 self._scene.moments += inputs
-                self._scene.moments += [*written, seen_image] if self._since_last else [seen_image, *written]
-            if rests and not written:
-                self._rest(seen_image, sent_words)
-            sent_words = words
+                self._scene.moments += [*sent, read] if self._since_last else [read, *sent]
+            if rests and not sent:
+                self._rest(read, last_sent)
+            last_sent = words
         self._end()
         return self._scenes
 
     def _end(self) -> None:
         """End the current scene, if there is one."""
-        self._scenes += [] if self._scene is None else [self._scene]
+        if self._scene is not None:
+            self._scenes.append(self._scene)
         self._scene = None
 
-    def _rest(self, seen: SeenImage, sent: ImageWords) -> None:
-        """Begin a new scene if the axis rests in a new place, or if there is no scene."""
-        if self._place not in (None, seen.words[2:4]):
+    def _rest(self, read: SeenImage, sent: ImageWords) -> None:
+        """Begin a new scene if the axis rests at a new position, or if there is no scene."""
+        if self._rest_position not in (None, read.words[2:4]):
             self._end()
         if self._scene is None:
-            self._scene = self._resumed(seen, sent)
-        self._place = seen.words[2:4]
+            self._scene = self._resumed(read, sent)
+        self._rest_position = read.words[2:4]
 
     def _window(self, row: int) -> Window:
         """Return the window in which the words that changed in a scan were sent."""
@@ -168,7 +168,7 @@ class _Scenes:
         return Window(times[max(row - self._since_last, 0)], times[min(row + self._until_next, last)])
 
     def _follow(self, at_ns: int, sent: ImageWords) -> tuple[bool, bool]:
-        """Follow the module to a scan; return whether its state is known, and whether the scan shows all."""
+        """Follow the module to a scan; return whether its state is known, and whether the scan shows it."""
         if self._module is None:
             return True, False
         self._module.update(at_ns, Image(sent))
@@ -176,27 +176,27 @@ class _Scenes:
             words = self._module.configuration
             self._configuration = ZERO if words is None else _signed(words)
             self._in_effect = True
-        return not self._module.why, self._module.rests
+        return not self._module.reason, self._module.rests
 
-    def _resumed(self, seen: SeenImage, sent: ImageWords) -> PlayedScene:
+    def _resumed(self, read: SeenImage, sent: ImageWords) -> PlayedScene:
         """Return a scene that begins with the state in an image."""
-        configuration = ZERO if seen.words[0] & CONFIG_ERROR else self._configuration
-        state = KnownState(seen.window, seen.words, sent, configuration, self._levels)
-        return PlayedScene(f"rest at {seen.window.high_ns / 1e9:.3f} s", [state])
+        configuration = ZERO if read.words[0] & CONFIG_ERROR else self._configuration
+        state = KnownState(read.window, read.words, sent, configuration, self._levels)
+        return PlayedScene(f"rest at {read.window.high_ns / 1e9:.3f} s", [state])
 
-    def _configured(self, row: int, seen: SeenImage) -> PlayedScene:
+    def _configured(self, row: int, read: SeenImage) -> PlayedScene:
         """Return a scene that begins with a configuration; a later image shows its input levels."""
-        now = Window(seen.window.high_ns, seen.window.high_ns)
-        self._place = None
-        self._in_effect = entered = False
-        scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), seen])
+        now = Window(read.window.high_ns, read.window.high_ns)
+        self._rest_position = None
+        self._in_effect = has_entered = False  # configuration mode
+        scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), read])
         for image in self._inputs[row:]:
             shown_words = words_of(image)
-            entered = entered or bool(shown_words[0] & MODE_CONFIG)
+            has_entered = has_entered or bool(shown_words[0] & MODE_CONFIG)
             accepted = configuration_in(shown_words)
             if accepted is not None:
                 self._configuration = _signed(accepted)
-            elif entered and not shown_words[0] & MODE_CONFIG:
+            elif has_entered and not shown_words[0] & MODE_CONFIG:
                 self._levels = levels_in(_words(image), self._configuration)
                 if self._levels:
                     scene.moments.append(Transmission(now, None, self._levels))
@@ -204,28 +204,28 @@ class _Scenes:
         return scene
 
     def _is_refused(self, row: int) -> bool:
-        """Return whether the module refuses a configuration while it still has an earlier one."""
-        entered = False
+        """Whether the module refuses a configuration while an earlier configuration is in effect."""
+        has_entered = False  # configuration mode
         for shown_words in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
             if configuration_in(shown_words) is not None:
                 return False
-            if entered and not shown_words[0] & MODE_CONFIG:
+            if has_entered and not shown_words[0] & MODE_CONFIG:
                 return True
-            entered = entered or bool(shown_words[0] & MODE_CONFIG)
+            has_entered = has_entered or bool(shown_words[0] & MODE_CONFIG)
         return False
 
-    def _changed(self, seen: SeenImage) -> list[Transmission]:
+    def _changed_inputs(self, read: SeenImage) -> list[Transmission]:
         """Return the change of input levels that an image shows, if any."""
-        shows_mode = bool(seen.words[0] & MODE_CONFIG)
+        shows_mode = bool(read.words[0] & MODE_CONFIG)
         self._in_effect = self._in_effect or shows_mode
-        has_levels = self._in_effect and any(self._configuration) and not seen.words[0] & CONFIG_ERROR
+        has_levels = self._in_effect and any(self._configuration) and not read.words[0] & CONFIG_ERROR
         if shows_mode or not has_levels:
             return []
-        levels = levels_in(seen.words, self._configuration)
+        levels = levels_in(read.words, self._configuration)
         if levels == self._levels:
             return []
         self._levels = levels
-        window = Window(seen.window.low_ns - self._lag_ns, seen.window.high_ns)
+        window = Window(read.window.low_ns - self._lag_ns, read.window.high_ns)
         return [Transmission(window, None, levels)]
 
 

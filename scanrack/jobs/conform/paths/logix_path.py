@@ -29,10 +29,10 @@ class TagClient(Protocol):
     info: Mapping[str, Any]
 
     def read(self, *tags: str) -> Any:
-        """Return the answer for a tag, or a list of answers, each with `value` and `error`."""
+        """Return the response for a tag, or a list of responses, each with `value` and `error`."""
 
     def write(self, *values: Any) -> Any:
-        """Write pairs of tag and value, and return their answers."""
+        """Write pairs of tag and value; return their responses."""
 
     def close(self) -> Any:
         """Close the connection."""
@@ -59,11 +59,11 @@ def connect(path: str) -> TagClient:
     """Return a connection to `HOST[:PORT][,SLOT]`.
 
     Raises:
-        ValueError: the path has another form, pycomm3 is missing, or there is no answer.
+        ValueError: the path is invalid, pycomm3 is missing, or no controller responds.
     """
     match = PATH.fullmatch(path)
     if match is None:
-        raise ValueError(f"--path {path!r} is not allowed: HOST[:PORT][,SLOT]")
+        raise ValueError(f"--path: invalid path {path!r}; must be HOST[:PORT][,SLOT]")
     try:
         library: Any = import_module("pycomm3")
     except ImportError:
@@ -74,50 +74,49 @@ def connect(path: str) -> TagClient:
         client.open()
         client.get_tag_list()
     except (library.PycommError, OSError) as error:
-        raise ValueError(f"{path}: no Logix controller answers: {error}") from None
+        raise ValueError(f"{path}: no Logix controller responds: {error}") from None
     connected: TagClient = client
     return connected
 
 
 def is_real(client: TagClient) -> bool:
-    """Whether a controller may move a real axis: its product name is not that of scanrack."""
+    """Whether a controller may move a real axis: its product name does not contain scanrack."""
     return NOT_REAL not in str(client.info.get("product_name", "")).lower()
 
 
 def product_of(client: TagClient) -> str:
     """Return the product name and revision of a controller, which do not identify its owner."""
     revision = client.info.get("revision") or {}
-    parts = [str(revision[key]) for key in ("major", "minor") if key in revision]
-    return " ".join([str(client.info.get("product_name", "")), ".".join(parts)]).strip()
+    numbers = [str(revision[key]) for key in ("major", "minor") if key in revision]
+    return " ".join([str(client.info.get("product_name", "")), ".".join(numbers)]).strip()
 
 
 class LogixPath:
     """A module that a controller operates, see `playing.ModulePath`.
 
     Raises:
-        ValueError: the controller does not have that module or counter.
+        ValueError: the controller does not have the module.
+        OSError: the controller does not have the counter.
     """
 
     def __init__(self, client: TagClient, tags: ModuleTags) -> None:
         self._client, self._tags = client, tags
         self._inputs = f"Local:{tags.slot}:I.Data{{{WORDS}}}"
         self._outputs = f"Local:{tags.slot}:O.Data{{{WORDS}}}"
-        self._origin: int | None = None
-        self._last = 0
+        self._first_count: int | None = None
+        self._last_ns = 0  # time of the counter when it was last read
+        self._input_tags: tuple[str, ...] = (self._inputs,)
         probe = client.read(self._inputs)
-        if probe.error:  # the manufacturer's profile has words of its own
-            self._parts: tuple[str, ...] = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
-            answers = client.read(*self._parts)
-            if any(answer.error for answer in answers):
+        if probe.error:  # with the manufacturer's profile, each word is a tag
+            self._input_tags = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
+            if any(response.error for response in client.read(*self._input_tags)):
                 raise ValueError(f"slot {tags.slot}: no Local:{tags.slot}:I of a 3601: {probe.error}")
-        else:
-            self._parts = (self._inputs,)
         if tags.counter:
-            self._count()
+            self._count_ns()
 
     def now_ns(self) -> int:
         """Return the time of this machine's clock, or the time of the counter when it was last read, ns."""
-        return self._last if self._tags.counter else time.monotonic_ns()
+        return self._last_ns if self._tags.counter else time.monotonic_ns()
 
     def write(self, words: ImageWords) -> Window:
         """Set the output words; see `playing.ModulePath`.
@@ -137,12 +136,11 @@ class LogixPath:
         return self._timed(*((tag, bool(inputs & bit)) for bit, tag in wiring.items()))
 
     def _timed(self, *values: tuple[str, Any]) -> Window:
-        low = self._count() if self._tags.counter else time.monotonic_ns()
-        answers = self._client.write(*values)
-        for answer in answers if isinstance(answers, list) else [answers]:
-            _checked(answer)
-        high = self._count() + self._tags.period_ns if self._tags.counter else time.monotonic_ns()
-        return Window(low, high)
+        """Write tags; return the window in which they changed."""
+        low_ns = self._count_ns() if self._tags.counter else time.monotonic_ns()
+        _values(self._client.write(*values))
+        high_ns = self._count_ns() + self._tags.period_ns if self._tags.counter else time.monotonic_ns()
+        return Window(low_ns, high_ns)
 
     def read(self) -> SeenImage:
         """Read the input words, in one packet with the counter.
@@ -150,28 +148,29 @@ class LogixPath:
         Raises:
             OSError: the connection is lost.
         """
-        names = [*self._parts, self._tags.counter] if self._tags.counter else list(self._parts)
-        low = time.monotonic_ns()
-        answers = self._client.read(*names)
-        high = time.monotonic_ns()
-        answers = answers if isinstance(answers, list) else [answers]
-        values = [_checked(answer) for answer in answers]
+        tags = [*self._input_tags, self._tags.counter] if self._tags.counter else list(self._input_tags)
+        low_ns = time.monotonic_ns()
+        responses = self._client.read(*tags)
+        high_ns = time.monotonic_ns()
+        values = _values(responses)
         if self._tags.counter:
-            low = self._at(values.pop())
-            high = low + self._tags.period_ns
-        return SeenImage(Window(low, high), tuple(values[0] if len(self._parts) == 1 else values))
+            low_ns = self._time_of_count(values.pop())
+            high_ns = low_ns + self._tags.period_ns
+        words = values[0] if len(self._input_tags) == 1 else values
+        return SeenImage(Window(low_ns, high_ns), tuple(words))
 
-    def _count(self) -> int:
-        return self._at(_checked(self._client.read(self._tags.counter)))
+    def _count_ns(self) -> int:
+        """Read the counter; return its time, ns."""
+        return self._time_of_count(_values(self._client.read(self._tags.counter))[0])
 
-    def _at(self, count: int) -> int:
-        """Return the time of a count, ns. The time keeps running even if the counter restarts."""
-        if self._origin is None:
-            self._origin = count
-        reached = self._last // self._tags.period_ns
-        cycles = (count - self._origin - reached) % (1 << COUNTER_BITS)
-        self._last = (reached + cycles) * self._tags.period_ns
-        return self._last
+    def _time_of_count(self, count: int) -> int:
+        """Return the time of a count, ns. The time continues even if the counter restarts."""
+        if self._first_count is None:
+            self._first_count = count
+        periods = self._last_ns // self._tags.period_ns
+        further = (count - self._first_count - periods) % (1 << COUNTER_BITS)
+        self._last_ns = (periods + further) * self._tags.period_ns
+        return self._last_ns
 
     def close(self) -> None:
         """Close the connection."""
@@ -179,10 +178,13 @@ class LogixPath:
             self._client.close()
 
 
-def _checked(answer: Any) -> Any:
-    if answer.error:
-        raise OSError(f"{answer.tag}: {answer.error}")
-    return answer.value
+def _values(responses: Any) -> list[Any]:
+    """Return the values in one or more responses; OSError if a response has an error."""
+    listed = responses if isinstance(responses, list) else [responses]
+    for response in listed:
+        if response.error:
+            raise OSError(f"{response.tag}: {response.error}")
+    return [response.value for response in listed]
 
 
 def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
@@ -196,7 +198,9 @@ def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
     for pair in pairs:
         name, equals, tag = pair.partition("=")
         if not equals or not tag or name.upper() not in names:
-            raise ValueError(f"--wire {pair!r} is not allowed: INPUT=TAG, the input of {', '.join(names)}")
+            raise ValueError(
+                f"--wire: invalid {pair!r}; must be INPUT=TAG, with an input of {', '.join(names)}"
+            )
         wiring[names[name.upper()]] = tag
     return wiring
 
@@ -205,11 +209,11 @@ def counter_of(text: str | None) -> tuple[str, int]:
     """Return the tag and period of `TAG:MS`; for None, an empty tag.
 
     Raises:
-        ValueError: the text has another form.
+        ValueError: the text is invalid.
     """
     if text is None:
         return "", 0
     tag, colon, period = text.rpartition(":")
     if not colon or not tag or not re.fullmatch(r"\d+(\.\d+)?", period) or not 0 < float(period) <= 1000:
-        raise ValueError(f"--counter {text!r} is not allowed: TAG:MS, such as ConformScan:2")
+        raise ValueError(f"--counter: invalid {text!r}; must be TAG:MS, such as ConformScan:2")
     return tag, exact_ns(float(period), "ms", f"--counter {text}: a period")

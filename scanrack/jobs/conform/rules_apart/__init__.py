@@ -1,1 +1,1 @@
-"""Tables of what a 3601 would do without a rule or by another reading."""
+"""Tables of a 3601's behavior without a rule, or by another reading of the manual."""

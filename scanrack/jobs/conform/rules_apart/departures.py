@@ -1,4 +1,4 @@
-"""Ways in which a 3601 may depart from the model: in how it reads words, refuses commands, or shows bits."""
+"""Functions that alter the model of a 3601: how it reads words, refuses commands, or shows bits."""
 
 from __future__ import annotations
 
@@ -34,16 +34,21 @@ def hide(sentence: str, bits: int, during: str = "") -> Alteration:
 
 
 def hear(sentence: str, commands: int, hearing: Hearing) -> Alteration:
-    """Return a module that reads the words of given commands differently; 0 for all commands."""
+    """Return a module that reads the words of some commands differently.
 
-    def taken(words: ImageWords) -> ImageWords:
-        return words if words[0] < 0 or (commands and not words[0] & commands) else hearing(words)
+    Args:
+        commands: bits of the commands; 0 for all commands.
+    """
 
-    return Alteration(sentence, hears=taken)
+    def hears(words: ImageWords) -> ImageWords:
+        is_concerned = words[0] >= 0 and (not commands or words[0] & commands)
+        return hearing(words) if is_concerned else words
+
+    return Alteration(sentence, hears=hears)
 
 
 def as_command(instead: int) -> Hearing:
-    """Return a reading of words that replaces the command with another one."""
+    """Return a reading of words that replaces the command with another command."""
     return lambda words: (instead, *words[1:])
 
 
@@ -61,7 +66,7 @@ def with_words(change: Callable[[list[int]], Any]) -> Hearing:
 def refuse(
     sentence: str, rule: str, commands: int, condition: Question, *, alone: bool = False
 ) -> Alteration:
-    """Return a module that also refuses given commands under a condition, with the error bits of a rule."""
+    """Return a module that also refuses commands under a condition, with the error bits of a rule."""
 
     def broken(host: Host, command: CommandWords) -> bool:
         return not command.configures and bool(command.msw & commands) and condition(host, command)
@@ -70,7 +75,7 @@ def refuse(
 
 
 def silent(sentence: str, *rules: str) -> Alteration:
-    """Return a module in which the given rules set no bits."""
+    """Return a module in which some rules set no bits."""
     return Alteration(sentence, silent=frozenset(rules))
 
 
@@ -80,18 +85,18 @@ def add(sentence: str, rule: str, bits: int) -> Alteration:
 
 
 def overlook(sentence: str, *rules: str) -> Alteration:
-    """Return a module that does not notice the faults of the given rules."""
+    """Return a module that does not notice the faults of some rules."""
     return Alteration(sentence, overlooked=frozenset(rules))
 
 
 def never_clears(sentence: str, bits: int, *, at: int) -> Alteration:
-    """Return a module that does not clear the given bits when it clears `at`."""
-    return Alteration(sentence, clears=lambda given: given & ~bits if given == at else given)
+    """Return a module that leaves `bits` set when the model clears the bits `at`."""
+    return Alteration(sentence, clears=lambda cleared: cleared & ~bits if cleared == at else cleared)
 
 
 def also_clears(sentence: str, bits: int, *, at: int) -> Alteration:
-    """Return a module that also clears the given bits when it clears `at`."""
-    return Alteration(sentence, clears=lambda given: given | bits if given == at else given)
+    """Return a module that also clears `bits` when the model clears the bits `at`."""
+    return Alteration(sentence, clears=lambda cleared: cleared | bits if cleared == at else cleared)
 
 
 def ruled(sentence: str, layer: type[AlteredLayer]) -> Alteration:
@@ -100,7 +105,7 @@ def ruled(sentence: str, layer: type[AlteredLayer]) -> Alteration:
 
 
 AT_START, AT_RESET, AT_PRESET = CLEARED_BY_A_MOVE, RESETTABLE, POSITION_INVALID
-"""What the model clears at the start of a move, by Reset Errors, and by Preset Position."""
+"""Bits that the model clears at the start of a move, by Reset Errors, and by Preset Position."""
 
 
 def is_invalid(host: Host, _command: CommandWords) -> bool:

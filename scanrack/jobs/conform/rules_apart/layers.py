@@ -149,10 +149,10 @@ class ErrorWithoutConfiguration(AlteredLayer):
 
     @override
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
-        before = self.state.command.msw
+        previous_msw = self.state.command.msw
         super()._obey(now_ns, words)
         command = self.state.command
-        if self.state.configuration is None and not command.configures and command.msw & ~before:
+        if self.state.configuration is None and not command.configures and command.msw & ~previous_msw:
             self.state.latches.bits |= COMMAND_ERROR
 
 
@@ -170,8 +170,8 @@ class StoppedAtEveryEnd(AlteredLayer):
     """Every end of a motion sets Stopped."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        super().finish(now_ns, completion, how)
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        super().finish(now_ns, completion, outcome)
         self.state.latches.bits |= STOPPED
 
 
@@ -179,19 +179,19 @@ class StoppedAfterOneShot(AlteredLayer):
     """Stopped is set when the bit of a one-shot command is released."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        one_shot = self.operation is not None and self.operation.name == "one-shot manual"
-        super().finish(now_ns, STOPPED if one_shot else completion, how)
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        is_one_shot = self.operation is not None and self.operation.name == "one-shot manual"
+        super().finish(now_ns, STOPPED if is_one_shot else completion, outcome)
 
 
 class ManualInvalidates(AlteredLayer):
     """The position is invalid after a manual move."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        manual = self.operation is not None and self.operation.name == "manual"
-        super().finish(now_ns, completion, how)
-        if manual:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        is_manual = self.operation is not None and self.operation.name == "manual"
+        super().finish(now_ns, completion, outcome)
+        if is_manual:
             self.state.latches.bits |= POSITION_INVALID
 
 
@@ -199,19 +199,19 @@ class NoDistanceNoEnd(AlteredLayer):
     """A move of distance zero does not set Move Complete."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        still = self.operation is not None and self.operation.started_at == self.axis.position
-        super().finish(now_ns, 0 if still else completion, how)
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        has_no_distance = self.operation is not None and self.operation.started_at == self.axis.position
+        super().finish(now_ns, 0 if has_no_distance else completion, outcome)
 
 
 class BlendOnce(AlteredLayer):
     """A blend profile is lost once it has run."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        blend = self.operation is not None and self.operation.name == "blend"
-        super().finish(now_ns, completion, how)
-        if blend:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        is_blend = self.operation is not None and self.operation.name == "blend"
+        super().finish(now_ns, completion, outcome)
+        if is_blend:
             self.state.blend = None
 
 
@@ -230,9 +230,10 @@ class CutByChange(AlteredLayer):
 
     @override
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-        locked = self.state.locked
+        was_locked = self.state.locked
         super()._obey_new_words(now_ns, command, previous)
-        if self.state.locked and not locked and self.under_way == "manual" and command.msw == previous.msw:
+        is_refused = self.state.locked and not was_locked
+        if is_refused and self.under_way == "manual" and command.msw == previous.msw:
             self.cut(now_ns)
 
 
@@ -274,13 +275,13 @@ class LimitAhead(AlteredLayer):
         super().accept(operation)
 
 
-class DeafToExternal(AlteredLayer):
+class IgnoresExternal(AlteredLayer):
     """The external input stops nothing."""
 
     @override
     def accept(self, operation: Operation) -> None:
-        operation.on_external = _nothing  # type: ignore[assignment, method-assign]
+        operation.on_external = _do_nothing  # type: ignore[assignment, method-assign]
         super().accept(operation)
 
 
-def _nothing(_now_ns: int) -> None: ...
+def _do_nothing(_now_ns: int) -> None: ...

@@ -3,9 +3,9 @@
     factor    500 ......... 905 | 912 ...... 951 | 958 ......... 2000   thousandths
     reads      12    ...    310 |      all       | 301    ...      11   explained
 
-The closer a factor is to the module's own, the more reads it explains. The search begins with a coarse row of
-factors and continues between the best ones and their neighbors, until one explains every read. The nearest
-contradicted factors below and above it bound the module's own factor.
+The closer a factor is to the module's factor, the more reads it explains. The search begins with a coarse row
+of factors. It continues between the best factors and their neighbors until a factor explains every read. The
+nearest contradicted factors on both sides bound the module's factor.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ COARSE = tuple(round(UNIT * 1.05**power) for power in range(-14, 15))
 """Factors that are tried first, in thousandths: 0.5 to 2."""
 
 FARTHEST = 200
-"""Largest distance searched from a factor that explains every read to a contradicted one, in thousandths."""
+"""Largest distance from a factor that explains every read to a contradicted factor, in thousandths."""
 
 Trial = Callable[[Alteration], Search]
 
 
 @dataclass(frozen=True, slots=True)
 class _ScaleKind:
-    sentence: str
-    of: str
-    fields: tuple[str, ...]
-    rule: str
+    sentence: str  # beginning of the sentence about the module
+    unit: str  # the programmed quantity that the factor multiplies
+    fields: tuple[str, ...]  # of `AxisScales`
+    rule: str  # the rule that the module departs from
 
 
 SCALED: Mapping[str, _ScaleKind] = {
@@ -48,7 +48,7 @@ SCALED: Mapping[str, _ScaleKind] = {
         "It accelerates and decelerates at", "rate", ("acceleration", "deceleration"), "PRO-07"
     ),
 }
-"""The quantities to fit, in order, each with its fields of `AxisScales` and the rule that it departs from."""
+"""The quantities to fit, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +56,9 @@ class FittedScale:
     """A factor that explains every read of a scene.
 
     Attributes:
-        what: a key of `SCALED`.
-        low: the largest smaller factor that a read contradicts.
-        high: the smallest larger factor that a read contradicts.
+        what: the quantity, a key of `SCALED`.
+        low: the nearest lower factor that a read contradicts.
+        high: the nearest higher factor that a read contradicts.
     """
 
     what: str
@@ -72,17 +72,17 @@ class FittedScale:
 
     @property
     def sentence(self) -> str:
-        """What the module does, with the factor and its uncertainty, as a sentence.
+        """A sentence about the module, with the factor and its uncertainty.
 
         >>> FittedScale("acceleration", 0.924, 0.938).sentence
         'It accelerates at 0.931 ± 0.007 of the programmed rate.'
         """
         row = SCALED[self.what]
         middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
-        return f"{row.sentence} {middle:.3f} ± {half:.3f} of the programmed {row.of}."
+        return f"{row.sentence} {middle:.3f} ± {half:.3f} of the programmed {row.unit}."
 
     def within(self, other: FittedScale) -> FittedScale | None:
-        """Return the range of the factor that two scenes leave; None if they contradict each other."""
+        """Return the range of the factor that is common to two scenes; None if they contradict each other."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return FittedScale(self.what, low, high) if self.what == other.what and low < high else None
 
@@ -90,100 +90,105 @@ class FittedScale:
 def either(scales: Sequence[FittedScale]) -> str:
     """Return a sentence about several scales that explain the same reads, joined by "or"."""
     first, *others = (scale.sentence.removesuffix(".") for scale in scales)
-    return ", or i".join([first, *(sentence[1:] for sentence in others)]) + "."
+    return ", or ".join([first, *(sentence[0].lower() + sentence[1:] for sentence in others)]) + "."
 
 
 def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
-    """Return the scales of each scene, without kinds that explain fewer scenes than another kind.
+    """Return the scales of each scene, without quantities that explain fewer scenes than another quantity.
 
-    A short scene can't tell several kinds apart. A kind that explains the same scenes and more is likelier.
+    A short scene can't tell several quantities apart. A quantity that explains the same scenes and more is
+    likelier.
     """
-    explains: dict[str, set[int]] = {}
+    explained: dict[str, set[int]] = {}
     for number, scales in enumerate(scenes):
         for scale in scales:
-            explains.setdefault(scale.what, set()).add(number)
-    lesser = {
-        kind for kind, explained in explains.items() if any(explained < other for other in explains.values())
-    }
-    return [[kept_scale for kept_scale in scales if kept_scale.what not in lesser] for scales in scenes]
+            explained.setdefault(scale.what, set()).add(number)
+    lesser = {what for what, own in explained.items() if any(own < more for more in explained.values())}
+    return [[scale for scale in scales if scale.what not in lesser] for scales in scenes]
 
 
-def scaled(what: str, factor: int) -> Alteration:
-    """Return a module that is off by a factor, in thousandths; its sentence is like that of `FittedScale`."""
-    row = SCALED[what]
+def scaled(quantity: str, factor: int) -> Alteration:
+    """Return a module whose quantity is off by a factor, in thousandths."""
+    row = SCALED[quantity]
     scales = AxisScales(**dict.fromkeys(row.fields, Fraction(factor, UNIT)))
-    return Alteration(f"{row.sentence} {factor / UNIT} of the programmed {row.of}.", scales=scales)
+    return Alteration(f"{row.sentence} {factor / UNIT} of the programmed {row.unit}.", scales=scales)
 
 
 def fitted(trial: Trial) -> Iterator[FittedScale]:
-    """Yield the scales that explain a scene; both rates together only if neither alone explains it.
+    """Yield the scales that explain a scene; both rates together only if no single quantity explains it.
 
     Args:
         trial: judges the scene with an altered module.
     """
-    alone = False
+    has_single = False
     for quantity, row in SCALED.items():
-        if len(row.fields) > 1 and alone:
+        if len(row.fields) > 1 and has_single:
             continue
-        scale = _Fit(quantity, trial).found()
+        scale = _Fit(quantity, trial).fit()
         if scale is not None:
-            alone = True
+            has_single = True
             yield scale
 
 
 class _Fit:
-    """A search for one factor."""
+    """A search for the factor of a quantity."""
 
-    def __init__(self, what: str, trial: Trial) -> None:
-        self._what, self._trial = what, trial
-        self._known: dict[int, Search] = {}
+    def __init__(self, quantity: str, trial: Trial) -> None:
+        self._quantity, self._trial = quantity, trial
+        self._results: dict[int, Search] = {}  # by factor
 
-    def _at(self, factor: int) -> Search:
-        if factor not in self._known:
-            self._known[factor] = self._trial(scaled(self._what, factor))
-        return self._known[factor]
+    def _try(self, factor: int) -> Search:
+        """Return the result of a factor. Results are kept."""
+        if factor not in self._results:
+            self._results[factor] = self._trial(scaled(self._quantity, factor))
+        return self._results[factor]
 
-    def found(self) -> FittedScale | None:
+    def fit(self) -> FittedScale | None:
         """Return the factor with its bounds; None if no factor explains every read."""
-        for candidate in COARSE:
-            self._at(candidate)
-        while not any(fit.explains_all for fit in self._known.values()):
+        for factor in COARSE:
+            self._try(factor)
+        while not any(result.explains_all for result in self._results.values()):
             between = self._between()
             if not between:
                 return None
-            for candidate in between:
-                self._at(candidate)
-        inner_factor = next(factor for factor, fit in self._known.items() if fit.explains_all)
-        low, high = self._bound(inner_factor, -1), self._bound(inner_factor, 1)
-        return None if low is None or high is None else FittedScale(self._what, low / UNIT, high / UNIT)
+            for factor in between:
+                self._try(factor)
+        inside = next(factor for factor, result in self._results.items() if result.explains_all)
+        low, high = self._bound(inside, -1), self._bound(inside, 1)
+        return None if low is None or high is None else FittedScale(self._quantity, low / UNIT, high / UNIT)
 
     def _between(self) -> set[int]:
-        """Return the factors halfway between those that explain most reads and their neighbors.
+        """Return the factors halfway between factors that explain most reads and their neighbors.
 
         On one side of the module's factor, the same read may contradict every factor, however far off. The
-        factor is then at the edge of such a row.
+        module's factor is then at the edge of such a row.
         """
-        factors = sorted(self._known)
-        reads = [self._known[factor].reads for factor in factors]
-        most = max(reads)
-        edges = [
-            pair
-            for place, pair in enumerate(pairwise(factors))
-            if most in (counts := reads[place : place + 2]) and min(counts) < most
-        ]
-        return {(low + high) // 2 for low, high in edges} - self._known.keys()
+        factors = sorted(self._results)
+        most = max(self._results[factor].reads for factor in factors)
+        halfway = set()
+        for low, high in pairwise(factors):
+            reads = self._results[low].reads, self._results[high].reads
+            if max(reads) == most and min(reads) < most:
+                halfway.add((low + high) // 2)
+        return halfway - self._results.keys()
 
     def _bound(self, inside: int, sense: int) -> int | None:
-        """Return the nearest contradicted factor on one side, to a thousandth; None if it is too far off."""
-        step = 1
-        while self._at(inside + sense * step).unexplained is None:
-            if step > FARTHEST:
+        """Return the nearest contradicted factor on one side, to a thousandth; None if it is too far off.
+
+        Args:
+            inside: a factor that explains every read.
+            sense: 1 for the side of higher factors, -1 for lower factors.
+        """
+        distance = 1
+        while self._try(inside + sense * distance).unexplained is None:
+            if distance > FARTHEST:
                 return None
-            step *= 2
-        near_step, far = step // 2, step
-        while far - near_step > 1:
-            middle = (near_step + far) // 2
-            near_step, far = (
-                (near_step, middle) if self._at(inside + sense * middle).unexplained else (middle, far)
-            )
+            distance *= 2
+        near, far = distance // 2, distance
+        while far - near > 1:
+            middle = (near + far) // 2
+            if self._try(inside + sense * middle).unexplained:
+                far = middle
+            else:
+                near = middle
         return inside + sense * far

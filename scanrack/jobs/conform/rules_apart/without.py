@@ -1,7 +1,7 @@
-"""Models without one rule: what a 3601 would do if the rule did not hold.
+"""Models of a 3601 without one of its rules.
 
-A rule that sets bits is left out by silencing them. `STATEMENTS` has what a module would do without one of
-the other rules. A rule that has neither stays open.
+A rule that sets bits is left out by silencing them. `STATEMENTS` has the behavior without each of the other
+rules. A rule without bits that is not in `STATEMENTS` stays open.
 """
 
 from __future__ import annotations
@@ -32,26 +32,29 @@ _PROFILE = d.ABSOLUTE | d.RELATIVE | d.RESUME
 _MOVES = _PROFILE | d.MANUAL
 
 
-def _set(words: list[int], place: int, value: int) -> None:
-    words[place], words[place + 1] = split_reported(value)
+def _set(words: list[int], msw: int, value: int) -> None:
+    words[msw], words[msw + 1] = split_reported(value)
 
 
-def _value(words: list[int], place: int) -> int:
-    return words[place] * 1000 + words[place + 1]
+def _value(words: list[int], msw: int) -> int:
+    return words[msw] * 1000 + words[msw + 1]
 
 
 def _by_1024(words: list[int]) -> None:
-    for place in (2, 4):
-        _set(words, place, words[place] * 1024 + words[place + 1])
+    for msw in (2, 4):
+        _set(words, msw, words[msw] * 1024 + words[msw + 1])
 
 
 def _positive_lsw(words: list[int]) -> None:
     _set(words, 2, words[2] * 1000 + abs(words[3]))
 
 
-def _scaled(place: int, factor: float) -> d.Hearing:
+def _scaled(number: int, factor: float) -> d.Hearing:
+    """Return a reading of words that multiplies a rate, the word with this number, by a factor."""
+
     def change(words: list[int]) -> None:
-        words[place] = min(2000, max(1, round(words[place] * factor))) if words[place] > 0 else words[place]
+        if words[number] > 0:
+            words[number] = min(2000, max(1, round(words[number] * factor)))
 
     return with_words(change)
 
@@ -66,6 +69,7 @@ def _slower(words: list[int]) -> None:
 
 
 def _slower_if_short(words: list[int]) -> None:
+    """Reduce the speed of a move that is too short for both ramps."""
     speed = _value(words, 4)
     rates = [word for word in words[6:8] if word > 0]
     if len(rates) == 2 and sum(speed * speed / (2000 * rate) for rate in rates) > abs(_value(words, 2)):
@@ -81,6 +85,8 @@ def _to_zero(words: list[int]) -> None:
 
 
 def _less(bits: int) -> d.Hearing:
+    """Return a reading of words that ignores bits of word 1."""
+
     def change(words: list[int]) -> None:
         words[1] &= ~bits
 
@@ -103,27 +109,27 @@ def _no_position(words: ImageWords) -> ImageWords:
     return words if words[0] < 0 else (*words[:2], 0, 0, *words[4:])
 
 
-_NO_EDGES = ruled("It takes a bit that stays set for a new command.", layers.EdgeOfNothing)
+_NO_EDGES = ruled("It treats a bit that stays set as a new command.", layers.EdgeOfNothing)
 _FAST = hear("Its ramps are as steep as they can be.", _MOVES, with_words(_no_ramps))
 _STEEP = hear("It accelerates twice as fast.", _MOVES, _scaled(6, 2))
 _NO_CURVE = hear("It has no S-curve.", _MOVES, _less(1))
 _LSW_1 = hear("Its S-curves are triangular.", _MOVES, _less(2))
 _NEEDS_VALID = d.refuse("It needs a valid position.", "CMD-06", d.RELATIVE | d.MANUAL, d.is_invalid)
-_UNLOCKED = ruled("It carries out commands under a command error.", layers.NoLock)
+_UNLOCKED = ruled("It executes commands during a command error.", layers.NoLock)
 _DEAF = ruled("It ignores new words of a manual move.", layers.IgnoresNewWords)
 _HOLD_STAYS = d.never_clears("Hold State stays when the next move starts.", _HOLD, at=AT_START)
-_HOLDS_HARD = ruled("Hold cuts the steps off.", layers.HoldCuts)
+_HOLDS_HARD = ruled("Hold stops the motor without a ramp.", layers.HoldCuts)
 _MIRROR = Alteration("It mirrors no configuration.", shows=_mirrors_nothing)
 _NO_RESET = d.never_clears("Reset Errors clears nothing.", AT_RESET, at=AT_RESET)
 _RESETS_ALL = d.also_clears("Reset Errors clears Move Complete.", _COMPLETE, at=AT_RESET)
-_NO_BLEND = hear("It takes no blend blocks.", 0, _less(0x100))
-_NO_BLOCKS = hear("It takes no blocks.", 0, _less(0x200))
+_NO_BLEND = hear("It accepts no blend blocks.", 0, _less(0x100))
+_NO_BLOCKS = hear("It accepts no blocks.", 0, _less(0x200))
 _NO_MINIMUM = hear("It stores no minimum distance.", 0, _less(0x400))
 _NO_FOLLOWER = hear("It has no follower.", 0, _less(0x80))
-_PLAIN = hear("It takes a registration move for a manual move.", d.MANUAL, with_words(_to_zero))
-_IN_STEPS = hear("It takes encoder moves for moves in steps.", d.ABSOLUTE | d.RELATIVE, _less(4))
+_PLAIN = hear("It treats a registration move as a manual move.", d.MANUAL, with_words(_to_zero))
+_IN_STEPS = hear("It treats encoder moves as moves in steps.", d.ABSOLUTE | d.RELATIVE, _less(4))
 _FOLLOWED = hide("Stopped is not shown after the follower.", _STOPPED, "follower")
-_EXTERNAL = ruled("The external input stops nothing.", layers.DeafToExternal)
+_EXTERNAL = ruled("The external input stops nothing.", layers.IgnoresExternal)
 
 STATEMENTS: Mapping[str, Alteration] = {
     "IOM-02": hear("A word of thousands counts 1024.", _MOVES, with_words(_by_1024)),
@@ -160,7 +166,7 @@ STATEMENTS: Mapping[str, Alteration] = {
     "MOV-09": hide("Moving CCW is not shown in relative moves.", _CCW, "relative"),
     "HLD-01": _HOLDS_HARD,
     "HLD-04": d.refuse(
-        "In a hold state it takes Resume only.",
+        "In the hold state it accepts only Resume.",
         "CMD-03",
         _MOVES & ~d.RESUME,
         lambda host, _given: bool(host.state.held),
@@ -183,7 +189,7 @@ STATEMENTS: Mapping[str, Alteration] = {
         "A slow manual move needs rates.", "CMD-04", d.MANUAL, lambda _host, given: not all(given.words[6:8])
     ),
     "MAN-04": hear("A manual move accelerates at once.", d.MANUAL, _scaled(6, 2)),
-    "MAN-05": hear("A manual move decelerates otherwise.", d.MANUAL, _scaled(7, 0.5)),
+    "MAN-05": hear("A manual move decelerates at another rate.", d.MANUAL, _scaled(7, 0.5)),
     "MAN-06": _EXTERNAL,
     "MAN-11": _DEAF,
     "MAN-12": _DEAF,
@@ -195,7 +201,7 @@ STATEMENTS: Mapping[str, Alteration] = {
     ),
     "MAN-16": hide("A one-shot shows no direction.", _BOTH_WAYS, "one-shot manual"),
     "MAN-18": d.refuse(
-        "The encoder bit bars manual moves.", "ENC-05", d.MANUAL, lambda _host, given: bool(given.lsw & 4)
+        "The encoder bit prevents manual moves.", "ENC-05", d.MANUAL, lambda _host, given: bool(given.lsw & 4)
     ),
     "MAN-19": d.refuse(
         "A manual move is never slower than the starting speed.",
@@ -261,24 +267,21 @@ STATEMENTS: Mapping[str, Alteration] = {
         for bit in StatusLsw
     },
 }
-"""By rule: what a module does without it."""
+"""By rule: a module without the rule."""
 
 
 def without(rule: str, fired: Collection[str]) -> Alteration | None:
-    """Return what a module does without a rule; None if that is not known.
+    """Return a module without a rule; None if its behavior is unknown.
 
     Args:
-        fired: the rules that fired in the scene. Those with the same cause that set no other bits are also
+        fired: the rules that fired in the scene. Rules with the same cause that set no other bits are also
             left out.
     """
-    if rule not in fired:
-        return STATEMENTS.get(rule)
-    bits = bits_of(rule, WORDS_3601)
+    bits = bits_of(rule, WORDS_3601) if rule in fired else 0
     if not bits:
         return STATEMENTS.get(rule)
-    same = {rule_id for rule_id in fired if _kin(rule, rule_id) and not bits_of(rule_id, WORDS_3601) & ~bits}
-    return d.silent(f"It does not know {rule}.", rule, *same)
-
-
-def _kin(rule: str, other: str) -> bool:
-    return other in RULES[rule].together_with or rule in RULES[other].together_with
+    same_cause = {
+        other for other in fired if other in RULES[rule].together_with or rule in RULES[other].together_with
+    }
+    also_silent = {other for other in same_cause if not bits_of(other, WORDS_3601) & ~bits}
+    return d.silent(f"It does not follow {rule}.", rule, *also_silent)
