@@ -88,7 +88,7 @@ def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
     if schedule is not None and schedule.called:
         return None  # a periodic or event task
     timers = tuple(_even_timers(cross_reference(lowered).mentions))
-    return ProgramClocks(timers, None if schedule is None else schedule.before)
+    return ProgramClocks(timers, None if schedule is None else schedule.previous_scan)
 
 
 def _steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
