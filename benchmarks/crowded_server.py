@@ -31,7 +31,7 @@ from pathlib import Path
 from time import perf_counter
 
 from ethernet_ip import BATCH, Asker, frame, is_torn, write_rack
-from scanrack.runtime.line.ports.places import CLIENTS_MOST
+from scanrack.runtime.line.ports.places import CLIENTS_MAX
 from scanrack.traces import open_trace
 
 WORST_S = 0.050
@@ -72,7 +72,7 @@ def silent(port: int, seconds: int) -> None:
 def crowd(port: int, seconds: int) -> None:
     """Take one place more than there are."""
     with ExitStack() as clients:
-        for _ in range(CLIENTS_MOST + 1):
+        for _ in range(CLIENTS_MAX + 1):
             with suppress(OSError):
                 where = clients.enter_context(dialled(port))
                 where.sendall(frame(0x65, b"\1\0\0\0"))

@@ -1,6 +1,6 @@
-"""The simulation: everything that runs in virtual time, from the scan loop up to a watched session.
+"""The simulation: everything that runs in virtual time, from the scan loop to a watched session.
 
-Time is an integer number of nanoseconds since power-up, everywhere. Only `loop.pace` reads the wall clock.
+Time is always an integer number of nanoseconds since power-up. Only `loop.pace` reads the wall clock.
 
 | folder | contents |
 |---|---|
@@ -8,13 +8,13 @@ Time is an integer number of nanoseconds since power-up, everywhere. Only `loop.
 | `tag_servers/` | tag protocols (EtherNet/IP, Modbus, OPC UA), without sockets |
 | `config/` | rack files as typed objects |
 | `modules/` | the modules that fit into slots, and their registry |
-| `controllers/` | simulated controllers at the far end of a line |
+| `controllers/` | simulated devices at the far end of a line |
 | `line/` | serial and network lines: bus, ports, masters, clients, one codec per protocol |
 | `machine/` | the machine that a module drives |
 | `kinematics/` | motions as closed forms of time |
 | `loop/` | CPU, phases, exchange, rack, forces, listeners, pace |
 
-Imports point downward in this table, by a contract in pyproject.toml;
+Imports point downward in this table; a contract in pyproject.toml checks it.
 docs/decisions/0010-layers-of-the-runtime.md explains the layers.
 """
 

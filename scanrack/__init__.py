@@ -144,33 +144,36 @@ except (AttributeError, OSError):  # installed, or in an archive
 def __getattr__(name: str) -> object:
     if name == "__all__":
         return list(_homes())
-    found = _find(name)
-    globals()[name] = found
-    return found
+    value = _imported_name(name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:
     return sorted(_homes())
 
 
-_found_homes: dict[str, tuple[str, str]] = {}
+_known_homes: dict[str, tuple[str, str]] = {}
 
 
 def _homes() -> dict[str, tuple[str, str]]:
-    """Return the module of each name and its name there; the lines above are read once."""
-    if not _found_homes:
+    """Return the module and the name in that module of each public name, read from the imports above."""
+    if not _known_homes:
         import re
 
-        # `get_data`, not `get_source`: pytest, which loads a package that has a plugin, has only that
+        # not `get_source`, which the loader of pytest lacks: pytest loads a package that has a plugin
         text = __loader__.get_data(__file__).decode("utf-8")
         rows = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", text, re.MULTILINE)
-        _found_homes.update(
-            {"__version__": ("", ""), **{name: (module, there) for module, there, name in rows}}
+        _known_homes.update(
+            {
+                "__version__": ("", ""),
+                **{name: (module, original_name) for module, original_name, name in rows},
+            }
         )
-    return _found_homes
+    return _known_homes
 
 
-def _find(name: str) -> object:
+def _imported_name(name: str) -> object:
     from importlib import import_module
 
     homes = _homes()
@@ -178,13 +181,15 @@ def _find(name: str) -> object:
         return import_module("scanrack.io_images.versions").distribution_version(__name__)
     if name not in homes:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; {_nearest(name, list(homes))}")
-    module, there = homes[name]
-    home = import_module(module, __name__)
-    return getattr(home, there) if hasattr(home, there) else import_module(f"{module}.{there}", __name__)
+    module_name, original_name = homes[name]
+    module = import_module(module_name, __name__)
+    if hasattr(module, original_name):
+        return getattr(module, original_name)
+    return import_module(f"{module_name}.{original_name}", __name__)  # a module, not a name in it
 
 
 def _nearest(name: str, names: list[str]) -> str:
     from difflib import get_close_matches
 
-    close = get_close_matches(name, names, n=1)
-    return f"did you mean {close[0]}?" if close else f"its names are {', '.join(names)}"
+    matches = get_close_matches(name, names, n=1)
+    return f"did you mean {matches[0]}?" if matches else f"its names are {', '.join(names)}"

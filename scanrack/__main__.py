@@ -1,4 +1,4 @@
-"""Runs `python -m scanrack` and the `scanrack` command; neither imports anything from the current folder."""
+"""The `scanrack` command and `python -m scanrack`; neither imports modules from the current folder."""
 
 import gc
 import sys
@@ -15,12 +15,12 @@ ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if
 def main() -> None:
     """Run the `scanrack` command, see `commands.main`.
 
-    A signal during the import, which takes a tenth of a second, ends it with the same message as a later
-    signal. A signal after its end does not change the status: a terminal that is closed sends SIGHUP twice.
+    A signal during the import, which takes 0.1 s, ends the command with the same message as a later signal.
+    A signal after its end does not change the status: a terminal that is closed sends SIGHUP twice.
     """
-    gc.set_threshold(20_000)  # by default, startup runs garbage collection 80 times over thousands of objects
-    ending = [each for each in ENDING if signal.getsignal(each) is not signal.SIG_IGN]  # not under nohup
-    for number in ending:
+    gc.set_threshold(20_000)  # by default, the import runs 80 garbage collections over thousands of objects
+    handled = [number for number in ENDING if signal.getsignal(number) is not signal.SIG_IGN]  # nohup ignores
+    for number in handled:
         signal.signal(number, _stop)
     try:
         from scanrack.commands import main as command
@@ -30,13 +30,13 @@ def main() -> None:
         sys.stderr.write(f"scanrack: stopped by {stop.args[0] if stop.args else 'Ctrl-C'}\n")
         sys.exit(130)
     finally:
-        for number in ending:  # at exit, Python resets handlers but leaves ignored signals
+        for number in handled:  # at exit, Python resets handlers but leaves ignored signals
             signal.signal(number, signal.SIG_IGN)
 
 
 def _stop(number: int, _frame: object) -> None:
-    for each in ENDING:  # further signals ask for nothing more, and are ignored
-        signal.signal(each, signal.SIG_IGN)
+    for later in ENDING:
+        signal.signal(later, signal.SIG_IGN)
     raise KeyboardInterrupt(signal.Signals(number).name)
 
 

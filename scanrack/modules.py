@@ -1,4 +1,4 @@
-"""The names for writing a module of your own: `from scanrack.modules import Image, ModuleRecord, ...`.
+"""The names for writing your own module: `from scanrack.modules import Image, ModuleRecord, ...`.
 
 A rack file names the module's file:
 
@@ -10,8 +10,8 @@ A rack file names the module's file:
     module = "blinker"
     options = { half_ms = 20 }
 
-The file has a `RECORD`, see `ModuleRecord`. `docs/own-module.md` shows a complete module. The names in this
-module are stable; all others may move.
+The file defines `RECORD`, see `ModuleRecord`. `docs/own-module.md` shows a complete module. The names in this
+module are stable; other names may move.
 """
 
 from scanrack.io_images.amci3601 import RULES, Limits, Rule

@@ -1,4 +1,4 @@
-"""The pytest plugin: provides racks on the bench as fixtures, and keeps the recordings of failed tests.
+"""The pytest plugin: fixtures with racks on the bench, and the recordings of failed tests.
 
     def test_feeder(rack):
         feeder = rack("feeder.toml")          # beside the test's file
@@ -6,9 +6,9 @@
 
     pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage --scanrack-debug
 
-A failed test leaves the recording of each of its benches. Its report explains the values of the tags in
-question, and has the command that opens the recording at the last scan. Nothing of scanrack is imported
-before a test uses a fixture.
+A failed test leaves the recording of each of its benches. Its report explains the values of the tags of the
+failure, and has the command that opens the recording at the last scan. The plugin imports nothing else of
+scanrack before a test uses a fixture.
 """
 
 from __future__ import annotations
@@ -33,15 +33,12 @@ _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 ARTIFACTS = pytest.StashKey["TestArtifacts"]()
 
 RUNNING = pytest.StashKey[bool]()
-"""Key: whether the function of a test is running; a report during this time is from a subtest."""
+"""Key of whether the function of a test is running; a report during this time is from a subtest."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options.
-
-    Because of a plugin, pytest would rewrite the assertions in all of scanrack, which takes seconds for
-    nothing.
-    """
+    """Add the options."""
+    # pytest rewrites the assertions in a package that has a plugin; in scanrack this takes needless seconds
     for finder in sys.meta_path:
         getattr(finder, "_must_rewrite", set()).discard(__package__)
     group = parser.getgroup("scanrack")
@@ -49,25 +46,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--scanrack-keep",
         choices=["failed", "all", "never"],
         default="failed",
-        help="Which tests leave recordings of their racks: failed (default), all, never.",
+        help="Tests that leave recordings of their racks: failed (default), all, never.",
     )
     group.addoption(
         "--scanrack-artifacts",
         metavar="FOLDER",
-        help="Where they leave them, in a folder for each test (default: scanrack-artifacts).",
+        help="Folder of the recordings, with a folder for each test (default: scanrack-artifacts).",
     )
     group.addoption(
         "--rung-coverage",
         action="store_true",
-        help="Write rung-coverage.html: what the tests went through of rungs, structured text and Python on "
-        "the bench.",
+        help="Write rung-coverage.html: the coverage of rungs, structured text and Python on the bench.",
     )
     group.addoption(
         "--scanrack-debug",
         action="store_true",
         help="Debug the racks of the tests in an editor: prints a port and a key, and waits for a client.",
     )
-    parser.addini("scanrack_rack", "The rack of the fixture `bench`, from this folder on.", default="")
+    parser.addini("scanrack_rack", "The rack of the fixture `bench`, relative to this folder.", default="")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -90,7 +86,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def rack(request: pytest.FixtureRequest) -> Iterator[OpenRack]:
-    """Open rack files on a bench, recorded if the test's recordings may be kept; closed at the test's end."""
+    """Open rack files on benches, recorded if recordings may be kept; close them after the test."""
     artifacts = _artifacts_of(request.node)
     yield lambda path: artifacts.open(request.path.parent / path)
     artifacts.close()
@@ -102,35 +98,35 @@ def bench(request: pytest.FixtureRequest, rack: OpenRack) -> Bench:
     marker = request.node.get_closest_marker("rack")
     if marker is not None and marker.args:
         return rack(marker.args[0])
-    given = request.config.getini("scanrack_rack")
-    if not given:
+    path = request.config.getini("scanrack_rack")
+    if not path:
         __tracebackhide__ = False
         pytest.fail(
-            'bench: no rack is named; put @pytest.mark.rack("rack.toml") above the test, or scanrack_rack '
+            'bench: no rack; put @pytest.mark.rack("rack.toml") above the test, or scanrack_rack '
             "into pytest's configuration",
             pytrace=False,
         )
-    return rack((request.config.inipath or request.config.rootpath / "ini").parent / given)
+    return rack((request.config.inipath or request.config.rootpath / "ini").parent / path)
 
 
 @pytest.fixture
 def artifacts(request: pytest.FixtureRequest) -> Path:
-    """The folder of the test: what is written there is kept as its recordings are."""
+    """The folder of the test; its files are kept like the recordings."""
     return _artifacts_of(request.node).folder.path
 
 
 def _artifacts_of(item: pytest.Item) -> TestArtifacts:
-    found = item.stash.get(ARTIFACTS, None)
-    if found is None:
+    if ARTIFACTS not in item.stash:
         from scanrack.testing.artifacts import TestArtifacts
 
-        found = item.stash[ARTIFACTS] = TestArtifacts(item, _base_of(item.config))
-    return found
+        item.stash[ARTIFACTS] = TestArtifacts(item, _base_of(item.config))
+    return item.stash[ARTIFACTS]
 
 
 def _base_of(config: pytest.Config) -> Path:
-    given = config.getoption("--scanrack-artifacts")
-    return config.rootpath / "scanrack-artifacts" if given is None else config.invocation_params.dir / given
+    """Return the folder of all tests."""
+    folder = config.getoption("--scanrack-artifacts")
+    return config.rootpath / "scanrack-artifacts" if folder is None else config.invocation_params.dir / folder
 
 
 # --- test routines
@@ -163,9 +159,8 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
     """Add scanrack's section to the report of a failed test; a rerun of the test starts over."""
     report = yield
-    found = item.stash.get(ARTIFACTS, None)
-    if found is not None:
-        found.reported(report, call, of_subtest=item.stash.get(RUNNING, False))
+    if ARTIFACTS in item.stash:
+        item.stash[ARTIFACTS].reported(report, call, of_subtest=item.stash.get(RUNNING, False))
         if report.when == "teardown":
             del item.stash[ARTIFACTS]
     return report
@@ -182,9 +177,9 @@ class _HiddenFrames:
 
 
 def _hide(error: BaseException | None) -> None:
-    seen: list[BaseException] = []
-    while error is not None and error not in seen:
-        seen.append(error)
+    visited: list[BaseException] = []
+    while error is not None and error not in visited:
+        visited.append(error)
         for frame, _ in walk_tb(error.__traceback__):
             if str(frame.f_globals.get("__name__")).startswith(f"{__package__}."):
                 frame.f_globals.setdefault("__tracebackhide__", True)  # the name that pytest looks for

@@ -58,7 +58,7 @@ class TagValues:
         """Return the values that a pattern matches; raise a LadderError for an image, or if none matches."""
         plain = without_ranges(normal(pattern))
         one_element = "[" in plain and not {"*", "?"} & set(plain)
-        matches = [self.known[place] for place in self._names.places(plain)]
+        matches = [self.known[index] for index in self._names.indexes(plain)]
         if matches and not one_element:
             return matches
         address = Resolver(self._layout).meant(plain)

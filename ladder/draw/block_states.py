@@ -36,10 +36,8 @@ _TIMER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),)
 _COUNTER = BlockState(".PRE", "{.ACC} of {.PRE}"), BlockState("", "{.ACC}, preset 0")
 
 
-def _block(
-    busy: str, done: str, second_line: str = "", *specific_states: BlockState
-) -> tuple[BlockState, ...]:
-    return _ERROR, *specific_states, BlockState(".Busy", busy, second_line), BlockState(".Done", done), _IDLE
+def _block(busy: str, done: str, second: str = "", *extra: BlockState) -> tuple[BlockState, ...]:
+    return _ERROR, *extra, BlockState(".Busy", busy, second), BlockState(".Done", done), _IDLE
 
 
 def _motion(busy: str, done: str) -> tuple[BlockState, ...]:
@@ -114,25 +112,26 @@ _REFERENCE = re.compile(r"\{([^}]+?)(:s\d*)?\}")
 
 
 class BlockTexts(NamedTuple):
-    """The states of a block with a program's tag names: conditions and lines; `{Out.ACC}` is a value."""
+    """The states of a block with a program's tag names; `{Out.ACC}` is a value."""
 
-    rows: tuple[tuple[str, str, str], ...]
+    states: tuple[BlockState, ...]
 
     @property
     def lines(self) -> int:
         """Number of lines."""
-        return 1 + any(second_line for _condition, _line, second_line in self.rows)
+        return 1 + any(state.second_line for state in self.states)
 
     def line(self, number: int) -> list[tuple[str, str]]:
         """Return the conditions and texts of line 0 or 1."""
-        return [(row[0], row[1 + number]) for row in self.rows]
+        return [(state.condition, state.second_line if number else state.line) for state in self.states]
 
     def names(self) -> tuple[str, ...]:
         """Return the tags in conditions and lines."""
-        used = [
-            reference[1] for row in self.rows for text in row[1:] for reference in _REFERENCE.finditer(text)
-        ]
-        return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
+        names = [state.condition for state in self.states if state.condition not in ("", POWER)]
+        for state in self.states:
+            for text in (state.line, state.second_line):
+                names += [match[1] for match in _REFERENCE.finditer(text)]
+        return tuple(dict.fromkeys(names))
 
 
 def states_of(instruction: Instruction, captions: Sequence[str], name_of: TagName) -> BlockTexts | None:
@@ -140,9 +139,9 @@ def states_of(instruction: Instruction, captions: Sequence[str], name_of: TagNam
     default_states = _OF_OTHER_ADD_ONS if captions[:1] == ("Instance",) else ()
     states = BESIDE.get(instruction.name) or STATES.get(instruction.name, default_states)
     reader = _TagReader(instruction.operands, captions, name_of)
-    rows = tuple(row for row in map(reader.row, states) if row is not None)
-    shows_state = any(condition or _REFERENCE.search(line) for condition, line, _ in rows)
-    return BlockTexts(rows) if shows_state else None
+    named_states = tuple(filter(None, map(reader.named, states)))
+    shows_state = any(state.condition or _REFERENCE.search(state.line) for state in named_states)
+    return BlockTexts(named_states) if shows_state else None
 
 
 class _TagReader(NamedTuple):
@@ -152,18 +151,18 @@ class _TagReader(NamedTuple):
     captions: Sequence[str]
     name_of: TagName
 
-    def row(self, state: BlockState) -> tuple[str, str, str] | None:
+    def named(self, state: BlockState) -> BlockState | None:
         """Return a state with tag names instead of references; None if a reference has no tag."""
+        condition = state.condition
         try:
-            is_plain = state.condition in ("", POWER)
-            condition = state.condition if is_plain else self._value(state.condition).strip("{}")
-            line, second_line = (
-                _REFERENCE.sub(lambda reference: self._value(*reference.groups("")), text)
-                for text in state[1:]
-            )
+            if condition not in ("", POWER):
+                condition = self._value(condition).strip("{}")
+            return BlockState(condition, self._with_tags(state.line), self._with_tags(state.second_line))
         except LookupError:
             return None
-        return condition, line, second_line
+
+    def _with_tags(self, text: str) -> str:
+        return _REFERENCE.sub(lambda match: self._value(*match.groups("")), text)
 
     def _value(self, reference: str, unit: str = "") -> str:
         """Return a reference with a tag name, or a constant's text.

@@ -112,7 +112,7 @@ class _Placer:
                 element.name,
                 self._ruler.lines(element, room),
                 number,
-                self._ruler.state_texts(element),
+                self._ruler.states(element),
             )
         )
         self._wire(x + width - GAP, y, x + width - 1, number)
@@ -158,10 +158,11 @@ class _Placer:
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
             if number > 0:
                 self.picture.continued.append((x, y + row))
-            column, last = self._elements(line.series, x + (number > 0), y + row, last, leg.room)
-            end = x + width - 1 - (number < below)
+            mark_before, mark_after = number > 0, number < below  # each takes one column
+            column, last = self._elements(line.series, x + mark_before, y + row, last, leg.room)
+            end = x + width - 1 - mark_after
             self._wire(column, y + row, end, last)
-            if number < below:
+            if mark_after:
                 self.picture.continued.append((end + 1, y + row))
             else:
                 self.picture.gaps.append((column, y + row))

@@ -143,7 +143,7 @@ class _ValueRuler(Ruler):
         return states_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override
-    def state_texts(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+    def states(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
         texts = self._block_texts(instruction) if instruction.name in BESIDE else None
         return () if texts is None else texts.line(0)
 
@@ -157,9 +157,7 @@ class _ValueRuler(Ruler):
                 return super().lines(instruction, room)[:-1]
         if instruction.name in BESIDE or texts is None:
             return super().lines(instruction, room)
-        shown_lines = [
-            BoxLine("", " " * WIDE, state_texts=texts.line(number)) for number in range(texts.lines)
-        ]
+        shown_lines = [BoxLine("", " " * WIDE, states=texts.line(number)) for number in range(texts.lines)]
         if self._operands:
             return *shown_lines, *super().lines(instruction, room)
         return BoxLine("", str(instruction.operands[0])), *shown_lines
@@ -238,8 +236,8 @@ def _value(value: Value) -> str:
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
     position = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""
-    if value.state_texts:
-        texts = attribute(json.dumps(value.state_texts))
+    if value.states:
+        texts = attribute(json.dumps(value.states))
         return f'<text class="now" data-now={texts} {position}{anchor}></text>'
     return f'<text class="{kind}" data-name={attribute(value.name)} {position}{anchor}></text>'
 

@@ -34,7 +34,7 @@ class Symbol:
     label_x: int  # first column of the name
     element: int
     feeder: int  # number of the element before it
-    value: str | None = None  # the tag whose value is beside it, or None
+    value: str | None = None  # the tag of the value beside it, or None
 
 
 class BoxLine(NamedTuple):
@@ -42,8 +42,8 @@ class BoxLine(NamedTuple):
 
     caption: str
     operand: str  # its text, or spaces for its value
-    value: str | None = None  # the tag whose value replaces the text, or None
-    state_texts: Sequence[tuple[str, str]] = ()  # conditions and texts of states, see `block_states`
+    value: str | None = None  # the tag of the value that replaces the text, or None
+    states: Sequence[tuple[str, str]] = ()  # conditions and texts of states, see `block_states`
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +56,7 @@ class Box:
     title: str
     lines: tuple[BoxLine, ...]
     element: int
-    state_texts: Sequence[tuple[str, str]] = ()  # the block's state, beside its title; see `BoxLine`
+    states: Sequence[tuple[str, str]] = ()  # the block's state, beside its title; see `BoxLine`
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Positio
 
 
 def _captions(spec: Spec) -> tuple[str, ...]:
-    """Return the captions of an instruction's operands; without captions, those of the shown members."""
+    """Return the captions of an instruction's operands; if it has none, names of the shown members."""
     shown = {index: _OF_MEMBERS.get(member, member) for index, (_, member) in spec.members.items()}
     return spec.captions or tuple(shown.get(index, "") for index in range(max(shown, default=-1) + 1))
 
@@ -194,7 +194,7 @@ class Ruler:
         texts = [operand] if longest is None else pieces(operand, longest)
         return [BoxLine(caption if index == 0 else "", text) for index, text in enumerate(texts)]
 
-    def state_texts(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+    def states(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
         """Return the conditions and texts of a block's state beside its title, see `block_states`."""
         return ()
 

@@ -48,7 +48,7 @@ class BoxFrame:
 
 @dataclass(frozen=True, slots=True)
 class Letters:
-    """A text whose first character is in a cell."""
+    """A text; its first character is in a cell."""
 
     x: float
     y: float
@@ -64,7 +64,7 @@ class Value:
     name: str
     beside: bool  # whether it is small, beside a symbol
     ends: bool  # whether it ends at `x`
-    state_texts: Sequence[tuple[str, str]] = ()  # texts that replace the value, see `BoxLine`
+    states: Sequence[tuple[str, str]] = ()  # texts that replace the value, see `BoxLine`
 
 
 Form = Line | Curve | BoxFrame | Letters | Value
@@ -72,7 +72,7 @@ Form = Line | Curve | BoxFrame | Letters | Value
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A form, its style class, and the element whose power it shows, or None."""
+    """A form, its style class, and the element of the power that it shows, or None."""
 
     form: Form
     kind: str
@@ -138,18 +138,18 @@ def _value_of(symbol: Symbol, left: float, right: float) -> Value:
 def _box(box: Box) -> Iterator[Shape]:
     rows, end = max(len(box.lines), 1), box.x + box.width - 2
     yield Shape(BoxFrame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
-    title_x = box.x + (2 if box.state_texts else (box.width - len(box.title)) / 2)
+    title_x = box.x + (2 if box.states else (box.width - len(box.title)) / 2)
     yield Shape(Letters(title_x, box.y - HEADING, box.title), "heading")
-    if box.state_texts:
+    if box.states:
         yield Shape(
-            Value(end - 0.5, box.y - HEADING, "", beside=False, ends=True, state_texts=box.state_texts),
+            Value(end - 0.5, box.y - HEADING, "", beside=False, ends=True, states=box.states),
             "value",
         )
     captions = caption_width(box.lines)
-    for y, (caption, operand, value, state_texts) in enumerate(box.lines, box.y):
+    for y, (caption, operand, value, states) in enumerate(box.lines, box.y):
         yield Shape(Letters(box.x + 2, y, caption), "caption")
-        if state_texts:
-            yield Shape(Value(box.x + 1.5, y, "", beside=False, ends=False, state_texts=state_texts), "value")
+        if states:
+            yield Shape(Value(box.x + 1.5, y, "", beside=False, ends=False, states=states), "value")
         elif value is not None:
             yield Shape(Value(end - 0.5, y, value, beside=False, ends=True), "value")
         else:

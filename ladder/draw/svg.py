@@ -106,9 +106,10 @@ class _Page:
         self, routine: Routine, line_numbers: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
     ) -> None:
         for number, text in lines_of(routine, line_numbers):
-            live = ran(truths, number)
-            self._text(MARGIN - 2 - len(str(number or "")), self._row, str(number or ""), "number")
-            self._text(MARGIN, self._row, text, "live" if live else "line" if number else "comment")
+            number_text = str(number or "")
+            self._text(MARGIN - 2 - len(number_text), self._row, number_text, "number")
+            kind = "line" if number else "comment"
+            self._text(MARGIN, self._row, text, "live" if ran(truths, number) else kind)
             self._width = max(self._width, MARGIN + len(text) + 2)
             self._row += 1
 

@@ -27,7 +27,7 @@ ROWS: tuple[Row, ...] = (
         "Amci3601",
         "LOCAL Change : BOOL",
         """LOCAL Change : BOOL
-LOCAL Model : DINT  // of the module, by the rack: 0 the words of a 3601, 1 of an SMD, 2 of an ANF2
+LOCAL Model : DINT  // module's words, set by the rack: 0 of a 3601, 1 of an SMD, 2 of an ANF2
 LOCAL Raw : INT[10]
 LOCAL Low : INT
 LOCAL Value : DINT
@@ -41,11 +41,11 @@ LOCAL Registers : BOOL""",
         """MOV(Model,Axis.Model)MOV(1000000,Axis.TopSpeed)EQU(Model,1)MOV(2999999,Axis.TopSpeed);
 EQU(Model,0)CPS(Inputs,Axis.In[0],8);
 NEQ(Model,0)CPS(Inputs,Raw[0],10);
-// Formats and inputs of a configuration that the drive is taking
+// Formats and inputs of a configuration that the drive accepts
 EQU(Model,1)EQU(Axis.Step,2)EQU(Axis.RunKind,14)BTD(Axis.Setup[1],8,Axis.Formats,0,3)CPT(Axis.StartSpeed,Axis.Setup[2]*1000+Axis.Setup[3])CLR(Axis.Sensors)[XIC(Axis.Setup[0].0)XIO(Axis.Setup[0].1)XIC(Axis.Setup[0].2)OTL(Axis.Sensors.0),XIC(Axis.Setup[0].3)XIO(Axis.Setup[0].4)XIC(Axis.Setup[0].5)OTL(Axis.Sensors.1)];
 EQU(Model,2)MOV(3,Axis.Formats);
 CLR(Low)XIC(Axis.Formats.2)MOV(1,Low);
-// Bits 8 and 9 are those of a blend; what a 3601 reports in bit 9 of a jog's new speed is in status word 1
+// Bits 8 and 9 are of a blend; bit 9 of a 3601, a jog's new speed, is in status word 1
 NEQ(Model,0)AND(Raw[0],-769,Axis.In[0])CLR(Axis.In[1]);
 EQU(Model,1)XIC(Raw[1].9)OTL(Axis.In[0].9);
 EQU(Model,1)[XIC(Axis.Sensors.0)XIC(Raw[1].0),XIC(Axis.Sensors.1)XIC(Raw[1].1)]OTL(Axis.In[1].0);
@@ -54,7 +54,7 @@ NEQ(Model,0)XIO(Axis.Formats.1)COP(Raw[2],Axis.In[2],6);
 NEQ(Model,0)XIC(Axis.Formats.1)CPT(Value,Raw[2+Low]*65536+(Raw[3-Low] AND 65535))DIV(Value,1000,Axis.In[2])MOD(Value,1000,Axis.In[3]);
 NEQ(Model,0)XIC(Axis.Formats.1)CPT(Value,Raw[4+Low]*65536+(Raw[5-Low] AND 65535))DIV(Value,1000,Axis.In[4])MOD(Value,1000,Axis.In[5]);
 NEQ(Model,0)XIC(Axis.Formats.1)CPT(Value,Raw[6+Low]*65536+(Raw[7-Low] AND 65535))DIV(Value,1000,Axis.In[6])MOD(Value,1000,Axis.In[7]);
-// Configuration mode mirrors all of word 0. An ANF2 leaves it by itself once it has taken the words
+// Configuration mode mirrors all of word 0. An ANF2 leaves configuration mode once it has accepted the words
 NEQ(Model,0)[XIC(Raw[0].15),EQU(Model,2)XIC(Axis.Out[0].15)]FLL(0,Axis.In[1],7)MOV(-16384,Axis.In[0]);
 // A stall, a fault of the driver, or a driver that is not enabled in a motion
 EQU(Model,1)XIO(Raw[0].15)[XIC(Raw[1].7),XIC(Raw[1].14),XIO(Raw[1].15)[LEQ(Axis.RunKind,4),EQU(Axis.RunKind,12),EQU(Axis.RunKind,13)]]OTE(Axis.Faults.11);""",
@@ -62,8 +62,8 @@ EQU(Model,1)XIO(Raw[0].15)[XIC(Raw[1].7),XIC(Raw[1].14),XIO(Raw[1].15)[LEQ(Axis.
     # an input error that persists: only with a 3601 does the next move clear it
     (
         "Amci3601",
-        "// request sets Taken: one that comes in steps 1 to 5 waits",
-        """// request sets Taken: one that comes in steps 1 to 5 waits. Of a drive only Reset Errors clears INPUT_ERROR
+        "// request sets Taken: a request during steps 1 to 5 waits",
+        """// request sets Taken: a request during steps 1 to 5 waits. In a drive, only Reset Errors clears INPUT_ERROR
 NEQ(Model,0)EQU(Axis.Step,0)NEQ(Axis.Ticket,Axis.Taken)NEQ(Axis.Ticket,Axis.Cleared)XIO(Axis.ErrorStop)XIC(Axis.In[0].11)XIC(Axis.In[0].14)XIO(Axis.In[0].13)XIO(Axis.In[0].15)[LEQ(Axis.Kind,4)[NEQ(Axis.Kind,1),XIO(Axis.In[0].10)],EQU(Axis.Kind,12),EQU(Axis.Kind,13)]MOV(Axis.Ticket,Axis.Cleared)MOV(2048,Axis.Out[0])MOV(5,Axis.Step);""",
     ),
     # the words of a 3601 in the drive's format
@@ -81,7 +81,7 @@ EQU(Model,1)[OTL(Raw[1].15),XIC(Axis.Out[0].11)OTL(Raw[0].10),XIC(Axis.Out[0].12
 NEQ(Model,0)XIO(Axis.Formats.0)COP(Axis.Out[2],Raw[2],4)XIC(Registers)DIV(Axis.Minimum,1000,Raw[8])MOD(Axis.Minimum,1000,Raw[9]);
 NEQ(Model,0)XIC(Axis.Formats.0)CPT(Value,Axis.Out[2]*1000+Axis.Out[3])BTD(Value,16,Raw[2+Low],0,16)BTD(Value,0,Raw[3-Low],0,16)CPT(Value,Axis.Out[4]*1000+Axis.Out[5])BTD(Value,16,Raw[4+Low],0,16)BTD(Value,0,Raw[5-Low],0,16);
 XIC(Registers)XIC(Axis.Formats.0)BTD(Axis.Minimum,16,Raw[8+Low],0,16)BTD(Axis.Minimum,0,Raw[9-Low],0,16);
-// An S-curve is a jerk: a rate reaches its peak in 100/jerk s. One for both ramps, rounded to the gentler
+// An S-curve is a jerk: a rate reaches its peak in 100/jerk s. Both ramps have the jerk of the gentler ramp
 CPT(Value,Axis.Out[4]*1000+Axis.Out[5]-Axis.StartSpeed);
 EQU(Model,1)XIO(Registers)GRT(Value,0)XIC(Axis.Out[1].0)MOV(100000,Parts)XIC(Axis.Out[1].1)MOV(300000,Parts);
 NEQ(Parts,0)[LEQ(Axis.Out[6],Axis.Out[7])MUL(Parts,Axis.Out[6],Parts),GRT(Axis.Out[6],Axis.Out[7])MUL(Parts,Axis.Out[7],Parts)];

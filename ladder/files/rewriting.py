@@ -86,23 +86,27 @@ def _change(lines: list[str], positions: _Positions, edit: RungEdit) -> tuple[in
 
 def _positions_in(lines: list[str]) -> _Positions:
     """Find the routines of rungs, and the ends of declarations."""
-    positions, program, number, in_instruction = _Positions(), "", 0, False
-    is_controller = False
+    positions = _Positions()
+    program = ""  # of a controller, that the line is in
+    is_controller = in_instruction = False
+    number = 0
     while number < len(lines):
         line = without_comment(lines[number])
         number += 1
-        if INSTRUCTION_HEAD.fullmatch(line) or END_INSTRUCTION.fullmatch(line):
-            in_instruction = not END_INSTRUCTION.fullmatch(line)
+        if INSTRUCTION_HEAD.fullmatch(line):
+            in_instruction = True
+        elif END_INSTRUCTION.fullmatch(line):
+            in_instruction = False
         elif in_instruction:
             continue
         elif CONTROLLER_HEAD.fullmatch(line):
             is_controller = True
-        elif is_controller and (match := PROGRAM_HEAD.fullmatch(line)):
-            program = match.group(1)
-            positions.tags[program.upper()] = number
         elif END_PROGRAM.fullmatch(line):
             program = ""
-        elif TAG_LINE.fullmatch(line) or (PROGRAM_HEAD.fullmatch(line) and not is_controller):
+        elif match := PROGRAM_HEAD.fullmatch(line):
+            program = match.group(1) if is_controller else ""
+            positions.tags[program.upper()] = number
+        elif TAG_LINE.fullmatch(line):
             positions.tags[program.upper()] = number
         elif match := ROUTINE_HEAD.fullmatch(line):
             name = scoped(program, match.group(1)).upper()

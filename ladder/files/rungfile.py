@@ -44,7 +44,7 @@ A `.st` file may begin with the lines that come before the first ROUTINE; statem
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,7 +86,7 @@ def read_program(path: Path | str) -> Program | Controller:
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
-    """Read a program or a controller from text, see `read_program`; `stubs` override those in the text."""
+    """Read a program or a controller from text, see `read_program`; `stubs` override the text's stubs."""
     _check(text, TextKind.RUNGS, file)
     return Reader(text, file, stubs).program()
 
@@ -222,31 +222,33 @@ def instruction_text(definition: AddOn) -> str:
 
 
 def _types(logic: LadderLogic) -> Iterator[str]:
-    """Yield the lines of structures and add-on instructions, each after those that it uses."""
+    """Yield the lines of structures and add-on instructions, each after the types that it uses."""
     written: dict[str, DataType] = dict(PREDEFINED_TYPES)
     for name in LIBRARIES:
         if any(is_of_library(add_on, name) for add_on in logic.add_ons.values()):
             written.update(load_library(name).types)
             yield f"USE {name}"
+    programs = logic.programs if isinstance(logic, Controller) else []
+    for scope in (logic, *programs):
+        for declaration in scope.declarations:
+            if isinstance(declaration, Tag | Alias) and declaration.type:
+                yield from _type_lines(declaration.type, logic.add_ons, written)
 
-    def lines_for(kind: DataType) -> Iterator[str]:
-        if isinstance(kind, Elementary) or kind.name in written:
-            return
-        for member in kind.members:
-            yield from lines_for(member.type)
-        definition = logic.add_ons.get(kind.name.upper())
-        for parameter in definition.parameters if definition else ():
-            yield from lines_for(parameter.type)
-        written[kind.name] = kind
-        if definition:
-            yield instruction_text(definition).rstrip()
-            return
+
+def _type_lines(kind: DataType, add_ons: Mapping[str, AddOn], written: dict[str, DataType]) -> Iterator[str]:
+    """Yield the lines of a type after the types that it uses, without types that are `written`."""
+    if isinstance(kind, Elementary) or kind.name in written:
+        return
+    definition = add_ons.get(kind.name.upper())
+    for member in kind.members:
+        yield from _type_lines(member.type, add_ons, written)
+    for parameter in definition.parameters if definition else ():
+        yield from _type_lines(parameter.type, add_ons, written)
+    written[kind.name] = kind
+    if definition:
+        yield instruction_text(definition).rstrip()
+    else:
         yield f"TYPE {kind.name} ({', '.join(_member_text(member) for member in kind.members)})"
-
-    inner = logic.programs if isinstance(logic, Controller) else []
-    for declaration in (item for scope in (logic, *inner) for item in scope.declarations):
-        if isinstance(declaration, Tag | Alias) and declaration.type:
-            yield from lines_for(declaration.type)
 
 
 def _member_text(member: Member) -> str:

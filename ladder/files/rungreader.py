@@ -119,7 +119,7 @@ _MEMBER = re.compile(
 
 _DIGITS = 9  # maximum digits of an array length
 
-_MARK = "\0"  # marks a JSON string that stands for a number with a radix
+_MARK = "\0"  # begins a JSON string that replaces a number with a radix
 
 _RADIX = re.compile(r'"(?:[^"\\]++|\\.)*+"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""
@@ -248,11 +248,11 @@ class Reader(LineReader):
         start = self._skip_comments(0)
         head = PROGRAM_HEAD.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
-        self._flat(program, start + 1 if head else start, MAIN)
+        self._structured_routine(program, start + 1 if head else start, MAIN)
         program.take_stubs(self._rack_stubs)
         return program
 
-    def _flat(self, program: Program, start: int, name: str) -> None:
+    def _structured_routine(self, program: Program, start: int, name: str) -> None:
         """Read declarations, beginning at a line, and the statements below them as a routine."""
         self._line_index = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
@@ -273,7 +273,7 @@ class Reader(LineReader):
         self._types |= {structure.name: structure for structure in program.structures()}
         self._specs = program.specs
         if routine is not None:
-            self._flat(program, 0, routine)
+            self._structured_routine(program, 0, routine)
             return
         while self._peek() is not None:
             self._declaration(program)
@@ -425,7 +425,7 @@ class Reader(LineReader):
         return kind if isinstance(kind, Structure) else self._fail("a structure", name)
 
     def _dims(self, text: str | None) -> tuple[int, ...]:
-        """Return the dimensions in brackets; () if there are no brackets."""
+        """Return the dimensions in brackets; () without brackets."""
         lengths = text.split(",") if text is not None else []
         if not all(length.strip().isdecimal() and len(length) <= _DIGITS for length in lengths):
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))

@@ -71,9 +71,7 @@ def read_test_file(path: Path) -> TestFile | None:
     is_structured = path.suffix == STRUCTURED_SUFFIX
     text = read_input_text(path, TextKind.STRUCTURED if is_structured else TextKind.RUNGS)
     lines = text.splitlines()
-    head_index = next(
-        (line_number for line_number, line in enumerate(lines) if line.split("//")[0].strip()), 0
-    )
+    head_index = next((index for index, line in enumerate(lines) if line.split("//")[0].strip()), 0)
     head = _HEAD.fullmatch(lines[head_index]) if lines else None
     if head is None:
         return None
@@ -95,12 +93,8 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
     Raises:
         LadderError: the file has a mistake, or declares a name that the program has.
     """
-    program_with_test = program.copied()
-    tested = (
-        _program_for_test(program_with_test)
-        if isinstance(program_with_test, Controller)
-        else program_with_test
-    )
+    extended = program.copied()
+    tested = _program_for_test(extended) if isinstance(extended, Controller) else extended
     assert isinstance(tested, Program)
     first = tested.first
     if first is None:
@@ -110,16 +104,14 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
     calls = (parse_rung(f"JSR({name},0);", specs=tested.specs) for name in (first, routine))
     tested.add_routine(Routine(_MAIN, tuple(calls)))
     tested.main = _MAIN
-    return program_with_test, routine if tested is program_with_test else scoped(tested.name, routine)
+    return extended, routine if tested is extended else scoped(tested.name, routine)
 
 
 def _program_for_test(controller: Controller) -> Program:
     """Return the program of a controller that gets the test routines."""
     names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
-    programs_by_key = {program.name.upper(): program for program in controller.programs}
-    programs = [
-        programs_by_key[name.upper()] for name in names if name.upper() in programs_by_key
-    ] or controller.programs
+    by_key = {program.name.upper(): program for program in controller.programs}
+    programs = [by_key[name.upper()] for name in names if name.upper() in by_key] or controller.programs
     if not programs:
         raise LadderError(f"controller {controller.name} has no program; nothing to test")
     return programs[0]

@@ -14,7 +14,10 @@ from ..state.lowered import ADD_ON, AddOnCall, Node
 
 
 def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
-    """Copy the inputs, run the routine for the rung's state if there is one, and copy the outputs."""
+    """Copy the inputs, run the routine for the rung's state, and copy the outputs; return EnableOut.
+
+    Without a routine for the state, only copy the inputs, and return false.
+    """
     machine.copy_parameters(call.inputs)
     machine.put(call.enable_in, power)
     machine.put(call.enable_out, power)
@@ -28,7 +31,7 @@ def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
 
 
 def _write(rungs: RungWriter, power: str, call: AddOnCall) -> str:
-    """Write code that does what `_run` does; return the expression of EnableOut."""
+    """Write the code of `_run`; return the expression of EnableOut."""
     power = rungs.kept(power)
     _write_copies(rungs, call.inputs)
     rungs.values.set_bit(call.enable_in, power)
@@ -88,6 +91,6 @@ ADD_ON_OFF_CALL = always(
 
 
 def with_off_calls(specs: Mapping[str, Spec]) -> dict[str, Spec]:
-    """Return add-on specs by name in capitals, together with those of calls as on a false rung."""
+    """Return add-on specs by name in capitals, and the specs of their calls as on a false rung."""
     off = (replace(spec, name=f"{spec.name}{OFF}") for spec in specs.values())
     return {**specs, **{spec.name.upper(): spec for spec in off}}

@@ -34,17 +34,19 @@ from .prescans import prescan_sets
 # --- FAL, FSC: passes
 
 
-def _passes(
-    machine: Interpreter, power: bool, control: Control, mode: str, operate: Callable[[], bool]
-) -> None:
-    """Run the passes of one scan; `operate` handles the element at POS and returns whether to continue."""
+def _passes(machine: Interpreter, power: bool, control: Control, mode: str, step: Callable[[], bool]) -> None:
+    """Run the passes of one scan; `step` handles the element at POS and returns whether to continue."""
     if not _begin_passes(power, control, mode):
         return
     control.check()
-    remaining = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
+    remaining = 1
+    if mode == "ALL":
+        remaining = control["LEN"]
+    elif mode.isdigit():
+        remaining = int(mode)
     while remaining and control["POS"] < control["LEN"]:
         machine.fault_log.jumped_back(machine.site)
-        if not operate():
+        if not step():
             return
         control.set(POS=control["POS"] + 1)
         remaining -= 1
@@ -146,9 +148,7 @@ def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> N
         raise OperandError(f"{array.text} is an array of {array.type.name}", "use an array of numbers")
 
 
-def _run_on_rising_rung(
-    machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]
-) -> None:
+def _run_on_edge(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
     """Run `operate` on a rising rung; it returns whether there is a result."""
     control = Control(machine, group)
     if not power:
@@ -192,7 +192,7 @@ def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[
             machine.store(target, result)
             return machine.fault_log.overflows == overflows_before
 
-        _run_on_rising_rung(machine, power, group, operate)
+        _run_on_edge(machine, power, group, operate)
 
     return run
 
@@ -214,10 +214,10 @@ def _srt(machine: Interpreter, power: bool, array: Resolved, dimension: Constant
             elements[number] = value
         return True
 
-    _run_on_rising_rung(machine, power, group, operate)
+    _run_on_edge(machine, power, group, operate)
 
 
-def _row_on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
+def _dimension_row(name: str, *uses: Use, **parts: Any) -> Spec:
     prescan = prescan_sets(-1, EN=False, DN=False, ER=False)
     return on_control(
         name, *uses, write=write_once, partly=True, check=_check_numbers, prescan=prescan, **parts
@@ -239,10 +239,10 @@ FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc, write=wr
 SIZE = action(
     "SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size, write=_write_size
 )
-AVE = _row_on_dimension(
+AVE = _dimension_row(
     "AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1), instead=IN_RUNGS
 )
-SRT = _row_on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
-STD = _row_on_dimension(
+SRT = _dimension_row("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
+STD = _dimension_row(
     "STD", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_deviation, 2), instead=IN_RUNGS
 )

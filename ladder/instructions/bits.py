@@ -17,7 +17,7 @@ def _write_ote(rungs: RungWriter, power: str, bit: Place) -> None:
     rungs.values.set_bit(bit, power)
 
 
-# --- one-shots: the storage bit holds the rung's state in the last scan
+# --- one-shots: the storage bit has the rung's state in the last scan
 
 
 def _ons(machine: Interpreter, power: bool, storage: Place) -> bool:
@@ -34,7 +34,7 @@ def _write_ons(rungs: RungWriter, power: str, storage: Place) -> str:
 
 
 def _edge_row(name: str, instead: str, *, rising: bool) -> Spec:
-    """Return the row of OSR or OSF: its output is true in the scan in which the rung rises or falls."""
+    """Return the row of OSR or OSF: its output is true for one scan when the rung rises or falls."""
 
     def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
         was_on = machine.truth(machine.get(storage))

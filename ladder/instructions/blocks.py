@@ -107,7 +107,7 @@ def _write_ctud(rungs: RungWriter, counter: Group) -> None:
         write_done(rungs, counter, write_get(rungs, counter, "ACC"))
 
 
-# --- one-shots: OutputBit is true in the scan in which InputBit becomes true (OSRI) or false (OSFI)
+# --- one-shots: OutputBit is true for one scan when InputBit becomes true (OSRI) or false (OSFI)
 
 
 def _one_shot(name: str, *, rising: bool) -> Spec:

@@ -309,10 +309,8 @@ was stored, and whether T has reached PRE.
 
 
 def _is_on(machine: Interpreter, chart_action: ChartAction) -> bool:
-    return (
-        machine.truth(machine.get(chart_action.bits["A"]))
-        and _integer(machine, chart_action.bits["owner"]) == chart_action.index
-    )
+    bits = chart_action.bits
+    return machine.truth(machine.get(bits["A"])) and _integer(machine, bits["owner"]) == chart_action.index
 
 
 def _start_action(machine: Interpreter, chart_action: ChartAction, *, was_on: bool) -> None:

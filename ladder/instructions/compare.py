@@ -63,8 +63,10 @@ def _meq(machine: Interpreter, source: Resolved, mask: Resolved, compare: Resolv
 
 
 def _write_meq(rungs: RungWriter, source: Resolved, mask: Resolved, compare: Resolved) -> str:
-    texts = [rungs.values.filled(operand, LINT.bits) for operand in (source, mask, compare)]
-    return f"(({texts[0]} ^ {texts[2]}) & {texts[1]} == 0)"
+    source_bits, mask_bits, compare_bits = (
+        rungs.values.filled(operand, LINT.bits) for operand in (source, mask, compare)
+    )
+    return f"(({source_bits} ^ {compare_bits}) & {mask_bits} == 0)"
 
 
 # --- the rows

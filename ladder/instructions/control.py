@@ -230,6 +230,9 @@ def _write_mcr(rungs: RungWriter, power: str) -> None:
 
 # --- the rows
 
+_PRESCAN = _scan_routine_once(lambda machine, routine: machine.prescan(routine))
+_POSTSCAN = _scan_routine_once(lambda machine, routine: machine.postscan(routine))
+
 JMP = action(
     "JMP",
     Use.LABEL,
@@ -258,8 +261,8 @@ JSR = action(
     run=lambda machine, call: machine.take(call.returns, _call(machine, call)),
     write=_write_jsr,
     prove=lambda machine, power, call: machine.call_with(power, call),
-    prescan=_scan_routine_once(lambda machine, routine: machine.prescan(routine)),
-    postscan=_scan_routine_once(lambda machine, routine: machine.postscan(routine)),
+    prescan=_PRESCAN,
+    postscan=_POSTSCAN,
     captions=("Routine", "Inputs"),
 )
 RET = action(
@@ -300,8 +303,8 @@ FOR = action(
     run=_for,
     prove=lambda machine, power, *operands: machine.loop_call(power, *operands),
     write=_write_for,
-    prescan=_scan_routine_once(lambda machine, routine: machine.prescan(routine)),
-    postscan=_scan_routine_once(lambda machine, routine: machine.postscan(routine)),
+    prescan=_PRESCAN,
+    postscan=_POSTSCAN,
 )
 BRK = action(
     "BRK",

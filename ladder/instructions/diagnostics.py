@@ -61,11 +61,8 @@ def _compare(
     if any(group["LEN"] <= 0 or group["POS"] < 0 for group in (search, results)):
         search.set(ER=True)
         return
-    source_bits, expected, numbers = (
-        _Bits(machine, source),
-        _Bits(machine, reference),
-        Elements(machine, result),
-    )
+    source_bits, expected = _Bits(machine, source), _Bits(machine, reference)
+    numbers = Elements(machine, result)
     while search["POS"] < search["LEN"]:
         bit = search["POS"]
         search.set(POS=bit + 1)

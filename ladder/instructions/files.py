@@ -55,7 +55,10 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
 
 
 def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
-    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative."""
+    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative.
+
+    It is the least of the operand's size and of the bytes from each end to the end of its array.
+    """
     ends = (target, *source)
     if isinstance(length, Constant):
         size = int(length.value) * target.size
@@ -119,7 +122,10 @@ def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
 def _write_row(
     rungs: RungWriter, source: tuple[ArrayRegion, int], target: tuple[ArrayRegion, int], length: int
 ) -> bool:
-    """Write code for a copy from or to a whole InOut, whose array length is only known in the call."""
+    """Write code for a copy from or to a whole InOut, which has its array length only in the call.
+
+    Return whether that was possible.
+    """
     kind = plain(source[0])
     if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
         return False

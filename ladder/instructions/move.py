@@ -155,9 +155,9 @@ def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Sp
 
     def write(rungs: RungWriter, a: Resolved, b: Resolved, target: Place) -> None:
         bits = target.type.bits
-        texts = [rungs.values.filled(operand, bits) for operand in (a, b)]
-        direct = all(_bits(operand) == bits for operand in (a, b))
-        rungs.values.store_bits(target, f"{texts[0]} {sign} {texts[1]}", direct=direct)
+        a_bits, b_bits = rungs.values.filled(a, bits), rungs.values.filled(b, bits)
+        direct = _bits(a) == _bits(b) == bits
+        rungs.values.store_bits(target, f"{a_bits} {sign} {b_bits}", direct=direct)
 
     return action(name, Use.INTEGER, Use.INTEGER, Use.INTEGER_TARGET, run=run, write=write, **BINARY)
 

@@ -25,7 +25,7 @@ from .prescans import prescan_sets
 def check_dints(array: Resolved, *_others: Resolved) -> None:
     """Raise an OperandError unless an array has type DINT."""
     if isinstance(array, (Place, Group)) and array.type != DINT:
-        raise mismatch(array.text, array, "an array of DINT", "declare it so")
+        raise mismatch(array.text, array, "an array of DINT", "declare it as DINT")
 
 
 def _shift(left: bool) -> Callable[[Interpreter, bool, Resolved, Group, Place], None]:
@@ -134,16 +134,22 @@ def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Gro
             level = min(control["POS"], control["LEN"])
             control.set(POS=max(level - 1, 0))
             elements = Elements(machine, queue)
-            _deliver(machine, elements, (0 if first else level - 1) if level else None, target)
-            if level and first:
-                for number in range(1, control["LEN"]):
-                    elements.put(number - 1, elements.take(number))
             if level:
-                last = control["LEN"] - 1 if first else level - 1
-                elements.put(last, bytes(len(elements.take(last))))
+                _deliver(machine, elements, 0 if first else level - 1, target)
+                _remove(elements, control["LEN"] if first else level, shift=first)
+            else:
+                _deliver(machine, elements, None, target)
         _show_level(control)
 
     return run
+
+
+def _remove(elements: Elements, end: int, *, shift: bool) -> None:
+    """Clear the element before `end`; with `shift`, first move each element to the one before it."""
+    if shift:
+        for number in range(1, end):
+            elements.put(number - 1, elements.take(number))
+    elements.put(end - 1, bytes(len(elements.take(end - 1))))
 
 
 def _deliver(machine: Interpreter, queue: Elements, number: int | None, target: Resolved) -> None:

@@ -56,8 +56,10 @@ def _select(machine: Interpreter, selector: Resolved, *labels: Resolved) -> bool
 
 def assignment(target: Place | Group, *, retentive: bool) -> Spec:
     """Return the row of an assignment; prescan and postscan clear the target of `[:=]`."""
-    kind = "text" if isinstance(target, Group) else "bit" if target.type.is_bool else "number"
-    return _ASSIGNMENTS[kind, ":=" if retentive else "[:=]"]
+    sign = ":=" if retentive else "[:=]"
+    if isinstance(target, Group):
+        return _ASSIGNMENTS["text", sign]
+    return _ASSIGNMENTS["bit" if target.type.is_bool else "number", sign]
 
 
 def _clear(machine: Interpreter, target: Place | Group, _value: Resolved) -> None:

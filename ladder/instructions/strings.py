@@ -52,14 +52,14 @@ def _row(
         code: code of the fault if the result is too long.
         store_number: stores the number in the interpreter; None if the result is a string.
     """
-    typed = store_number is _put_number
+    converts = store_number is _put_number  # the function of the instruction converts to the target's type
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         *sources, target = operands
         values = [_value(machine, source, width) for source in sources]
         if any(value is None for value in values):
             return
-        kind = [target.type, target.text] if typed and isinstance(target, Place) else []
+        kind = [target.type, target.text] if converts and isinstance(target, Place) else []
         result = machine.characters(name)(machine.fault_log, machine.site, *values, *kind)
         if result is None:
             return
@@ -72,22 +72,24 @@ def _row(
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
-        if not _are_in_bytes(rungs, operands) or (typed and rungs.writer.flags):
+        if not _are_in_bytes(rungs, operands) or (converts and rungs.writer.flags):
             rungs.interpret()
             return
         *sources, target = operands
         texts = {} if rungs.notes.forced else rungs.writer.texts()
         arguments = [_write_value(rungs, source, width, texts) for source in sources]
-        read = [text for text, source in zip(arguments, sources, strict=True) if isinstance(source, Group)]
-        typed_target = target if typed else None
+        may_be_none = [
+            text for text, source in zip(arguments, sources, strict=True) if isinstance(source, Group)
+        ]
+        typed_target = target if converts else None
         call = _call(name, [str(rungs.values.site), *arguments], typed_target)
         if name in _INLINE and _is_inline(name, sources[0], target):
             call = _INLINE[name].format(*arguments, call=call)
-        with _if_all(rungs, read):
+        with _if_all(rungs, may_be_none):
             result = rungs.values.keep(call)
             with _if_all(rungs, [] if name in _NEVER_NONE else [result]):
                 stored = _write_result(rungs, target, result, code)
-        if read and stored:
+        if may_be_none and stored:
             rungs.writer.line(f"else: {result} = None")
         rungs.writer.keep_texts(_texts_after(rungs, texts, target, stored, result))
 
@@ -102,7 +104,7 @@ def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
-    """Return code that calls a function of `state.characters`; some convert to the target's type."""
+    """Return code that calls a function of `state.characters`; `typed` is a target for its conversion."""
     if isinstance(typed, Place):
         arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
     return f"string_{name}(faults, {', '.join(arguments)})"

@@ -43,8 +43,7 @@ class Argument:
 
     @value.setter
     def value(self, value: Value) -> None:
-        place = self._place()
-        self._machine.put(place, bool(value) if place.type.is_bool else value)
+        self._put(self._place(), value)
 
     def __getitem__(self, member: str) -> Value:
         """Return a member of a structure."""
@@ -52,12 +51,14 @@ class Argument:
 
     def __setitem__(self, member: str, value: Value) -> None:
         """Set a member of a structure."""
-        place = self._member(member)
+        self._put(self._member(member), value)
+
+    def _put(self, place: Place, value: Value) -> None:
         self._machine.put(place, bool(value) if place.type.is_bool else value)
 
     def _place(self) -> Place:
         if isinstance(self._tag, Group):
-            raise ValueError(f"{self.name} is a structure or an array: name a member, as in operand['PRE']")
+            raise ValueError(f"{self.name} is a structure or an array; name a member, as in operand['PRE']")
         return self._tag
 
     def _member(self, name: str) -> Place:
@@ -69,7 +70,7 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class TimedCall:
-    """An instruction that takes time."""
+    """The members of an instruction that is done after some time."""
 
     bits: Mapping[str, Place]  # the members EN, DN, ER, IP and PC that exist
     error: Place | None  # member ERR, or None
@@ -122,7 +123,7 @@ def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
 
 
 def _stub_argument(machine: Interpreter, operand: Resolved | str) -> object:
-    """Return an operand in the form in which a Python stub receives it."""
+    """Return an operand as the argument of a Python stub."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
     if isinstance(operand, (Constant, StringConstant)):

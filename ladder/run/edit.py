@@ -39,7 +39,7 @@ class Edit:
     now_ns: int  # virtual time of the previous scan
     kept: tuple[str, ...]  # tags with their old values
     new: tuple[str, ...]  # new tags, with initial values
-    changed: tuple[str, ...]  # tags whose type has changed, with initial values
+    changed: tuple[str, ...]  # tags with a new type, with initial values
     dropped: tuple[str, ...]  # removed tags
     restated: tuple[str, ...] = ()  # kept values that differ from the program text: `Fill.PRE 1000, not 2000`
 
@@ -50,7 +50,7 @@ class Edit:
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The tags that the edit affects, grouped by what happens to them."""
+        """The tags that the edit affects, grouped by effect."""
         return (
             ("new", self.new),
             ("of another type", self.changed),
@@ -83,19 +83,19 @@ def carry_over(old: Engine, new: Engine) -> Edit:
 
 def planned(old: Engine, new: LoweredProgram) -> Edit:
     """Return the effects of an edit, without doing it."""
-    kept = _kept_leaves(old.lowered.layout, new.layout)
-    paths = {leaf.path.upper() for leaf in kept}
+    leaves = _kept_leaves(old.lowered.layout, new.layout)
+    kept_paths = {leaf.path.upper() for leaf in leaves}
     old_tags, new_tags = old.lowered.layout.tags(), new.layout.tags()
-    changed_tags = {tag_in(path) for path in new.layout.leaves if path not in paths}
-    kept_tags = [name for name in new_tags if name in old_tags and name not in changed_tags]
-    return Edit(
-        old.now_ns,
-        tuple(new_tags[name].name for name in kept_tags),
-        tuple(tag.name for name, tag in new_tags.items() if name not in old_tags),
-        tuple(tag.name for name, tag in new_tags.items() if name in old_tags and name in changed_tags),
-        tuple(tag.name for name, tag in old_tags.items() if name not in new_tags),
-        tuple(_restated(old, new, kept)),
-    )
+    incomplete = {tag_in(path) for path in new.layout.leaves if path not in kept_paths}
+    kept, fresh, changed = list[str](), list[str](), list[str]()
+    for name, tag in new_tags.items():
+        if name not in old_tags:
+            fresh.append(tag.name)
+        else:
+            (changed if name in incomplete else kept).append(tag.name)
+    dropped = (tag.name for name, tag in old_tags.items() if name not in new_tags)
+    restated = tuple(_restated(old, new, leaves))
+    return Edit(old.now_ns, tuple(kept), tuple(fresh), tuple(changed), tuple(dropped), restated)
 
 
 def _kept_leaves(old: Layout, new: Layout) -> list[Leaf]:

@@ -65,7 +65,7 @@ class Engine:
         }
         self.call_routine: Callable[[str, Sequence[Passed]], Sequence[Passed]] = self.interpreter.run
         self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
-        self._rack: object = None  # the scan whose images are the memory
+        self._rack: object = None  # the scan with the images that are the memory
         self._program_tags: dict[str, Tags] = {}  # views of tags by program, see `tags_of`
         self._started = False  # whether there was a scan
         self._prescanned = False  # whether `prescan` precedes the next scan

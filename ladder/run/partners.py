@@ -37,14 +37,14 @@ class Connection:
     tag: str
     sampler: Sampler
     rpi_ns: int
-    taken: Leaf  # number of the samples so far; 0 before the first
+    samples: Leaf  # number of the samples so far; 0 before the first
     status: str  # its CONNECTION_STATUS, "" without one
 
     def update(self, engine: Any, tags: Tags) -> None:
         """Take a sample if one is due."""
         number = engine.now_ns // self.rpi_ns + 1
-        if engine.memory.read(self.taken) != number:
-            engine.memory.write(self.taken, 0, number)
+        if engine.memory.read(self.samples) != number:
+            engine.memory.write(self.samples, 0, number)
             apply_sample(tags, self.tag, self.status, self.sampler(engine.now_ns))
 
 
@@ -98,9 +98,9 @@ def _connection(lowered: LoweredProgram, tags: Tags, name: str, stub: Partner, r
     kind = resolved.type if isinstance(resolved, Group) and not resolved.dims else None
     members = kind.members if isinstance(kind, Structure) else ()
     status_member = next((member.name for member in members if member.type.name.upper() == STATUS), "")
-    taken = lowered.layout.hidden(f"~{name}.taken", LINT)
+    samples = lowered.layout.hidden(f"~{name}.taken", LINT)
     status = f"{name}.{status_member}" if status_member else ""
-    return Connection(name, stub.source.open(remote.tag, rpi_ns), rpi_ns, taken, status)
+    return Connection(name, stub.source.open(remote.tag, rpi_ns), rpi_ns, samples, status)
 
 
 def wrong_values(lowered: LoweredProgram, memory: Memory) -> Iterator[Problem]:

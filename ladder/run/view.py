@@ -29,23 +29,19 @@ class Tags:
         object.__setattr__(self, "_cache", {})
 
     def __getitem__(self, name: str) -> Any:
-        resolved = self._resolve(name)
-        if isinstance(resolved, Place):
-            return self._get(resolved)
-        return self._memory.dump(
-            resolved.path, resolved.type, resolved.dims, self._flat(resolved.indices, resolved)
-        )
+        tag = self._resolve(name)
+        if isinstance(tag, Place):
+            return self._get(tag)
+        return self._memory.dump(tag.path, tag.type, tag.dims, self._flat(tag.indices, tag))
 
     def __setitem__(self, name: str, value: object) -> None:
-        resolved = self._resolve(name)
-        if any(map(self._memory.is_read_only, leaves_in(resolved))):
+        tag = self._resolve(name)
+        if any(map(self._memory.is_read_only, leaves_in(tag))):
             raise ValueError(f"{name} is an input image, which every scan overwrites; force it instead")
-        if isinstance(resolved, Place):
-            self._set(resolved, checked(name, resolved.type, value))
+        if isinstance(tag, Place):
+            self._set(tag, checked(name, tag.type, value))
         else:
-            self._memory.load(
-                resolved.path, resolved.type, resolved.dims, self._flat(resolved.indices, resolved), value
-            )
+            self._memory.load(tag.path, tag.type, tag.dims, self._flat(tag.indices, tag), value)
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
@@ -70,17 +66,17 @@ class Tags:
 
     def where(self, name: str) -> Place | Group:
         """Return the place or group of a name, or raise a ValueError."""
-        resolved: Place | Group = self._resolver.named(name)
-        return resolved
+        tag: Place | Group = self._resolver.named(name)
+        return tag
 
     def _resolve(self, name: str) -> Place | Group:
-        resolved: Place | Group | None = self._cache.get(name)
-        if resolved is None:
-            resolved = self._resolver.named(name)
-            if not all(map(self._memory.has, leaves_in(resolved))):
+        tag: Place | Group | None = self._cache.get(name)
+        if tag is None:
+            tag = self._resolver.named(name)
+            if not all(map(self._memory.has, leaves_in(tag))):
                 raise ValueError(f"{name}: the program does not use this image")
-            self._cache[name] = resolved
-        return resolved
+            self._cache[name] = tag
+        return tag
 
     def _get(self, place: Place) -> bool | int | float:
         value = self._memory.read(place.leaf, self._flat(place.indices, place) if place.indices else 0)
@@ -98,13 +94,13 @@ class Tags:
             value = word | mask if value else word & ~mask
         self._memory.write(place.leaf, index, value)
 
-    def _flat(self, indices: tuple[Resolved, ...], resolved: Place | Group) -> int:
+    def _flat(self, indices: tuple[Resolved, ...], tag: Place | Group) -> int:
         if not indices:
             return 0
-        dims = resolved.leaf.dims if isinstance(resolved, Place) else self._dims(resolved)
+        dims = tag.leaf.dims if isinstance(tag, Place) else self._dims(tag)
         flat = 0
         for index, length in zip(indices, dims, strict=False):
-            flat = flat * length + self._index(index, length, resolved)
+            flat = flat * length + self._index(index, length, tag)
         return flat
 
     def _dims(self, group: Group) -> tuple[int, ...]:
@@ -114,10 +110,10 @@ class Tags:
             leaf.dims for path, leaf in leaves.items() if path == prefix or path.startswith(f"{prefix}.")
         )
 
-    def _index(self, index: Resolved, length: int, resolved: Place | Group) -> int:
+    def _index(self, index: Resolved, length: int, tag: Place | Group) -> int:
         value = self._value(index)
         if not 0 <= value < length:
-            raise ValueError(f"{resolved.text}: index {value} is out of range; must be 0 to {length - 1}")
+            raise ValueError(f"{tag.text}: index {value} is out of range; must be 0 to {length - 1}")
         return value
 
     def _value(self, index: Resolved) -> int:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any, NoReturn, cast
 
 from scanrack.io_images.dataclass import dataclass
@@ -37,7 +36,7 @@ from ..model.statements import (
     too_deep,
 )
 from ..model.tree import LEVELS, Address, Block, Instruction, Operand, Origin, Statement, levels_of
-from .syntax import TOO_MANY_LEVELS, Mark, MisplacedError, Node, Syntax
+from .syntax import TOO_MANY_LEVELS, Body, Conditional, LabeledBody, Mark, MisplacedError, Node, Syntax
 
 _SKIPPED = re.compile(
     r"'(?:[^'$\n]++|\$[^\n])*+'?|(?P<region>#(?:end)?region\b[^\n]*)"
@@ -123,7 +122,7 @@ class _Reader:
 
     def block(self) -> Block:
         try:
-            block = self._block(Syntax(self._text).all_statements(), len(self._text))
+            block = self._block(Body(Syntax(self._text).all_statements(), len(self._text)))
         except MisplacedError as error:
             self._fail(error.position, error.expected, error.actual)
         deep = too_deep(block)
@@ -133,10 +132,10 @@ class _Reader:
 
     # --- statements
 
-    def _block(self, nodes: Sequence[Node], end: int) -> Block:
-        """Return a block; comments after its last statement, up to `end`, become an empty statement."""
-        statements = tuple(map(self._statement, nodes))
-        comment = self._comments_before(end)
+    def _block(self, body: Body) -> Block:
+        """Return a block; comments after its last statement, up to its end, become an empty statement."""
+        statements = tuple(map(self._statement, body.nodes))
+        comment = "" if body.end is None else self._comments_before(body.end)
         return (*statements, Empty(comment=comment)) if comment else statements
 
     def _statement(self, node: Node) -> Statement:
@@ -149,12 +148,12 @@ class _Reader:
         )
 
     def _assignment(self, children: Sequence[Any]) -> Statement:
-        base, *steps, operator, value, _semi = children
+        base, *steps, operator, value = children
         target = self._checked(Address(str(base), tuple(steps)), base)
         return Assignment(target, self._checked(value, base), retentive=operator.type == "ASSIGN")
 
     def _invocation(self, children: Sequence[Any]) -> Statement:
-        name, *arguments, _semi = children
+        name, *arguments = children
         spec = self._specs.get(name.upper())
         if spec is None:
             self._fail(name.start, f"an instruction; {name} is unknown")
@@ -177,56 +176,43 @@ class _Reader:
         return cast(Operand, self._checked(operand, name))
 
     def _if(self, children: Sequence[Any]) -> Statement:
-        arms: list[Arm] = []
-        otherwise = None
-        for index, mark in enumerate(children):
-            if _is(mark, "IF", "ELSIF"):
-                condition, body, end = children[index + 1], children[index + 3], children[index + 4]
-                condition = self._checked(condition, mark)
-                arms.append(Arm(condition, self._block(body, end.start), *self._position(mark.start)))
-            elif _is(mark, "ELSE"):
-                otherwise = self._block(children[index + 1], children[index + 2].start)
-        return If(tuple(arms), otherwise)
+        arms, otherwise = children
+        return If(tuple(map(self._arm, arms)), otherwise and self._block(otherwise))
+
+    def _arm(self, arm: Conditional) -> Arm:
+        condition = self._checked(arm.condition, arm.mark)
+        return Arm(condition, self._block(arm.body), *self._position(arm.mark.start))
 
     def _case(self, children: Sequence[Any]) -> Statement:
-        selector = self._checked(children[1], children[0])
-        choices: list[Choice] = []
-        otherwise = None
-        end_case = children[-2]
-        for child, following in pairwise(children):
-            if isinstance(child, Node):
-                choices.append(self._choice(child, following.start if isinstance(following, Mark) else None))
-            elif _is(child, "ELSE"):
-                otherwise = self._block(following, end_case.start)
-        return Case(selector, tuple(choices), otherwise)
+        mark, selector, choices, otherwise = children
+        selector = self._checked(selector, mark)
+        return Case(selector, tuple(map(self._choice, choices)), otherwise and self._block(otherwise))
 
-    def _choice(self, node: Node, end: int | None) -> Choice:
-        """Return a choice. Without `end`, comments after its block belong to the next choice."""
-        *ranges, colon, body = node.children
-        comment = self._comments_before(colon.start)
-        labels = tuple(Range(low, high) for low, high in ranges)
-        block = tuple(map(self._statement, body)) if end is None else self._block(body, end)
+    def _choice(self, choice: LabeledBody) -> Choice:
+        comment = self._comments_before(choice.colon.start)
+        labels = tuple(Range(low, high) for low, high in choice.ranges)
+        block = self._block(choice.body)
         return Choice(labels, () if block == (Empty(),) else block, comment)
 
     def _for(self, children: Sequence[Any]) -> Statement:
-        mark, name, count, first, last, step, body, end, _semi = children
+        mark, name, count, first, last, step, body = children
         count = self._checked(count, name)
         first, last, step = (bound and self._checked(bound, mark) for bound in (first, last, step))
-        return For(count, first, last, step, self._block(body, end.start))
+        return For(count, first, last, step, self._block(body))
 
     def _while(self, children: Sequence[Any]) -> Statement:
-        mark, condition, body, end, _semi = children
-        return While(self._checked(condition, mark), self._block(body, end.start))
+        mark, condition, body = children
+        return While(self._checked(condition, mark), self._block(body))
 
     def _repeat(self, children: Sequence[Any]) -> Statement:
-        body, until, condition, *_end = children
-        block = self._block(body, until.start)
+        body, until, condition = children
+        block = self._block(body)
         line, _origin = self._position(until.start)
         return Repeat(block, self._checked(condition, until), line)
 
     def _region(self, children: Sequence[Any]) -> Statement:
-        head, body, end = children
-        return Region(head[len("#region") :].strip(), self._block(body, end.start))
+        head, body = children
+        return Region(head[len("#region") :].strip(), self._block(body))
 
     # --- positions, comments, errors
 
@@ -263,10 +249,6 @@ class _Reader:
             shown = re.match(r"\w+|.", self._full_text[position:])
             actual = shown.group() if shown else "the end of the text"
         raise RungTextError(expected, actual, Site(file=self._file, line=line, column=column))
-
-
-def _is(node: object, *types: str) -> bool:
-    return isinstance(node, Mark) and node.type in types
 
 
 _MAKERS: Mapping[str, Callable[[_Reader, Sequence[Any]], Statement]] = {

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from scanrack.io_images.dataclass import dataclass
 
@@ -60,6 +60,29 @@ class Node:
     children: Sequence[Any]
     start: int
     end: int
+
+
+class Body(NamedTuple):
+    """The statements of a block."""
+
+    nodes: list[Node]
+    end: int | None  # position of the terminal after the block; None if a choice of a CASE follows
+
+
+class Conditional(NamedTuple):
+    """An IF or ELSIF."""
+
+    mark: Mark
+    condition: Operand
+    body: Body
+
+
+class LabeledBody(NamedTuple):
+    """A choice of a CASE."""
+
+    ranges: list[tuple[Number, Number]]
+    colon: Mark
+    body: Body
 
 
 class MisplacedError(Exception):
@@ -152,9 +175,16 @@ class Syntax:
         self._blocks -= 1
         return nodes
 
+    def _body(self, *ends: str) -> tuple[Body, Mark]:
+        """Read a block and one of the terminals that may end it; return both."""
+        nodes = self._block()
+        end = self._expect(*ends)
+        return Body(nodes, end.start), end
+
     def _ended(self, *children: Any) -> list[Any]:
-        """Return the children of a statement with its semicolon."""
-        return [*children, self._expect("SEMI")]
+        """Read the semicolon of a statement; return its children."""
+        self._expect("SEMI")
+        return list(children)
 
     def _named(self, name: Mark) -> tuple[str, list[Any]]:
         """Read an assignment or an invocation."""
@@ -179,33 +209,38 @@ class Syntax:
         return arguments
 
     def _if(self, mark: Mark) -> tuple[str, list[Any]]:
-        children: list[Any] = [mark]
-        while True:
+        arms: list[Conditional] = []
+        while mark.type in ("IF", "ELSIF"):
             self._begin = mark.start
-            children += [self._expression(), self._expect("THEN"), self._block()]
-            mark = self._expect("ELSIF", "ELSE", "END_IF")
-            children.append(mark)
-            if mark.type == "ELSE":
-                children += [self._block(), self._expect("END_IF")]
-            if mark.type != "ELSIF":
-                return "if", self._ended(*children)
+            condition = self._expression()
+            self._expect("THEN")
+            body, following = self._body("ELSIF", "ELSE", "END_IF")
+            arms.append(Conditional(mark, condition, body))
+            mark = following
+        otherwise = self._body("END_IF")[0] if mark.type == "ELSE" else None
+        return "if", self._ended(arms, otherwise)
 
     def _case(self, mark: Mark) -> tuple[str, list[Any]]:
-        children: list[Any] = [mark, self._expression(), self._expect("OF")]
+        selector = self._expression()
+        self._expect("OF")
+        choices: list[LabeledBody] = []
         while self._next("NUMBER", "MINUS"):
-            children.append(self._choice())
-        if self._next("ELSE"):
-            children += [self._step(), self._block()]
-        return "case", self._ended(*children, self._expect("END_CASE"))
+            choices.append(self._choice())
+        otherwise = None
+        if self._skip("ELSE"):
+            otherwise, _ = self._body("END_CASE")
+        else:
+            self._expect("END_CASE")
+        return "case", self._ended(mark, selector, choices, otherwise)
 
-    def _choice(self) -> Node:
-        start = self._marks[self._index].start
-        children: list[Any] = [self._range()]
+    def _choice(self) -> LabeledBody:
+        ranges = [self._range()]
         while self._skip("COMMA"):
-            children.append(self._range())
-        children += [self._expect("COLON"), self._block()]
-        last = self._marks[self._index - 1]
-        return Node("choice", children, start, last.start + len(last))
+            ranges.append(self._range())
+        colon = self._expect("COLON")
+        nodes = self._block()
+        end = None if self._next("NUMBER", "MINUS") else self._marks[self._index].start
+        return LabeledBody(ranges, colon, Body(nodes, end))
 
     def _range(self) -> tuple[Number, Number]:
         low = self._label()
@@ -219,27 +254,31 @@ class Syntax:
 
     def _for(self, mark: Mark) -> tuple[str, list[Any]]:
         name = self._expect("BASE")
-        count = name, Address(str(name), self._steps())
+        count = Address(str(name), self._steps())
         self._expect("ASSIGN")
         first = self._expression()
         self._expect("TO")
         last = self._expression()
         step = self._expression() if self._skip("BY") else None
         self._expect("DO")
-        return "for", self._ended(mark, *count, first, last, step, self._block(), self._expect("END_FOR"))
+        body, _ = self._body("END_FOR")
+        return "for", self._ended(mark, name, count, first, last, step, body)
 
     def _while(self, mark: Mark) -> tuple[str, list[Any]]:
         condition = self._expression()
         self._expect("DO")
-        return "while", self._ended(mark, condition, self._block(), self._expect("END_WHILE"))
+        body, _ = self._body("END_WHILE")
+        return "while", self._ended(mark, condition, body)
 
     def _repeat(self, _mark: Mark) -> tuple[str, list[Any]]:
-        body, until = self._block(), self._expect("UNTIL")
+        body, until = self._body("UNTIL")
         self._begin = until.start
-        return "repeat", self._ended(body, until, self._expression(), self._expect("END_REPEAT"))
+        condition = self._expression()
+        self._expect("END_REPEAT")
+        return "repeat", self._ended(body, until, condition)
 
     def _region(self, mark: Mark) -> tuple[str, list[Any]]:
-        return "region", [mark, self._block(), self._expect("END_REGION")]
+        return "region", [mark, self._body("END_REGION")[0]]
 
     # --- expressions
 

@@ -1,13 +1,10 @@
 """Kinematics: motions as closed forms of time, exact in integers.
 
-A motion is planned once (`move`, `run`, `single_step`, `blend`). A change plans
-the rest of the motion from a given instant (`stop`, `change_speed`, `register`,
-`go_on`, `creep`). In between a motion is only evaluated: its position at an
-instant, the instant of a step. Nothing advances, so nothing depends on the number
-of queries.
+`move`, `run`, `single_step` and `blend` plan a motion. `stop`, `change_speed`, `register`, `go_on` and
+`creep` plan the rest of a motion from an instant on. A plan is a constant: queries return its position at an
+instant, or the instant of a step, and never change it.
 
-Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; step
-counts are whole.
+Time is in ns, travel in 1e-12 step, speed in 1e-3 step/s, all integers; step counts are whole.
 """
 
 from .blend import BlendLeg, blend, check_blend

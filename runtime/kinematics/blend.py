@@ -1,8 +1,7 @@
 """Blend moves: up to sixteen segments, each with its own speed, run as one motion.
 
-Each segment ramps from the speed of the previous one (the first from the
-starting speed) to its own, then continues at it for the rest of its length. The
-last one also contains the final ramp down to the starting speed, so the
+Each segment ramps to its speed, from the previous segment's speed or the starting speed, and then keeps it
+for the rest of its length. The last segment also contains the final ramp down to the starting speed, so the
 lengths add up to the distance [chapter 4, Blend Move; chapter 5, blend blocks].
 """
 
@@ -36,10 +35,10 @@ def blend(
     (5000, -5000)
 
     Args:
-        segments: length (from 1), speed (from the starting speed on), rate (from 1), shape, each.
+        segments: each length 1 or more, speed the starting speed or more, rate 1 or more.
 
     Raises:
-        ValueError: an illegal direction, no segments, or a segment too short for its ramps.
+        ValueError: an invalid direction, no segments, or a segment too short for its ramps.
     """
     check_blend(start_sps, segments, final_deceleration_spmss, final_shape)
     course, speed_nsps, end = Course(now_ns), NANO * start_sps, 0
@@ -58,7 +57,7 @@ def check_blend(
     """Check that every segment is long enough for its ramps; arguments as for `blend`.
 
     Raises:
-        ValueError: no segments, or one too short for its ramps (by chapter 2's distances, exactly).
+        ValueError: no segments, or a segment shorter than its ramps by chapter 2's formula.
     """
     if not segments:
         raise ValueError("a blend without segments: must be 1 or more")
@@ -69,5 +68,5 @@ def check_blend(
         if number == len(segments) and speed_sps > start_sps:
             ramp_pico += ramp_distance(speed_msps, MILLI * start_sps, final_deceleration_spmss, final_shape)
         if length < 1 or length * PICO < ramp_pico:
-            steps_least = max(1, -(-ramp_pico // PICO))
-            raise ValueError(f"blend segment {number} is {length} steps long: its ramps need {steps_least}")
+            steps_needed = max(1, -(-ramp_pico // PICO))
+            raise ValueError(f"blend segment {number} is {length} steps long; its ramps need {steps_needed}")

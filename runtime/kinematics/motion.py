@@ -5,8 +5,7 @@
     position_at    origin + direction * steps
     instant_of     the first instant at which a number of steps is made
 
-A motion is a value: evaluating it changes nothing. At the joint of two segments the
-later one applies; from `end_ns` on the axis is at rest.
+A motion never changes. Where two segments meet, the later one applies; from `end_ns` on the axis is at rest.
 """
 
 from __future__ import annotations
@@ -20,21 +19,25 @@ from .segment import Segment
 class Motion:
     """The plan of a step generator, from `start_ns` until another plan replaces it.
 
-    Instants before `start_ns` are not part of it and must not be queried.
+    Queries for instants before `start_ns` are not allowed.
 
-    Args:
+    Attributes:
         direction: +1 or -1.
         origin: step count at which the travel was 0.
-        segments: in order of time, without gap.
-        rest: the standstill after the last one, None for an endless motion.
+        segments: in order of time, without a gap; empty if the motion ends when it begins.
+        end_ns: the instant of the last step, None for an endless motion.
+        final_steps: whole steps of the complete motion, None for an endless motion.
+
+    Args:
+        standstill: the segment after the last one, None for an endless motion.
 
     Raises:
-        ValueError: an illegal direction.
+        ValueError: an invalid direction.
     """
 
     __slots__ = (
-        "_begins",
         "_ends",
+        "_first_steps",
         "_latest",
         "_track",
         "direction",
@@ -51,24 +54,24 @@ class Motion:
         origin: int,
         start_ns: int,
         segments: Sequence[Segment],
-        rest: Segment | None = None,
+        standstill: Segment | None = None,
     ) -> None:
         if direction not in (1, -1):
-            raise ValueError(f"direction {direction} is not allowed: only 1 (CW) and -1 (CCW)")
+            raise ValueError(f"direction {direction}: must be 1 (CW) or -1 (CCW)")
         self.direction = direction
-        self.origin = origin  # step count at which the travel was 0
+        self.origin = origin
         self.start_ns = start_ns
-        self.segments = tuple(segments)  # in order of time, without gap; empty if it ends as it begins
-        self.end_ns: int | None = None  # the instant of its last step, None for an endless one
-        self.final_steps: int | None = None  # whole steps it will have made, None for an endless one
+        self.segments = tuple(segments)
+        self.end_ns: int | None = None
+        self.final_steps: int | None = None
         self._track = self.segments
-        if rest is not None:
-            self.end_ns = rest.start_ns
-            self.final_steps = rest.steps_at(rest.start_ns)
-            self._track += (rest,)
+        if standstill is not None:
+            self.end_ns = standstill.start_ns
+            self.final_steps = standstill.steps_at(standstill.start_ns)
+            self._track += (standstill,)
         self._ends = tuple(segment.until_ns for segment in self._track)
-        self._begins = tuple(segment.steps_at(segment.start_ns) for segment in self._track)
-        self._latest = self._track[0]
+        self._first_steps = tuple(segment.steps_at(segment.start_ns) for segment in self._track)
+        self._latest = self._track[0]  # the segment of the last query, which the next query probably needs
 
     def __repr__(self) -> str:
         steps = "endless" if self.final_steps is None else f"{self.final_steps} steps"
@@ -119,9 +122,9 @@ class Motion:
             steps: counted from the point where the travel was 0.
 
         Returns:
-            `start_ns` for steps already made then, None for steps that the motion never makes.
+            `start_ns` if the steps were made before, None if the motion never makes them.
         """
-        index = bisect_left(self._begins, steps)
+        index = bisect_left(self._first_steps, steps)
         if index == 0:
             return self.start_ns
         if index == len(self._track) and self.end_ns is not None:

@@ -9,12 +9,10 @@
     go_on           like `register`, but accelerates until the deceleration is due
     creep           down from any point to the starting speed, then at it to the motion's end
 
-A change takes over at an instant: travel and speed continue from their present
-values; inside an S-curve the shape restarts.
+A change acts at an instant: travel and speed continue from their present values, and an S-curve restarts.
 
-Two values are rounded, both down to 1e-9 step/s: the peak speed of a move too
-short for its programmed speed, and the present speed where a change takes over
-in the middle of a ramp. Everything else is exact by chapter 2.
+Two values are rounded down to 1e-9 step/s: the peak speed of a move that is too short for its programmed
+speed, and the present speed at a change in the middle of a ramp. Everything else is exact by chapter 2.
 """
 
 from __future__ import annotations
@@ -28,22 +26,21 @@ from .profile import Profile
 from .shape import FINE, NANO, PICO, AnyShape, Jerk, Rate, ramp_time, stopping_distance
 
 FINEST = 10**6
-"""Greatest denominator of the travel, in 1e-18 step, at which a change takes over.
+"""Largest denominator of the travel, in 1e-18 step, at a change.
 
-S-curves give finer fractions, which would grow without limit in a motion that is changed repeatedly, so
-they are rounded.
+Finer fractions are rounded: in a motion with many changes in S-curves they would grow without limit.
 """
 
 
 def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
-    """Plan a move over a distance, ending exactly on it [chapter 2, Calculating Move Profiles].
+    """Plan a move over an exact distance [chapter 2, Calculating Move Profiles].
 
     >>> example = move(0, 0, 10_000, Profile(1000, 5000, 20, 10))
     >>> example.end_ns, example.position_at(200_000_000), example.position_at(example.end_ns)
     (2240000000, 600, 10000)
 
     Args:
-        distance: in steps, its sign the direction, not 0.
+        distance: in steps, not 0; its sign is the direction.
 
     Raises:
         ValueError: the distance is 0.
@@ -51,19 +48,13 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
     if distance == 0:
         raise ValueError("distance must not be 0")
     steps = abs(distance)
-    base_nsps, peak_nsps = NANO * profile.base_sps, _peak_speed(steps, profile)
+    base_nsps, peak_nsps = NANO * profile.base_sps, NANO * profile.speed_sps
     course = Course(now_ns)
     if profile.has_ramps:
+        peak_nsps = _peak_from(base_nsps, steps, profile)
         course.ramp(base_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
     course.arrive(steps, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
     return course.ended(1 if distance > 0 else -1, origin)
-
-
-def _peak_speed(steps: int, profile: Profile) -> int:
-    """Return the speed that a move over a distance reaches, in 1e-9 step/s, rounded down."""
-    if not profile.has_ramps:
-        return NANO * profile.speed_sps
-    return _peak_from(NANO * profile.base_sps, steps, profile)
 
 
 def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
@@ -74,7 +65,7 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
     (-5600, None)
 
     Raises:
-        ValueError: an illegal direction.
+        ValueError: an invalid direction.
     """
     course = Course(now_ns)
     if profile.has_ramps:
@@ -84,7 +75,7 @@ def run(now_ns: int, origin: int, direction: int, profile: Profile) -> Motion:
 
 
 def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Motion:
-    """Plan one step, made one period of the speed from now [chapter 4, One Shot Manual Move].
+    """Plan one step, made after one period of the speed [chapter 4, One Shot Manual Move].
 
     >>> single_step(0, 7, +1, 1000).instant_of(1)
     1000000
@@ -93,7 +84,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
         speed_sps: in steps/s, from 1.
 
     Raises:
-        ValueError: an illegal direction, or a speed below 1.
+        ValueError: an invalid direction, or a speed below 1.
     """
     _check_speed(speed_sps)
     course = Course(now_ns)
@@ -104,8 +95,8 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
 def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
     """Plan the controlled stop of a motion: less than one step at its speed, then down to the starting speed.
 
-    It ends on the first whole step that the deceleration allows. Below the starting
-    speed no ramp is made, and it ends at once with the whole steps made.
+    The stop ends on the first whole step that the deceleration allows. Below the starting speed it has no
+    ramp, and ends at once with the whole steps made.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -114,8 +105,8 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     (5800, 1400000000)
 
     Args:
-        motion: the present one; an ended motion stays ended.
-        now_ns: when it takes over, not before the motion's `start_ns`.
+        motion: the present motion; an ended motion stays ended.
+        now_ns: begin of the stop, not before the motion's `start_ns`.
         start_sps: starting speed in steps/s.
         deceleration_spmss: in steps/ms/s, above 0.
     """
@@ -144,7 +135,7 @@ def change_speed(
     (500000, 5837)
 
     Args:
-        now_ns: when it takes over, not before the motion's `start_ns`.
+        now_ns: begin of the change, not before the motion's `start_ns`.
         speed_sps: the new speed in steps/s, from 1.
         acceleration_spmss: used if the new speed is higher, above 0.
         deceleration_spmss: used if the new speed is lower, above 0.
@@ -166,10 +157,10 @@ def change_speed(
 def register(
     motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape
 ) -> Motion:
-    """Plan the end of a registration move after a number of further whole steps, the deceleration included.
+    """Plan the end of a registration move after a number of further whole steps, deceleration included.
 
-    The present speed lasts until the deceleration is due [chapter 4, Registration Move]. Steps of exactly
-    the stopping distance suffice: if a step is under way, the ramp loses that fraction.
+    The motion keeps its speed until the deceleration is due [chapter 4, Registration Move]. The stopping
+    distance is enough: the ramp is shorter by the fraction of a step that is already made.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
@@ -177,9 +168,9 @@ def register(
     6600
 
     Args:
-        now_ns: when it takes over, not before the motion's `start_ns`.
+        now_ns: instant of the mark, not before the motion's `start_ns`.
         steps: number of steps after the whole steps made so far, from 1.
-        start_sps: starting speed in steps/s; below it no ramp is made.
+        start_sps: starting speed in steps/s; below it the stop has no ramp.
         deceleration_spmss: in steps/ms/s, above 0.
 
     Raises:
@@ -190,8 +181,8 @@ def register(
         raise ValueError(f"nothing to register at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     stop_pico = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
     if steps < 1 or steps * PICO < stop_pico:
-        steps_least = max(1, -(-stop_pico // PICO))
-        raise ValueError(f"{steps} registration steps are too few to stop in: must be {steps_least} or more")
+        steps_needed = max(1, -(-stop_pico // PICO))
+        raise ValueError(f"{steps} registration steps are too few to stop: must be {steps_needed} or more")
     base_nsps = min(speed_nsps, NANO * start_sps)
     course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
     return course.ended(motion.direction, motion.origin)
@@ -200,7 +191,7 @@ def register(
 def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     """Plan the end of a motion as a move over a number of further whole steps, from its present speed.
 
-    It accelerates to the programmed speed, or as far as the steps allow, and ends exactly.
+    It accelerates to the programmed speed, or as far as the steps allow.
 
     >>> slewing = run(0, 0, +1, Profile(500, 2000, 1, 1))
     >>> ending = go_on(slewing, 0, 4000, Profile(500, 2000, 1, 1))
@@ -208,22 +199,21 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     True
 
     Args:
-        now_ns: when it takes over, not before the motion's `start_ns`.
+        now_ns: begin of the move, not before the motion's `start_ns`.
         steps: number of steps after the whole steps made so far, from 1.
-        profile: starting and programmed speed, neither below nor above the motion's; rates, shape.
+        profile: its starting and programmed speed are those of the motion.
 
     Raises:
         ValueError: the steps are fewer than the deceleration needs, or the motion is over.
     """
     course, speed_nsps = takeover(motion, now_ns)
     if speed_nsps == 0:
-        raise ValueError(f"nothing to continue from at {now_ns} ns: the motion ended at {motion.end_ns} ns")
+        raise ValueError(f"no motion to continue at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     target, base_nsps = motion.steps_at(now_ns) + steps, NANO * profile.base_sps
     stopping_steps = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
     if target < stopping_steps:
-        raise ValueError(
-            f"{steps} steps are too few to stop in: must be {stopping_steps - target + steps} or more"
-        )
+        steps_needed = stopping_steps - target + steps
+        raise ValueError(f"{steps} steps are too few to stop: must be {steps_needed} or more")
     peak_nsps = max(speed_nsps, _peak_from(speed_nsps, course.steps_left(target), profile))
     course.ramp(speed_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
     course.arrive(target, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
@@ -231,54 +221,52 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
 
 
 def _peak_from(speed_nsps: int, steps: Rate, profile: Profile) -> int:
-    """Return the peak speed on the way from a speed v to rest, in 1e-9 step/s, rounded down.
+    """Return the peak speed of a move over N steps from a speed v to rest, in 1e-9 step/s, rounded down.
 
-    It is the programmed speed, or the speed that a triangular profile reaches in the distance N:
+    It is the programmed speed, or the speed at which chapter 2's two ramps add up to N [calculation note 2]:
 
         Vp^2 = (2*N*a*d/k + d*v^2 + a*Vo^2) / (a + d)
-
-    from equating chapter 2's two distances with N [calculation note 2].
     """
     shape = profile.shape
     if isinstance(shape, Jerk):
         return _peak_with_jerk(speed_nsps, Fraction(steps), profile)
     up_rate, down_rate = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
-    travel_made = 2 * steps * up_rate * down_rate * NANO**2 * shape.denominator
-    speed_squares = (down_rate * speed_nsps**2 + up_rate * (NANO * profile.base_sps) ** 2) * shape.numerator
-    return min(
-        NANO * profile.speed_sps,
-        isqrt(int((travel_made + speed_squares) // ((up_rate + down_rate) * shape.numerator))),
-    )
+    distance_term = 2 * steps * up_rate * down_rate * NANO**2 * shape.denominator
+    speed_terms = (down_rate * speed_nsps**2 + up_rate * (NANO * profile.base_sps) ** 2) * shape.numerator
+    peak_square = (distance_term + speed_terms) // ((up_rate + down_rate) * shape.numerator)
+    return min(NANO * profile.speed_sps, isqrt(int(peak_square)))
 
 
 def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:
-    """Return the peak speed on the way from a speed to rest, in 1e-9 step/s, rounded down.
+    """Return the peak speed of a move from a speed to rest, in 1e-9 step/s, rounded down.
 
-    Both ramps grow with the peak, so the greatest one whose ramps fit is found by halving.
+    Both ramps grow with the peak, so bisection finds the highest peak with ramps that fit the steps.
     """
-    base_nsps, room = NANO * profile.base_sps, steps * PICO * FINE
-    rates = profile.acceleration_spmss, profile.deceleration_spmss
+    base_nsps, distance = NANO * profile.base_sps, steps * PICO * FINE
 
-    def fits(peak_nsps: int) -> bool:
-        end_speeds = zip((from_nsps, base_nsps), rates, strict=True)
-        return room >= sum(
-            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2
-            for end, rate in end_speeds
-        )
+    def length(end_nsps: int, peak_nsps: int, rate: Rate) -> Fraction:
+        return ramp_time(abs(peak_nsps - end_nsps), rate, profile.shape) * (peak_nsps + end_nsps) / 2
+
+    def ramps_fit(peak_nsps: int) -> bool:
+        ramp_up = length(from_nsps, peak_nsps, profile.acceleration_spmss)
+        return ramp_up + length(base_nsps, peak_nsps, profile.deceleration_spmss) <= distance
 
     low_nsps, high_nsps = max(from_nsps, base_nsps), NANO * profile.speed_sps
-    if low_nsps >= high_nsps or fits(high_nsps):
+    if low_nsps >= high_nsps or ramps_fit(high_nsps):
         return high_nsps
     while high_nsps - low_nsps > 1:
         middle_nsps = (low_nsps + high_nsps) // 2
-        low_nsps, high_nsps = (middle_nsps, high_nsps) if fits(middle_nsps) else (low_nsps, middle_nsps)
+        if ramps_fit(middle_nsps):
+            low_nsps = middle_nsps
+        else:
+            high_nsps = middle_nsps
     return low_nsps
 
 
 def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
-    """Plan the rest of a motion at the starting speed: down to it now, then on to the same end.
+    """Plan the rest of a motion at the starting speed: a ramp down, then constant speed to the same end.
 
-    A motion already on its last ramp stays as it is.
+    A motion on its last ramp does not change.
 
     >>> from scanrack.runtime.kinematics import Shape
     >>> slow = creep(move(0, 0, 4000, Profile(500, 2000, 1, 1)), 1_000_000_000, 500, 1, Shape.CONSTANT)
@@ -286,9 +274,9 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
     (2000, 4000, 6000000000)
 
     Args:
-        motion: the present one, with an end.
-        now_ns: when it takes over, not before the motion's `start_ns`.
-        start_sps: starting speed in steps/s, not above the motion's.
+        motion: the present motion, with an end.
+        now_ns: begin of the ramp, not before the motion's `start_ns`.
+        start_sps: starting speed in steps/s, not above the motion's starting speed.
         deceleration_spmss: in steps/ms/s, above 0.
 
     Raises:
@@ -313,7 +301,7 @@ def _check_speed(speed_sps: int) -> None:
 
 
 def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:
-    """Return a course that continues a motion at `now_ns`, and its speed there in 1e-9 step/s."""
+    """Return a course that continues a motion from `now_ns`, and the speed there in 1e-9 step/s."""
     segment = motion.segment_at(now_ns)
     travel = segment.exact_travel_at(now_ns) * FINE
     if travel.denominator > FINEST:

@@ -1,4 +1,4 @@
-"""The profile of a move: the parameters of the command words, in the module's own units."""
+"""The profile of a move: the parameters of the command words, in the module's units."""
 
 from __future__ import annotations
 

@@ -1,16 +1,15 @@
 """Segments: stretches of a motion in which travel is one polynomial of time.
 
-With u = t - start_ns and nothing but integers:
+With u = t - start_ns and integers only:
 
     travel = floor((c3*u^3 + c2*u^2 + c1*u + c0) / q)     picosteps
 
-    Segment     all of it: the rate changes, in the outer parts of an S-curve
+    Segment     the rate changes, in the outer phases of an S-curve
     Quadratic   c3 = 0: constant rate
     Cruise      c3 = c2 = 0: constant speed
 
-Any fraction that a profile's arithmetic yields is in the coefficients exactly.
-A step is made when travel reaches it. Because floor(n/q) >= m says the same as
-n >= m*q, the instant of a step is also found exactly, without a fraction.
+The coefficients contain every fraction of a profile exactly. A step is made when travel reaches it. Because
+floor(n/q) >= m is equivalent to n >= m*q, integers also find the instant of a step exactly.
 """
 
 from __future__ import annotations
@@ -30,17 +29,14 @@ FOREVER = 1 << 100
 
 
 class Segment:
-    """A stretch of a motion, from `start_ns` up to, not including, `until_ns`.
+    """A stretch of a motion, from `start_ns` to before `until_ns`.
 
-    Its methods accept instants within it, `until_ns` included.
+    Its methods accept instants from `start_ns` to `until_ns`, both included.
 
     Attributes:
-        c3: coefficient of u^3.
-        c2: coefficient of u^2.
+        ramp: +1 accelerating, -1 decelerating, 0 at constant speed.
+        c3: coefficient of u^3; c2, c1 and c0 are the lower ones.
         q: divisor of the polynomial, greater than 0.
-
-    Args:
-        ramp: +1, -1 or 0.
     """
 
     __slots__ = (
@@ -65,8 +61,7 @@ class Segment:
         self.ramp = ramp
         c3, c2, c1, c0, divisor = polynomial
         self.c3, self.c2, self.c1, self.c0, self.q = c3, c2, c1, c0, divisor
-        # The same in steps instead of picosteps, in the smallest numbers with the same floor:
-        # the scan loop needs only this.
+        # The same polynomial in steps, in the smallest numbers with the same floor, for the scan loop.
         step = divisor * PICO
         common = gcd(c3, c2, c1, step)
         self._c3, self._c2, self._c1, self._c0 = c3 // common, c2 // common, c1 // common, c0 // common
@@ -108,9 +103,9 @@ class Segment:
         return self._step
 
     def terms(self, first_ns: int, every_ns: int) -> tuple[int, int, int, int]:
-        """Return the travel at the instants first_ns + k * every_ns as a polynomial of k, lowest power first.
+        """Return the travel at first_ns + k * every_ns as a polynomial of k, lowest power first.
 
-        Divided by `step` and rounded down, it is `steps_at` of that instant.
+        The polynomial divided by `step` and rounded down equals `steps_at`.
         """
         c3, c2, c1, c0, elapsed = self._c3, self._c2, self._c1, self._c0, first_ns - self.start_ns
         return (
@@ -121,10 +116,10 @@ class Segment:
         )
 
     def instant_of(self, steps: int) -> int:
-        """Return the least instant at which a number of steps is made.
+        """Return the first instant at which a number of steps is made.
 
-        Newton's method in integers. The curve bends one way only, so it converges from one side;
-        the bracket (low, high] makes it end on the least u that has reached the goal.
+        This is Newton's method in integers. The curve bends one way only, so the method converges from one
+        side. The bracket (low, high] makes it end on the first u that reaches the travel.
 
         Args:
             steps: not made yet at `start_ns`, and made at `until_ns`.
@@ -143,13 +138,13 @@ class Segment:
             elapsed -= excess // ((3 * c3 * elapsed + 2 * c2) * elapsed + c1)
         return self.start_ns + high
 
-    def _guess(self, goal: int) -> int:
-        """Return an estimate of the u at which the polynomial has grown by `goal`: the least of one term."""
-        guess = goal // self._c1
+    def _guess(self, target_travel: int) -> int:
+        """Return an estimate of the u that reaches a travel: the lowest u at which one term reaches it."""
+        guess = target_travel // self._c1
         if self._c2 > 0:
-            guess = min(guess, isqrt(goal // self._c2))
+            guess = min(guess, isqrt(target_travel // self._c2))
         if self._c3 > 0:
-            guess = min(guess, 2 << (goal // self._c3).bit_length() // 3)
+            guess = min(guess, 2 << (target_travel // self._c3).bit_length() // 3)
         return guess
 
 
@@ -165,11 +160,11 @@ class Quadratic(Segment):
 
     @override
     def instant_of(self, steps: int) -> int:
-        """Return the least instant at which a number of steps is made.
+        """Return the first instant at which a number of steps is made.
 
-        The root of c2*u^2 + c1*u = goal in the form 2*goal / (c1 + sqrt(c1^2 + 4*c2*goal)), which
-        loses nothing for small c2. The integer square root puts it less than half a ns too late, the
-        integer division less than one too early, so it is the instant or the ns before.
+        u is the root of c2*u^2 + c1*u = travel. The form 2*travel / (c1 + sqrt(c1^2 + 4*c2*travel)) is exact
+        for small c2. The integer square root makes u less than 0.5 ns too late, and the integer division less
+        than 1 ns too early, so u is the instant or the ns before.
         """
         c2, c1 = self._c2, self._c1
         target_travel = steps * self._step - self._c0
@@ -203,5 +198,6 @@ class Cruise(Segment):
 def segment(start_ns: int, until_ns: int, ramp: int, polynomial: Polynomial) -> Segment:
     """Return the simplest kind of segment for a polynomial; arguments as for `Segment`."""
     c3, c2, *_ = polynomial
-    kind = Segment if c3 else Quadratic if c2 else Cruise
-    return kind(start_ns, until_ns, ramp, polynomial)
+    if c3:
+        return Segment(start_ns, until_ns, ramp, polynomial)
+    return (Quadratic if c2 else Cruise)(start_ns, until_ns, ramp, polynomial)

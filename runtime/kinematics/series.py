@@ -1,10 +1,10 @@
-"""Steps at many instants at once: `Segment.steps_at` of each, computed by numpy.
+"""`Segment.steps_at` for many instants at once, computed by numpy.
 
     instants   first_ns, first_ns + every_ns, first_ns + 2 * every_ns, ...
-    steps      floor(P(k) / step), P a polynomial of the index k with whole coefficients
+    steps      floor(P(k) / step), where P is a polynomial of the index k with whole coefficients
 
-At constant speed the remainders fit 64 bits, and integers suffice. A ramp's do not: floats estimate its
-quotients with an error below `error`; within that distance of a whole number the segment itself decides.
+At constant speed the numbers fit 64-bit integers. In a ramp they do not, so floats estimate the quotients
+with an error below `error`. Quotients within `error` of a whole number are computed exactly.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .segment import Segment
 
 _INT64_ROOM = 1 << 62
 _ROUNDINGS = 16
-"""Units of 2**-53, per sum of its terms, by which a cubic in floats may be wrong: Horner's bound is 7."""
+"""Largest error of a cubic in floats, in 2**-53 times the sum of its terms; Horner's bound is 7."""
 
 
 def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:
@@ -30,7 +30,7 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
         whole_steps, remainder = divmod(terms[0], step)
         per_instant, excess = divmod(terms[1], step)
         steps_made = whole_steps + per_instant * index
-        # a division is the slowest operation
+        # skip the division, the slowest operation, where it is not needed
         return steps_made + (remainder + excess * index) // step if excess else steps_made
     return _estimated(segment, first_ns, every_ns, index)
 
@@ -41,17 +41,18 @@ def _indices(count: int) -> NDArray[np.int64]:
 
 
 def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the steps made, in floats; where rounding might matter, they are computed exactly."""
-    terms, step = segment.terms(first_ns, every_ns), segment.step
-    whole_steps, remainder = divmod(terms[0], step)
-    powers = (remainder / step, *(term / step for term in terms[1:]))  # each is the float nearest to it
+    """Return the steps made, computed in floats, or exactly where rounding might matter."""
+    (constant, *higher_terms), step = segment.terms(first_ns, every_ns), segment.step
+    whole_steps, remainder = divmod(constant, step)
+    c0, c1, c2, c3 = coefficients = [term / step for term in (remainder, *higher_terms)]
     k = index.astype(np.float64)
-    steps = ((powers[3] * k + powers[2]) * k + powers[1]) * k + powers[0]
-    highest_index = float(len(index))
-    error = _ROUNDINGS * 2.0**-53 * (1 + sum(abs(power) * highest_index**n for n, power in enumerate(powers)))
+    steps = ((c3 * k + c2) * k + c1) * k + c0
+    highest_k = float(len(index))
+    sum_of_terms = sum(abs(coefficient) * highest_k**power for power, coefficient in enumerate(coefficients))
+    error = _ROUNDINGS * 2.0**-53 * (1 + sum_of_terms)
     floors = np.floor(steps)
     steps_exact = floors.astype(np.int64) + whole_steps
     doubtful = (steps - floors < error) | (floors + 1 - steps < error)
-    for place in np.flatnonzero(doubtful).tolist():
-        steps_exact[place] = segment.steps_at(first_ns + place * every_ns)
+    for doubtful_k in np.flatnonzero(doubtful).tolist():
+        steps_exact[doubtful_k] = segment.steps_at(first_ns + doubtful_k * every_ns)
     return steps_exact

@@ -1,22 +1,21 @@
-"""The shapes of a speed change, its time and its distance: three of a fixed factor, and one of a given jerk.
+"""The shapes of a speed change, its time and its distance: three with a fixed factor, one with a given jerk.
 
     T = k * |v1 - v0| / a        D = T * (v0 + v1) / 2
 
-`a` is the programmed rate, which is the peak rate in all three shapes; `k` is
-the manual's factor on the time to accelerate [chapter 2, Calculating Move
-Profiles]. The distance formula is exact for all three, since each is
-symmetrical about its middle.
+`a` is the programmed rate, which is the peak rate in the three shapes. `k` is the manual's factor on the time
+to accelerate [chapter 2, Calculating Move Profiles]. The distance formula is exact, since the shapes are
+symmetrical about their middle.
 
     shape         k     rate during the ramp
     constant      1     a all the way
     triangular    2     rises to a at T/2, falls again
     trapezoidal   4/3   rises to a at T/4, constant to 3T/4 (50 %), falls again
 
-AMCI's networked drives take the jerk instead, see `Jerk`: the time of the rise is given, and k follows.
+AMCI's networked drives use a jerk instead: it fixes the time in which the rate rises, and `k` follows; see
+`Jerk`.
 
-Units, here and in the whole package: time in ns, travel in 1e-12 step
-(picosteps), speed in 1e-3 step/s. So one unit of speed for one ns is one unit
-of travel, and everything stays an integer.
+Units in the whole package: time in ns, travel in 1e-12 step (picosteps), speed in 1e-3 step/s. One unit of
+speed for one ns is one unit of travel, so all numbers stay integers.
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ MILLI = 1000
 FINE = 10**6
 """The finer unit of plans: speed in 1e-9 step/s, travel in 1e-18 step.
 
-Peak speeds and speeds within a ramp are rounded to it: 1e-9 step/s is one step in thirty years.
+Peak speeds and speeds within a ramp are rounded to 1e-9 step/s, which is one step in thirty years.
 """
 
 NANO = MILLI * FINE
@@ -44,7 +43,7 @@ NANO = MILLI * FINE
 
 
 Rate = int | Fraction
-"""A rate in steps/ms/s, above 0; a fraction where a controller counts in steps/s/s."""
+"""A rate in steps/ms/s, above 0; a fraction if a device's rate is in steps/s/s."""
 
 
 class Shape(Enum):
@@ -72,7 +71,7 @@ class Shape(Enum):
 class Jerk:
     """The course of the rate with a given jerk, as a percentage of the rate [SMD manual p. 46].
 
-    The jerk is j = J * a / 100, so the rate needs 100/J seconds from zero to `a`, whatever `a` is.
+    The jerk is j = J * a / 100, so the rate rises from zero to any `a` in 100/J seconds.
 
         full = |v1 - v0| / a, rise = a / j
         full >= rise    trapezoidal    T = full + rise
@@ -82,9 +81,9 @@ class Jerk:
     percent: int  # J, from 1
 
     def course(self, change_nsps: int, rate_spmss: Rate) -> tuple[Fraction, Fraction]:
-        """Return the time of a speed change in ns, and the part of it in which the rate rises.
+        """Return the time of a speed change in ns, and the fraction of it in which the rate rises.
 
-        The time of a triangular course is rounded up to 2 ns: it is never steeper.
+        The time of a triangular course is rounded up to an even number of ns, so it is never steeper.
 
         >>> time_ns, rising = Jerk(400).course(30_000 * NANO, 58)  # SMD manual p. 51
         >>> round(float(time_ns) / 1e9, 4), round(float(1 - 2 * rising), 3)
@@ -104,7 +103,7 @@ AnyShape = Shape | Jerk
 
 
 def ramp_time(change_nsps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
-    """Return the time of a speed change, 0 or more in 1e-9 step/s, in ns, not rounded."""
+    """Return the time of a speed change of 0 or more, in ns, not rounded."""
     if isinstance(shape, Jerk):
         return shape.course(change_nsps, rate_spmss)[0]
     return Fraction(shape.numerator * change_nsps) / (shape.denominator * MILLI * rate_spmss)
@@ -123,13 +122,13 @@ def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShap
 
 
 def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-    """Return the picosteps, rounded up, that a stop takes: the ramp down to the starting speed.
+    """Return the length of a stop, the ramp down to the starting speed, in picosteps, rounded up.
 
     >>> stopping_distance(5_000_000, 1000, 10, Shape.CONSTANT) // PICO  # chapter 2's example: 1200 steps
     1200
 
     Args:
-        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop takes no step.
+        speed_msps: present speed, in 1e-3 step/s; at or below the starting speed a stop has no ramp.
         deceleration_spmss: programmed deceleration in steps/ms/s, above 0.
     """
     if speed_msps <= start_sps * MILLI:

@@ -5,9 +5,9 @@
 | `wire` | formats, spans of bytes, a bus with devices in virtual time |
 | `rtu`, `pcl601_frames`, `pcl601_pdus`, `pcl601_ascii`, `pmc006_frames` | codecs: requests and replies |
 | `master`, `adapter_line`, `liveport` | masters: in virtual time, and on a real port |
-| `ports/` | real ports of simulated controllers |
-| `clients/` | blocking clients of real controllers, and `probing`, which finds controllers |
+| `ports/` | real ports of simulated devices |
+| `clients/` | blocking clients of real devices, and `probing`, which finds devices |
 | `hosts`, `serialport` | addresses of networks and serial devices |
 
-This package uses the clock of the loop and imports no controller. A protocol's line format is in its codec.
+This package uses the clock of the loop and imports no simulated device. A codec contains its line format.
 """

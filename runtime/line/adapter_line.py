@@ -1,8 +1,8 @@
-"""The line between an adapter and its controller; a simulated one can be disturbed.
+"""The line between an adapter and its device; a simulated line can be disturbed.
 
-drop_next     the number of replies to lose; the controller has acted
-corrupt_next  the number of replies with one flipped bit
-down          nothing passes in either direction, not even a frame in flight
+drop_next     number of replies that will be lost, after the device has acted
+corrupt_next  number of replies that will have one flipped bit
+down          no byte passes in either direction, not even of a frame in transit
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .wire import Device, LineFormat, SerialBus
 
 
 class Line(Protocol):
-    """A line between an adapter and a controller, simulated or real."""
+    """A line between an adapter and a device, simulated or real."""
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next event on the line or in the device, or None."""
@@ -28,15 +28,11 @@ class Line(Protocol):
         """Return the bytes received since the last call."""
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        """Send without waiting, and use the same format to receive."""
+        """Send without waiting, and receive in the same format."""
 
 
 class FaultyDevice:
-    """A device whose line may fail.
-
-    Attributes:
-        drop_next: replies that will be lost.
-    """
+    """A device on a line that may fail; its attributes are described above."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -54,7 +50,7 @@ class FaultyDevice:
         return self.device.next_wake_ns
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Pass data on unless the line is down."""
+        """Pass data to the device, unless the line is down."""
         if not self.down:
             self.device.receive(now_ns, data)
 
@@ -83,7 +79,7 @@ class Bus(Protocol):
         """Return the instant of the next event, or None."""
 
     def run_until(self, until_ns: int) -> None:
-        """Advance through all events up to and including that instant."""
+        """Advance through all events up to and including `until_ns`."""
 
     def take(self) -> bytes:
         """Return the bytes that the master has received since the last call."""
@@ -96,11 +92,11 @@ class Bus(Protocol):
 
 
 class SimulatedLine(Line):
-    """A line with one simulated controller.
+    """A line with one simulated device.
 
     Args:
-        faults: the controller, with the faults of its line.
-        bus: the transport of the bytes.
+        faults: the device with the faults of its line.
+        bus: makes the transport of the bytes.
     """
 
     def __init__(self, faults: FaultyDevice, bus: Callable[[FaultyDevice], Bus] = SerialBus) -> None:
@@ -125,12 +121,12 @@ class SimulatedLine(Line):
         self._bus.send(data, line_format)
 
     def take_down(self) -> None:
-        """Cut the line; bytes in flight are lost."""
+        """Cut the line; bytes in transit are lost."""
         self.faults.down = True
         self.silence()
 
     def silence(self) -> None:
-        """Drop the bytes in flight."""
+        """Drop the bytes in transit."""
         self._bus.silence()
 
     def put_up(self) -> None:

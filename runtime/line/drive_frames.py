@@ -1,6 +1,6 @@
-"""Requests to a networked drive, Modbus TCP, each with the expected form of its reply.
+"""Requests to a networked drive over Modbus TCP, each with a function that reads its reply.
 
-Transaction, unit and function match a reply to its request: a late reply is never taken for another one.
+Transaction, unit and function match a reply to its request, so a late reply never counts for another request.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ WORDS = 10
 OUTPUTS = 1024
 """The first output register."""
 
-ANSWERS = AnswerDecoder()
+RESPONSES = AnswerDecoder()
 
 
 def _read(data: bytes, request: ModbusPDU) -> Reply | Verdict:
-    """Find the reply among the frames received."""
+    """Find the reply to a request in the received frames."""
     try:
         frames, _ = split_frames(data)
     except NotModbusError:
@@ -35,9 +35,9 @@ def _read(data: bytes, request: ModbusPDU) -> Reply | Verdict:
         if transaction != request.transaction_id:
             continue
         try:
-            answer = ANSWERS.decode(frame[HEADER.size :])
-            answer.transaction_id, answer.dev_id = transaction, unit
-            return Reply(frame, words=tuple(check(request, answer).registers))
+            response = RESPONSES.decode(frame[HEADER.size :])
+            response.transaction_id, response.dev_id = transaction, unit
+            return Reply(frame, words=tuple(check(request, response).registers))
         except ModbusExceptionError as error:
             return Reply(frame, error.code)
         except LinkError:
@@ -53,14 +53,14 @@ def _request(unit: int, transaction: int, pdu: ModbusPDU) -> LineRequest:
 
 
 def exchange(unit: int, transaction: int, axis: int, words: Sequence[int]) -> LineRequest:
-    """Return the request that writes ten words and reads ten from before the write (function 23).
+    """Return the request that reads ten words and then writes ten words (function 23).
 
     >>> exchange(1, 2, 1, [0] * 10).frame[:13].hex(" ")
     '00 02 00 00 00 1f 01 17 00 00 00 0a 04'
 
     Args:
         axis: number of the axis in the stack, from 1.
-        words: unsigned.
+        words: the ten words to write, unsigned.
     """
     first_word = WORDS * (axis - 1)
     pdu = registers.ReadWriteMultipleRegistersRequest(
@@ -73,6 +73,6 @@ def exchange(unit: int, transaction: int, axis: int, words: Sequence[int]) -> Li
 
 
 def read(unit: int, transaction: int, axis: int) -> LineRequest:
-    """Return the request that reads ten words and writes none (function 4)."""
+    """Return the request that reads ten words (function 4)."""
     pdu = registers.ReadInputRegistersRequest(address=WORDS * (axis - 1), count=WORDS)
     return _request(unit, transaction, pdu)

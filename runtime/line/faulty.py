@@ -1,13 +1,13 @@
-"""A device whose replies are late, lost or damaged on purpose.
+"""A device with late, lost or damaged replies, for tests.
 
     drop=3       the next three replies are lost, after the device has acted
     crc=1/10     the last of every ten replies is damaged
     delay=200    each reply comes 200 ms later, until delay=0
     silence=on   the device receives and sends nothing until silence=off, as on a cut line
-    reset        the device loses its power and gets it back
+    reset        the power of the device goes off and on
 
-A reply is what a device sends at one instant. Its last byte belongs to the checksum of a Modbus or
-PMC006 frame; in AA ASCII it is the end of the line.
+A reply is all bytes that a device sends at one instant. A fault damages its last byte: a byte of the checksum
+of a Modbus or PMC006 frame, or the line end of AA ASCII.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from typing_extensions import override
 
 from .wire import ControllerDevice, Device, LineFormat
 
-MOST_REPLIES = 1_000_000
-LONGEST_DELAY_MS = 60_000
+REPLIES_MAX = 1_000_000
+DELAY_MAX_MS = 60_000
 DAMAGE = 0xFF
-"""The bits of a damaged reply's last byte that change."""
+"""Mask of the bits that change in the last byte of a damaged reply."""
 
 _HITS = re.compile(r"([0-9]{1,7})(?:/([0-9]{1,7}))?", re.ASCII)
 ALLOWED = "drop=N, drop=N/M, crc=N, crc=N/M, delay=MS, silence=on, silence=off and reset"
@@ -32,18 +32,19 @@ ALLOWED = "drop=N, drop=N/M, crc=N, crc=N/M, delay=MS, silence=on, silence=off a
 
 @dataclass(slots=True)
 class Hits:
-    """The replies that a fault affects: the next `count`, or the last `count` of every `of`."""
+    """The replies that a fault affects: the next `count`, or the last `count` of every `period` replies."""
 
     count: int = 0
-    of: int = 0
-    _seen: int = 0
+    period: int = 0  # 0 for the next `count` replies
+    _position: int = 0  # replies so far in the present period
 
     def next(self) -> bool:
         """Count a reply; return whether the fault affects it."""
-        if self.of:
-            self._seen = self._seen % self.of + 1
-            return self._seen > self.of - self.count
-        self.count -= (is_hit := self.count > 0)
+        if self.period:
+            self._position = self._position % self.period + 1
+            return self._position > self.period - self.count
+        is_hit = self.count > 0
+        self.count -= is_hit
         return is_hit
 
 
@@ -51,14 +52,14 @@ def hits_of(value: str) -> Hits:
     """Parse the replies that a fault affects, such as `3` or `1/10`.
 
     Raises:
-        ValueError: it is neither, or the first number is greater than the second.
+        ValueError: another form, or the first number is greater than the second.
     """
     match = _HITS.fullmatch(value)
-    count, total = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
-    is_whole = match is not None and (match[2] is None or 1 <= count <= total)
-    if not is_whole or max(count, total) > MOST_REPLIES:
-        raise ValueError(f"{value!r} is no number of replies: must be N, or N/M for N of every M")
-    return Hits(count, total)
+    count, period = (int(match[1]), int(match[2] or 0)) if match else (-1, 0)
+    is_valid = match is not None and (match[2] is None or 1 <= count <= period)
+    if not is_valid or max(count, period) > REPLIES_MAX:
+        raise ValueError(f"{value!r} is not a number of replies: must be N, or N/M for N of every M")
+    return Hits(count, period)
 
 
 class FaultInjector(Device):
@@ -66,7 +67,7 @@ class FaultInjector(Device):
 
     Args:
         device: the device on the line.
-        turnaround_ns: returns the silence between a request and its reply, ns; a delay adds to it.
+        turnaround_ns: returns the silence between a request and its reply, ns; a delay is added.
     """
 
     def __init__(self, device: ControllerDevice, turnaround_ns: Callable[[], int] = lambda: 0) -> None:
@@ -81,12 +82,12 @@ class FaultInjector(Device):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format of the reply that was sent last, or else of the device."""
+        """The format of the last reply, or the device's format before it."""
         return self._format or self._device.line_format
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the device's next event, or of a reply that waits."""
+        """Instant of the device's next event, or of a waiting reply."""
         due_ns = self._device.next_wake_ns
         if not self._waiting:
             return due_ns
@@ -103,7 +104,7 @@ class FaultInjector(Device):
         self._now_ns = now_ns
         reply = self._device.advance(now_ns)
         if reply and not self._silent and not self._drop.next():
-            self._wait(now_ns, reply)
+            self._queue_reply(now_ns, reply)
         self._format = None
         due = b""
         while self._waiting and self._waiting[0][0] <= now_ns:
@@ -115,7 +116,7 @@ class FaultInjector(Device):
         """Set or end a fault, in the notation above.
 
         Raises:
-            ValueError: it is not a fault.
+            ValueError: the text is not a fault.
         """
         name, _, value = text.partition("=")
         if text == "reset":
@@ -133,7 +134,7 @@ class FaultInjector(Device):
         else:
             raise ValueError(f"{text!r} is not a fault; choose from {ALLOWED}")
 
-    def _wait(self, now_ns: int, reply: bytes) -> None:
+    def _queue_reply(self, now_ns: int, reply: bytes) -> None:
         """Queue a reply until it is due; replies stay in order."""
         due_ns = now_ns + self._turnaround_ns() + self._delay_ns
         if self._waiting:
@@ -143,6 +144,6 @@ class FaultInjector(Device):
 
 
 def _delay_ms(value: str) -> int:
-    if not (value.isascii() and value.isdecimal() and int(value[:9]) <= LONGEST_DELAY_MS):
-        raise ValueError(f"delay={value}: must be 0 to {LONGEST_DELAY_MS:,} ms")
+    if not (value.isascii() and value.isdecimal() and int(value[:9]) <= DELAY_MAX_MS):
+        raise ValueError(f"delay={value}: must be 0 to {DELAY_MAX_MS:,} ms")
     return int(value)

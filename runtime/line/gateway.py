@@ -1,12 +1,12 @@
-"""A gateway from Modbus TCP to a serial line, without I/O: one request after another, each with a time limit.
+"""A gateway from Modbus TCP to a serial line, without I/O; it sends one request at a time, with a time limit.
 
     client 1  |request|............|reply|
     client 2      |request|.....................|reply|
     line       |frame|  |frame of the reply|  |frame|  |...
 
-Received bytes count as a reply if their checksum, address and function are right. Without a reply in time
-the client gets exception 0Bh [Modbus application protocol, section 7]: *gateway target device failed to
-respond*.
+Received bytes count as a reply if checksum, address and function are right. Without a reply in time, the
+client receives exception 0Bh, *gateway target device failed to respond* [Modbus application protocol,
+section 7].
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ FAILED_TO_RESPOND = 0x0B
 BUSY = 0x06
 EXCEPTION = 0x80
 BROADCAST = 0
-MOST_WAITING = 64
-"""Requests that wait for the line; the next one gets exception 06h, *server device busy*."""
+WAITING_MAX = 64
+"""Maximum requests that wait for the line; a further one gets exception 06h, *server device busy*."""
 
 SILENCE_CHARACTERS = 3.5
 
-Asker = TypeVar("Asker")
+Client = TypeVar("Client")
 
 
 @dataclass(frozen=True, slots=True)
-class GatewayRequest(Generic[Asker]):
-    """A request: who sent it, for which unit, and its PDU."""
+class GatewayRequest(Generic[Client]):
+    """A request: its client, its unit and its PDU."""
 
-    asker: Asker
+    client: Client
     unit: int
     pdu: bytes
 
     def refused(self, code: int) -> bytes:
-        """Return the exception with that code."""
+        """Return the exception with a code."""
         return bytes((self.pdu[0] | EXCEPTION, code))
 
 
-Answered = list[tuple[Asker, bytes]]
+Replies = list[tuple[Client, bytes]]
 
 
-class Gateway(Generic[Asker]):
+class Gateway(Generic[Client]):
     """The master of a line, on behalf of Modbus TCP clients.
 
     Args:
-        line: units on a line, as one device.
-        address_of: returns the address on the line of a unit that a client names.
-        timeout_ns: from the end of a request on the line to exception 0Bh.
+        line: the units on the line, as one device.
+        address_of: returns the line's address for a client's unit number.
+        timeout_ns: time from the end of a request on the line to exception 0Bh.
         timed: whether characters take time on the line; a reply then ends with a silence.
     """
 
@@ -64,32 +64,30 @@ class Gateway(Generic[Asker]):
         self._address_of = address_of
         self._timeout_ns = timeout_ns
         self._timed = timed
-        self._waiting: deque[GatewayRequest[Asker]] = deque()
-        self._sent: GatewayRequest[Asker] | None = None
-        self._heard = bytearray()
+        self._waiting: deque[GatewayRequest[Client]] = deque()
+        self._sent: GatewayRequest[Client] | None = None
+        self._received = bytearray()
         self._give_up_ns = 0
-        self._quiet_ns: int | None = None  # instant at which received bytes become a frame, or None
+        self._frame_end_ns: int | None = None  # the instant at which silence ends a received frame
 
     @property
     def next_wake_ns(self) -> int | None:
         """Instant of the line's next event, or of the end of the present request."""
-        times = [] if self._line.next_wake_ns is None else [self._line.next_wake_ns]
+        instants = [self._line.next_wake_ns]
         if self._sent is not None:
-            times.append(
-                self._give_up_ns if self._quiet_ns is None else min(self._quiet_ns, self._give_up_ns)
-            )
-        return min(times, default=None)
+            instants += [self._give_up_ns, self._frame_end_ns]
+        return min((instant for instant in instants if instant is not None), default=None)
 
-    def ask(self, request: GatewayRequest[Asker]) -> bytes | None:
+    def ask(self, request: GatewayRequest[Client]) -> bytes | None:
         """Queue a request; return an exception if too many wait."""
-        if len(self._waiting) >= MOST_WAITING:
+        if len(self._waiting) >= WAITING_MAX:
             return request.refused(BUSY)
         self._waiting.append(request)
         return None
 
-    def advance(self, now_ns: int) -> Answered[Asker]:
-        """Advance line and requests to `now_ns`; return the replies, each with its sender."""
-        replies: Answered[Asker] = []
+    def advance(self, now_ns: int) -> Replies[Client]:
+        """Advance line and requests to `now_ns`; return the replies, each with its client."""
+        replies: Replies[Client] = []
         while True:
             self._begin(now_ns)
             due_ns = self.next_wake_ns
@@ -101,46 +99,48 @@ class Gateway(Generic[Asker]):
         return replies
 
     def _begin(self, now_ns: int) -> None:
+        """Send the next request if the line is free."""
         if self._sent is not None or not self._waiting:
             return
         self._sent = request = self._waiting.popleft()
-        self._heard += self._line.advance(now_ns)
-        self._heard.clear()  # late: no request waits for it
+        self._line.advance(now_ns)  # drop late bytes: no request waits for them
+        self._received.clear()
         data = frame(self._address_of(request.unit), request.pdu)
         sent_ns = now_ns + self._span_ns(len(data))
         broadcast = request.unit == BROADCAST and self._address_of(BROADCAST) == BROADCAST
         self._give_up_ns = sent_ns + (self._span_ns(SILENCE_CHARACTERS) if broadcast else self._timeout_ns)
-        self._quiet_ns = None
+        self._frame_end_ns = None
         self._line.receive(now_ns, data)
 
     def _span_ns(self, characters: float) -> int:
         return self._line.line_format.span_ns(int(2 * characters)) // 2 if self._timed else 0
 
-    def _step(self, now_ns: int) -> Answered[Asker]:
+    def _step(self, now_ns: int) -> Replies[Client]:
+        """Advance the line to `now_ns`; return a complete reply, or the exception for a late reply."""
         data = self._line.advance(now_ns)
         if self._sent is None:
             return []
         if data:
-            self._heard += data
-            self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
-        if self._quiet_ns is not None and now_ns >= self._quiet_ns:
-            self._quiet_ns = None
-            reply, request = bytes(self._heard), self._sent
-            self._heard.clear()
+            self._received += data
+            self._frame_end_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
+        if self._frame_end_ns is not None and now_ns >= self._frame_end_ns:
+            self._frame_end_ns = None
+            reply, request = bytes(self._received), self._sent
+            self._received.clear()
             if self._is_reply(reply, request):
                 self._sent = None
-                return [(request.asker, reply[1:-2])]
-        return self._given_up(now_ns)
+                return [(request.client, reply[1:-2])]
+        return self._give_up_if_due(now_ns)
 
-    def _is_reply(self, heard: bytes, sent: GatewayRequest[Asker]) -> bool:
-        right = is_frame(heard) and heard[0] == self._address_of(sent.unit)
-        return right and heard[1] & ~EXCEPTION == sent.pdu[0]
+    def _is_reply(self, data: bytes, request: GatewayRequest[Client]) -> bool:
+        is_from_unit = is_frame(data) and data[0] == self._address_of(request.unit)
+        return is_from_unit and data[1] & ~EXCEPTION == request.pdu[0]
 
-    def _given_up(self, now_ns: int) -> Answered[Asker]:
+    def _give_up_if_due(self, now_ns: int) -> Replies[Client]:
         request = self._sent
         if request is None or now_ns < self._give_up_ns:
             return []
         self._sent = None
         if self._address_of(request.unit) == BROADCAST:
             return []
-        return [(request.asker, request.refused(FAILED_TO_RESPOND))]
+        return [(request.client, request.refused(FAILED_TO_RESPOND))]

@@ -13,23 +13,23 @@ _ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.%\w]+)\]:|(?P<host>[^\[\]\s]*):)
 
 
 def split_address(text: str) -> tuple[str, int]:
-    """Return host and port; the host is "" if only a port is given.
+    """Return host and port; the host is "" if the text is a port only.
 
     >>> split_address("plc:502"), split_address("[::1]:502"), split_address("502")
     (('plc', 502), ('::1', 502), ('', 502))
 
     Raises:
-        ValueError: no address.
+        ValueError: the text is not an address.
     """
     match = _ADDRESS.fullmatch(text)
     if match is None or int(match["port"]) > HIGHEST_PORT:
-        allowed = f"must be HOST:PORT or PORT, and a port is 0 to {HIGHEST_PORT}"
+        allowed = f"must be HOST:PORT or PORT, with a port of 0 to {HIGHEST_PORT}"
         raise ValueError(f"{text}: {allowed}; IPv6 needs brackets, as in [::1]:502")
     return match["v6"] or match["host"] or "", int(match["port"])
 
 
 def join_address(host: str, port: int) -> str:
-    """Return host and port as `split_address` takes them.
+    """Return host and port as one text; the inverse of `split_address`.
 
     >>> join_address("::1", 502), join_address("plc", 502)
     ('[::1]:502', 'plc:502')

@@ -1,11 +1,11 @@
-"""A real line to a controller: two threads that only move bytes.
+"""A real line to a device: two threads that only move bytes.
 
     adapter --send--> queue --sender--> port --receiver--> queue --take--> adapter
 
-The scan loop never waits for the port. A lost port is reopened when it is available again;
-until then sent bytes are dropped, as on a cut line. Only the receiver closes and opens the port:
-a port must not be closed while another thread reads from it. No error ends a thread: each one
-closes the port, and its reason is kept for the adapter's events.
+The scan loop never waits for the port. A lost port is reopened when it is available again; until then, sent
+bytes are dropped, as on a cut line. Only the receiver closes and opens the port, since a port must not be
+closed while another thread reads from it. No error ends a thread: it closes the port, and the adapter reports
+its reason as an event.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Item = TypeVar("Item")
 
 TCP = "tcp:"
 RECEIVE_S = 0.05
-"""Longest wait of the receiver before it checks for the end."""
+"""Longest wait, in s, of the receiver before it checks for the end."""
 
 REOPEN_S = 0.5
-"""Time between two attempts to reopen a lost port."""
+"""Time, in s, between two attempts to reopen a lost port."""
 
 
 def check_address(port: str) -> None:
-    """Refuse an address that names no port.
+    """Refuse an invalid address of a port.
 
     Raises:
-        ValueError: an address over TCP without host or number, or nothing at all.
+        ValueError: a TCP address without host or number, or an empty text.
     """
     if port.startswith(TCP):
         try:
@@ -45,22 +45,19 @@ def check_address(port: str) -> None:
         except ValueError:
             host, number = "", 0
         if not host or number == 0:
-            raise SettingError(
-                "port",
-                f"port {port}: over TCP it is tcp:HOST:PORT or tcp:[IPV6]:PORT, and a port is 1 to 65535",
-            )
+            allowed = "tcp:HOST:PORT or tcp:[IPV6]:PORT, with a port of 1 to 65535"
+            raise SettingError("port", f"port {port}: must be {allowed}")
     elif not port.strip():
-        raise SettingError(
-            "port", 'port: "sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT'
-        )
+        allowed = '"sim", a serial device such as /dev/ttyUSB0 or COM3, or tcp:HOST:PORT'
+        raise SettingError("port", f"port: must be {allowed}")
 
 
 def open_port(port: str, line_format: LineFormat) -> Link:
-    """Open a serial device or, with `tcp:HOST:PORT`, a connection that carries the line's own bytes.
+    """Open a serial device or, with `tcp:HOST:PORT`, a connection that carries the line's bytes.
 
     Raises:
         ValueError: the address is invalid.
-        LinkError: it can't be opened.
+        LinkError: the port can't be opened.
     """
     check_address(port)
     if not port.startswith(TCP):
@@ -73,33 +70,33 @@ Sending = tuple[bytes, LineFormat] | None
 
 
 class LiveLine(Line):
-    """A line whose bytes go through a port.
+    """A line through a port.
 
     Args:
-        opened: opens the port, at the start and after each loss.
+        open_link: opens the port, at the start and after each loss.
 
     Raises:
-        LinkError: it can't be opened.
+        LinkError: the port can't be opened.
     """
 
-    def __init__(self, opened: Callable[[], Link]) -> None:
-        self._opened = opened
-        self._port: Link | None = opened()
+    def __init__(self, open_link: Callable[[], Link]) -> None:
+        self._open = open_link
+        self._port: Link | None = open_link()
         self._lock = Lock()
-        self._over = Event()
-        self._heard: SimpleQueue[bytes] = SimpleQueue()
-        self._said: SimpleQueue[Sending] = SimpleQueue()
-        self._lost: SimpleQueue[str] = SimpleQueue()
-        self._reason = ""
-        self._failure: Exception | None = None
+        self._closing = Event()
+        self._received: SimpleQueue[bytes] = SimpleQueue()
+        self._to_send: SimpleQueue[Sending] = SimpleQueue()
+        self._losses: SimpleQueue[str] = SimpleQueue()
+        self._last_reason = ""  # of the latest loss, or failure to reopen
+        self._failure: Exception | None = None  # error of the sender, which the receiver handles
         self._threads = [Thread(target=loop, daemon=True) for loop in (self._receive, self._send)]
         for thread in self._threads:
             thread.start()
 
     @override
     def next_event_ns(self) -> int | None:
-        """Return 0, which is in the past, if something has been received, else None."""
-        return None if self._heard.empty() else 0
+        """Return 0, an instant in the past, if bytes have been received; otherwise None."""
+        return None if self._received.empty() else 0
 
     @override
     def run_until(self, now_ns: int) -> None:
@@ -107,31 +104,31 @@ class LiveLine(Line):
 
     @override
     def take(self) -> bytes:
-        chunks: list[bytes] = list(_emptied(self._heard))
+        chunks: list[bytes] = list(_drain(self._received))
         return b"".join(chunks)
 
     def take_losses(self) -> list[str]:
         """Return the reason of each loss of the port since the last call."""
-        return list(_emptied(self._lost))
+        return list(_drain(self._losses))
 
     @override
     def send(self, data: bytes, line_format: LineFormat) -> None:
-        self._said.put((data, line_format))
+        self._to_send.put((data, line_format))
 
     def close(self) -> None:
         """Send the queued bytes, then close the port."""
-        self._over.set()
-        self._said.put(None)
+        self._closing.set()
+        self._to_send.put(None)
         for thread in self._threads:
             thread.join()
-        self._drop()
+        self._close_port()
 
     def _receive(self) -> None:
-        while not self._over.is_set():
+        while not self._closing.is_set():
             try:
                 self._listen()
-            except Exception as error:  # not even an unexpected error may end the thread silently
-                self._lose(error)
+            except Exception as error:  # an unexpected error must not end the thread silently
+                self._note_loss(error)
 
     def _listen(self) -> None:
         """Wait for bytes once; without a port, try once to open it."""
@@ -141,10 +138,10 @@ class LiveLine(Line):
         if self._port is None:
             self._reopen()
         elif data := self._port.receive(1, RECEIVE_S):
-            self._heard.put(data)
+            self._received.put(data)
 
     def _send(self) -> None:
-        while (sending := self._said.get()) is not None:
+        while (sending := self._to_send.get()) is not None:
             with self._lock:
                 try:
                     self._pass_on(*sending)
@@ -156,42 +153,43 @@ class LiveLine(Line):
             self._port.follow(line_format)
             self._port.send(data)
 
-    def _lose(self, error: Exception) -> None:
-        """Close the port and keep the reason; repeated identical failures to open are kept once."""
-        reason = _words_of(error)
-        if self._port is not None or reason != self._reason:
-            self._lost.put(reason)
-        self._reason = reason
-        self._drop()
+    def _note_loss(self, error: Exception) -> None:
+        """Close the port, and store the reason; a repeated failure to reopen is stored once."""
+        reason = _message_of(error)
+        if self._port is not None or reason != self._last_reason:
+            self._losses.put(reason)
+        self._last_reason = reason
+        self._close_port()
 
-    def _drop(self) -> None:
+    def _close_port(self) -> None:
         with self._lock:
             port, self._port = self._port, None
-            self._failure = None  # it concerns the same port: one loss, not two
+            self._failure = None  # an error of the same port, so not a second loss
         if port is None:
             return
         try:
             port.close()
         except Exception as error:  # the port is closed in any case
-            self._lost.put(_words_of(error))
+            self._losses.put(_message_of(error))
 
     def _reopen(self) -> None:
-        if self._over.wait(REOPEN_S):
+        if self._closing.wait(REOPEN_S):
             return
         try:
-            port = self._opened()
+            port = self._open()
         except LinkError:
             return
         with self._lock:
             self._port = port
 
 
-def _words_of(error: Exception) -> str:
-    """Return the text of a `LinkError`; any other error with its type."""
+def _message_of(error: Exception) -> str:
+    """Return the text of a `LinkError`; other errors also have their type."""
     return str(error) if isinstance(error, LinkError) else f"{type(error).__name__}: {error}"
 
 
-def _emptied(queue: SimpleQueue[Item]) -> Iterator[Item]:
+def _drain(queue: SimpleQueue[Item]) -> Iterator[Item]:
+    """Yield the items of a queue until it is empty."""
     while True:
         try:
             yield queue.get_nowait()

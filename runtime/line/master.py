@@ -4,13 +4,14 @@
     gap_ns                         gap_ns
             sent_ns ------ patience ------> failed
 
-An answer that misses its time may arrive up to `LATE_NS` later, and look like the answer to a later request.
+A late reply may arrive up to `LATE_NS` after the time limit, and look like the reply to a later request.
 
-A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None
-if the exchange failed: no reply, a damaged one, or a reply to another request.
-It yields a `LinePause` to wait, and `PUBLISH` when the caller should read its results.
+A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None if the exchange failed:
+no reply, a damaged reply, or a reply to another request. It yields a `LinePause` to wait, and `PUBLISH` when
+the caller should read its results.
 
-Time is virtual and no byte is read or written here; pymodbus's clients own their port and the wall clock.
+Time is virtual, and the caller reads and writes all bytes. pymodbus's clients use a port and the wall clock
+instead.
 """
 
 from __future__ import annotations
@@ -24,21 +25,22 @@ from .wire import LineFormat
 
 
 class Reply(NamedTuple):
-    """An answer to a request."""
+    """The reply to a request."""
 
     data: bytes
-    refused: int | None = None  # the controller's reason for a refusal, None if it has obeyed
-    words: tuple[int, ...] = ()  # registers that Modbus has read
+    refused: int | None = None  # the code of a refusal, None if the device has obeyed
+    words: tuple[int, ...] = ()  # registers that a Modbus request has read
 
 
 class Verdict(Enum):
-    """A judgment of the bytes received so far."""
+    """State of the received bytes without a reply."""
 
     UNFINISHED = "unfinished"
     FOREIGN = "no reply to this request"
 
 
 Read = Callable[[bytes], Reply | Verdict]
+"""Returns the reply in the received bytes, or their state without one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +49,8 @@ class LineRequest:
 
     frame: bytes
     size: int  # bytes of the reply
-    read: Read  # judges the bytes received so far; returns the reply as soon as it is complete
-    line_format: LineFormat | None = None  # format of request and reply; None = the line's usual one
+    read: Read
+    line_format: LineFormat | None = None  # format of request and reply, None for the line's usual format
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +72,7 @@ Script = Generator[Step, Reply | None, None]
 
 
 LATE_NS = 1_000_000_000
-"""Longest delay of an answer after its request has failed."""
+"""Longest time from the failure of a request to its late reply."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,35 +82,42 @@ class LineTiming:
     line_format: LineFormat
     gap_ns: int  # silence before a request
     patience_ns: int  # longest wait for a reply, in addition to its time on the line
-    second_ns: int = 0  # wait for a second reply while answers may be late and do not name requests
+    second_ns: int = 0  # wait for a second reply while replies may be late, if they do not identify requests
 
 
 class Master:
-    """Carries out a script over a line."""
+    """Carries out a script over a line.
+
+    Attributes:
+        now_ns: the present time, which scripts read.
+        published: the script has new results; the caller reads them and clears this.
+        failures: number of failed exchanges.
+        line_format: the present format of the line.
+    """
 
     def __init__(self, line_timing: LineTiming) -> None:
-        self.now_ns = 0  # its present time; scripts read it
-        self.published = False  # the script has new results; the caller reads them and clears this
-        self.failures = 0  # number of failed exchanges
+        self.now_ns = 0
+        self.published = False
+        self.failures = 0
         self.line_format = line_timing.line_format
         self._timing = line_timing
         self._script: Script | None = None
-        self._request: LineRequest | None = None
-        self._sent = False
-        self._quiet_from_ns = 0
-        self._deadline_ns = 0
+        self._request: LineRequest | None = None  # the present request, None during a pause
+        self._is_sent = False
+        self._quiet_from_ns = 0  # the end of the gap before a request
+        self._deadline_ns = 0  # of the reply to a sent request
         self._pause_until_ns: int | None = None
-        self._heard = bytearray()
-        self._late_until_ns: list[int] = []
+        self._received = bytearray()
+        self._late_until_ns: list[int] = []  # for each missing reply, until when it may arrive
 
     @property
     def overdue(self) -> int:
-        """Number of missing answers that may still arrive."""
+        """Number of missing replies that may still arrive."""
         self._late_until_ns = [instant_ns for instant_ns in self._late_until_ns if instant_ns > self.now_ns]
         return len(self._late_until_ns)
 
     def expect_nothing_late(self) -> None:
-        """Clear the overdue answers: the controller has lost its requests."""
+        """Expect no late replies: the device has lost its requests, or replies identify their requests."""
         self._late_until_ns.clear()
 
     def wake(self) -> None:
@@ -117,7 +126,7 @@ class Master:
             self._pause_until_ns = min(self._pause_until_ns, self.now_ns)
 
     def begin(self, script: Script) -> None:
-        """Start a script from its beginning."""
+        """Start a script."""
         self._script = script
         self._request = None
         self._pause_until_ns = self.now_ns
@@ -129,18 +138,18 @@ class Master:
             return self.now_ns
         if self._request is None:
             return self._pause_until_ns if self._pause_until_ns is not None else self.now_ns
-        return self._deadline_ns if self._sent else max(self.now_ns, self._quiet_from_ns)
+        return self._deadline_ns if self._is_sent else max(self.now_ns, self._quiet_from_ns)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Receive characters, the last one complete at `now_ns`; drop characters outside an exchange."""
+        """Receive characters; the last one is complete at `now_ns`. Drop characters outside an exchange."""
         if not data:
             return
         self.now_ns = now_ns
         self._quiet_from_ns = now_ns + self._timing.gap_ns
-        if self._request is None or not self._sent:
+        if self._request is None or not self._is_sent:
             return
-        self._heard += data
-        reply = self._request.read(bytes(self._heard))
+        self._received += data
+        reply = self._request.read(bytes(self._received))
         if isinstance(reply, Reply):
             if self._timing.second_ns and self.overdue:
                 self._deadline_ns = now_ns + self._timing.second_ns
@@ -155,7 +164,7 @@ class Master:
                 if self._pause_until_ns is not None and now_ns < self._pause_until_ns:
                     return b""
                 self._resume(None)
-            elif not self._sent:
+            elif not self._is_sent:
                 return self._send(self._request) if now_ns >= self._quiet_from_ns else b""
             elif now_ns >= self._deadline_ns:
                 self._end_wait(self._request)
@@ -164,8 +173,8 @@ class Master:
         return b""
 
     def _end_wait(self, request: LineRequest) -> None:
-        """Resume with the reply, if exactly one has arrived."""
-        reply = request.read(bytes(self._heard))
+        """Resume the script with the reply, or with None if the bytes are not exactly one reply."""
+        reply = request.read(bytes(self._received))
         if isinstance(reply, Reply):
             self._resume(reply)
             return
@@ -178,15 +187,16 @@ class Master:
         line_timing = self._timing
         self.line_format = request.line_format or line_timing.line_format
         end_ns = self.now_ns + self.line_format.span_ns(len(request.frame))
-        self._sent = True
+        self._is_sent = True
         self._quiet_from_ns = end_ns + line_timing.gap_ns
         self._deadline_ns = end_ns + line_timing.patience_ns + self.line_format.span_ns(request.size)
         return request.frame
 
     def _resume(self, reply: Reply | None) -> None:
+        """Resume the script with a reply, and store its next step."""
         assert self._script is not None
-        self._request, self._sent, self._pause_until_ns = None, False, None
-        self._heard.clear()
+        self._request, self._is_sent, self._pause_until_ns = None, False, None
+        self._received.clear()
         step = self._script.send(reply)
         if isinstance(step, LineRequest):
             self._request = step

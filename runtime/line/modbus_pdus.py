@@ -1,11 +1,11 @@
-"""Encodes and decodes Modbus PDUs by pymodbus, and checks everything that it decodes.
+"""Encodes and decodes Modbus PDUs with pymodbus, and checks all decoded PDUs.
 
     request   bytes -> request_of -> carry out -> reply -> bytes
     answer    bytes -> GuardedDecoder(False) -> mismatch, with the request -> values
 
-pymodbus 3.15 and 3.16 decode more than the standard allows, such as bytes after the data, and byte counts
-that disagree. The guard encodes again what was decoded and compares the bytes [Modbus V1.1b3, chapter 6]. The
-classes' own `datastore_update` is not used: it answers functions 05 and 06 by reading back.
+pymodbus 3.15 and 3.16 decode more than the standard allows, for example extra bytes after the data, and wrong
+byte counts. The guard encodes the decoded PDU again and compares the bytes [Modbus V1.1b3, chapter 6].
+pymodbus's `datastore_update` is not used, since it answers functions 05 and 06 by a read.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ EXCEPTION_BYTES = 2
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3, 4, 6
 """Exceptions [Modbus V1.1b3, chapter 7]."""
 
-WRITE_BITS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 1968, 123, 121
-"""Maximum coils of 0Fh, registers of 10h, registers written by 17h; pymodbus's limits are higher, or none."""
+WRITE_BITS_MAX, WRITE_WORDS_MAX, WRITE_AND_READ_MAX = 1968, 123, 121
+"""Maximum coils of 0Fh, registers of 10h, registers written by 17h; pymodbus has higher limits or none."""
 
 
 class ModbusRefusedError(ValueError):
-    """A request that gets an exception."""
+    """A refusal of a request, with the code of the exception."""
 
     def __init__(self, code: int) -> None:
         super().__init__(f"exception {code:02x}h")
@@ -59,18 +59,18 @@ class GuardedDecoder(DecodePDU):
 
 
 def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
-    """Whether the bytes are exactly the bytes of the PDU, with the right counts."""
-    if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
+    """Return whether the bytes are exactly the bytes of the PDU, with the right counts."""
+    if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may contain unused bits
         size = -(-pdu.count // 8)
-        return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
+        return pdu.count <= WRITE_BITS_MAX and pdu.byte_count == size == pdu.data_byte_count
     # Count the registers: encoding repeats the received counts, even if they are wrong.
     if isinstance(pdu, WriteMultipleRegistersRequest):
         pdu.count = len(pdu.registers)
-        in_range = 1 <= pdu.count <= WRITE_WORDS_MOST
+        in_range = 1 <= pdu.count <= WRITE_WORDS_MAX
     elif isinstance(pdu, ReadWriteMultipleRegistersRequest):
         pdu.write_count = len(pdu.write_registers)
         pdu.write_byte_count = 2 * pdu.write_count
-        in_range = 1 <= pdu.write_count <= WRITE_AND_READ_MOST
+        in_range = 1 <= pdu.write_count <= WRITE_AND_READ_MAX
     else:
         in_range = True
     return in_range and encoded(pdu) == data
@@ -118,7 +118,7 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
         functions: function codes that the device supports.
 
     Returns:
-        The request, or the exception that answers it: 01h or 03h.
+        The request, or exception 01h or 03h.
     """
     if data[0] not in functions:
         return ExceptionResponse(data[0], ILLEGAL_FUNCTION)
@@ -129,7 +129,7 @@ def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> Mo
     """Carry out a request of `request_of`; return the reply or exception.
 
     Args:
-        carry_out: from a request to its reply; it may raise `ModbusRefusedError`.
+        carry_out: carries out a request and returns its reply; it may raise `ModbusRefusedError`.
     """
     if isinstance(request, ExceptionResponse):
         return request
@@ -140,7 +140,7 @@ def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> Mo
 
 
 def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
-    """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
+    """Carry out a request; return the reply or exception as bytes; see `carried_out`."""
     return encoded(carried_out(request, carry_out))
 
 
@@ -151,7 +151,7 @@ def reply_with(request: ModbusPDU, values: Sequence[Any]) -> ModbusPDU:
 
 
 def reply_to_write(request: ModbusPDU) -> ModbusPDU:
-    """Return the reply to a write: address and count of several values, or else the request again."""
+    """Return the reply to a write: address and count of several values, otherwise the request itself."""
     if request.function_code in _SEVERAL_WRITTEN:
         return _reply_class(request)(address=request.address, count=request.count)
     return request
@@ -168,14 +168,14 @@ def _reply_class(request: ModbusPDU) -> Callable[..., ModbusPDU]:
 _BITS_READ = (0x01, 0x02)
 _SEVERAL_WRITTEN = (0x0F, 0x10)
 _WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
-"""Functions whose answer repeats the request, or its address and count."""
+"""Functions with an answer that repeats the request, or its address and count."""
 
 _REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
-"""The request's number of registers."""
+"""The attribute of a request with its number of registers."""
 
 
 def answer_bytes(request: ModbusPDU) -> int:
-    """Return the length of a good answer's PDU.
+    """Return the length of the PDU of a normal answer.
 
     >>> from pymodbus.pdu import ReadCoilsRequest, ReadHoldingRegistersRequest
     >>> answer_bytes(ReadHoldingRegistersRequest(count=2)), answer_bytes(ReadCoilsRequest(count=9))
@@ -190,14 +190,14 @@ def answer_bytes(request: ModbusPDU) -> int:
 
 
 def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
-    """Return the code of an exception that answers a request; None for anything else."""
+    """Return the code of an exception that answers a request, or None."""
     if isinstance(answer, ExceptionResponse) and answer.function_code == request.function_code | EXCEPTION:
         return answer.exception_code
     return None
 
 
 def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
-    """Return why an answer that is not an exception doesn't match the request; "" if it does."""
+    """Return why a normal answer does not match the request, or "" if it matches."""
     function = request.function_code
     if answer.function_code != function:
         return "a response to a different request"

@@ -1,9 +1,9 @@
-"""Return from AA ASCII, for a PCL601 that does not react to Modbus [Anaheim Automation ASCII, Direct Talk].
+"""The return from AA ASCII of a PCL601 that ignores Modbus [Anaheim Automation ASCII, Direct Talk].
 
-8E1  | request, no answer |                              | request, answer
-8N1                       | @% CR  | 1 CR LF |  @1| CR  |
+8E1  | request, no reply |                              | request, reply
+8N1                      | @% CR  | 1 CR LF |  @1| CR  |
 
-`@%` asks every listening unit for its address; `|` has no answer.
+`@%` requests the address of every device in AA ASCII; `|` has no reply.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ ANSWER_MAX = 4
 
 
 def ask_address(unit: int) -> LineRequest:
-    """Return the request for the address; only the answer of `unit` is accepted."""
+    """Return the request for the address, which accepts only the reply of `unit`."""
     return LineRequest(ASK, ANSWER_MAX, partial(_read, unit=unit), LINE_FORMAT)
 
 
 def back_to_modbus(unit: int) -> LineRequest:
-    r"""Return the command that ends AA ASCII; it gets no reply.
+    r"""Return the command that ends AA ASCII; it has no reply.
 
     >>> back_to_modbus(1).frame
     b'@1|\r'

@@ -1,4 +1,4 @@
-"""Requests to a PCL601, Modbus RTU, each with the expected form of its reply."""
+"""Requests to a PCL601 over Modbus RTU, each with a function that reads its reply."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from .rtu import frame, is_frame
 from .wire import LineFormat
 
 LINE_FORMAT = LineFormat(38_400, "E")
-"""Fixed; the manual's "no start bit, no stop bit" is 11 bits in its own arithmetic."""
+"""Fixed; the manual's "no start bit, no stop bit" is 11 bits by the manual's calculation."""
 
-AROUND = 3
-"""Bytes of a frame around its PDU: address and CRC."""
+FRAME_OVERHEAD = 3
 
 
 def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
-    """Read a reply: an exception, or an answer in `size` bytes."""
-    if len(data) in (EXCEPTION_BYTES + AROUND, size) and data[0] == request.dev_id and is_frame(data):
+    """Read a reply: an exception, or an answer with `size` bytes."""
+    if len(data) in (EXCEPTION_BYTES + FRAME_OVERHEAD, size) and data[0] == request.dev_id and is_frame(data):
         answer = pdus.ANSWERS.decode(data[1:-2])
         if (code := refusal(request, answer)) is not None:
             return Reply(data, code)
@@ -31,12 +30,12 @@ def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
 
 
 def request(unit: int, pdu: ModbusPDU) -> LineRequest:
-    """Return a request of `pcl601_pdus` to a unit, as a frame.
+    """Return the frame of a request of `pcl601_pdus` to a unit.
 
     >>> from scanrack.io_images.pcl601 import Code
     >>> request(1, pdus.command(Code.GO)).frame.hex(" ")
     '01 06 00 00 00 01 48 0a'
     """
     pdu.dev_id = unit
-    size = AROUND + (pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu))
+    size = FRAME_OVERHEAD + (pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu))
     return LineRequest(frame(unit, encoded(pdu)), size, partial(_read, request=pdu, size=size))

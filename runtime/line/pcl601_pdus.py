@@ -1,7 +1,7 @@
 """Modbus requests to a PCL601, and its answer to function 11h.
 
-An answer with a correct checksum may still belong to another master's request, or to an
-earlier one: function, length, byte count and echo are compared, too.
+An answer with a correct checksum may still belong to another master's request, or to an earlier request, so
+function, length, byte count and echo are also compared.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ID_BYTES = 7
 class Pcl601Identity(ReportDeviceIdResponse):
     """Address and firmware [Appendix 3, 0x11].
 
-    A subclass, since pymodbus adds a run status at the end, as the standard has it; the manual prints none.
+    This is a subclass because pymodbus adds the standard's run status at the end; the manual prints none.
     """
 
     @override
@@ -48,7 +48,7 @@ ANSWERS.register(Pcl601Identity)
 
 
 def is_answer(request: ModbusPDU, answer: ModbusPDU) -> bool:
-    """Whether a normal answer matches the request; the data of the answer to 11h also contain the unit."""
+    """Return whether a normal answer matches the request; the data of an answer to 11h contain the unit."""
     if isinstance(answer, Pcl601Identity) and answer.identifier[:1] != bytes((request.dev_id,)):
         return False
     return not mismatch(request, answer)
@@ -70,13 +70,13 @@ def read_input_register() -> ModbusPDU:
 
 
 def read_registers(first: Register, count: int) -> ModbusPDU:
-    """Return the request for registers, beginning with the first word of a value."""
+    """Return the request for `count` words, beginning with the first word of a register."""
     return words.ReadHoldingRegistersRequest(address=ROWS[first].address, count=count)
 
 
-def write_output(output: int, on: bool) -> ModbusPDU:
-    """Return the request that switches an output, 1 to 8."""
-    return bits.WriteSingleCoilRequest(address=output - 1, bits=[on])
+def write_output(output: int, is_on: bool) -> ModbusPDU:
+    """Return the request that switches an output, 1 to 8, on or off."""
+    return bits.WriteSingleCoilRequest(address=output - 1, bits=[is_on])
 
 
 def write_register(register: Register, word: int) -> ModbusPDU:
@@ -85,7 +85,7 @@ def write_register(register: Register, word: int) -> ModbusPDU:
 
 
 def write_registers(first: Register, values: Sequence[int]) -> ModbusPDU:
-    """Return the request that writes unsigned words, beginning with the first word of a value."""
+    """Return the request that writes unsigned words, beginning with the first word of a register."""
     return words.WriteMultipleRegistersRequest(address=ROWS[first].address, registers=list(values))
 
 
@@ -100,7 +100,7 @@ def report_id() -> ModbusPDU:
 
 
 def low_high(value: int) -> tuple[int, int]:
-    """Return a value of 32 bits as its two words, the low one first.
+    """Return a 32-bit value as two words, the low word first.
 
     >>> low_high(100_000), low_high(-1)
     ((34464, 1), (65535, 65535))

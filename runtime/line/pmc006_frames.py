@@ -1,4 +1,4 @@
-"""Requests to a PMC006x3s; the one-frame answer does not name its instruction."""
+"""Requests to a PMC006x3s; a reply is one frame and does not identify its instruction."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LINE_FORMAT = LineFormat(BAUD)
 
 
 def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
-    """Read a reply of a unit; an instruction that sets a value answers with that value."""
+    """Read a reply of a unit; the reply to an instruction that sets a value contains the value."""
     if len(data) < FRAME_BYTES:
         return Verdict.UNFINISHED
     frame = decode(data)
@@ -34,18 +34,18 @@ def _read(data: bytes, unit: int, value: int | None) -> Reply | Verdict:
 
 
 def instruction(unit: int, name: str, value: int = 0) -> LineRequest:
-    """Return the request of an instruction, by its name in the summary table.
+    """Return the request of an instruction by its name in the summary table.
 
     >>> instruction(1, "step", 2500).frame.hex(" ")
     'a5 01 73 c4 09 00 00 e6'
     """
     row = BY_NAME[name]
-    answer = value if row.kind is Kind.SET else None
-    return LineRequest(command(unit, row.code, value), FRAME_BYTES, partial(_read, unit=unit, value=answer))
+    response = value if row.kind is Kind.SET else None
+    return LineRequest(command(unit, row.code, value), FRAME_BYTES, partial(_read, unit=unit, value=response))
 
 
 def reading(unit: int, name: str) -> LineRequest:
-    """Return the request of a read; any answer is a value."""
+    """Return the request of a read, which accepts any value."""
     row = BY_NAME[name]
     return LineRequest(command(unit, row.code), FRAME_BYTES, partial(_read_value, unit=unit))
 

@@ -1,16 +1,16 @@
-"""A module's output and input words as Modbus registers, for a PLC that has it as remote I/O.
+"""A module's output and input words as Modbus registers, for a PLC that uses it as remote I/O.
 
-Of a 3601:
+For a 3601:
 
     holding registers   0-7  output words, which the PLC writes      8-15  input words
                        16-18 exchanges, torn writes, age of the output words in ms
-    input registers     0-7  input words                             8-10  the same three
+    input registers     0-7  input words                             8-10  the same three numbers
 
-    03, 04   reads        06, 10  writes        17  writes, then reads: both in one request
+    03, 04   reads        06, 10  writes        17  writes and then reads
 
-A write of all output words is an exchange: they change together. A write of fewer words is *torn*: the
-module may see half a command. It is carried out and counted, or refused with exception 02h. Counts are
-checked before addresses: exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
+A write of all output words is an exchange: they change together. A write of fewer words is *torn*: the module
+may see half a command. A torn write is carried out and counted, or refused with exception 02h. Counts are
+checked before addresses, with exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ class RemoteWords:
 
     Attributes:
         outputs: the words that the PLC wrote last, 0 to 65,535.
-        exchanges: writes carried out, the torn ones included.
-        torn: writes of fewer words than the module has, carried out or refused.
-        heard_ns: instant of the latest write that was carried out; None before the first.
+        exchanges: number of writes that were carried out, including torn writes.
+        torn: number of torn writes, carried out or refused.
+        heard_ns: instant of the latest write that was carried out, None before the first.
 
     Args:
-        inputs: returns the module's input words at present, 0 to 65,535.
-        size: number of its output words.
+        inputs: returns the module's present input words, 0 to 65,535.
+        size: number of output words.
         whole: refuse torn writes.
     """
 
@@ -47,7 +47,7 @@ class RemoteWords:
         self, inputs: Callable[[], Sequence[int]], size: int = WORDS, *, whole: bool = False
     ) -> None:
         self._inputs = inputs
-        self._whole = whole
+        self._refuses_torn = whole
         self.outputs = [0] * size
         self.exchanges = self.torn = 0
         self.heard_ns: int | None = None
@@ -64,7 +64,7 @@ class RemoteWords:
     def _carry_out(self, now_ns: int, request: ModbusPDU) -> ModbusPDU:
         if isinstance(request, ReadWriteMultipleRegistersRequest):
             span = request.read_address, request.read_count
-            self._read(now_ns, self.outputs, *span)  # refused as a whole, or not at all
+            self._read(now_ns, self.outputs, *span)  # refuse an invalid read before the write
             self._write(now_ns, request.write_address, request.write_registers)
             return pdus.reply_with(request, self._read(now_ns, self.outputs, *span))
         if request.function_code in (READ_HOLDING, READ_INPUTS):
@@ -76,21 +76,21 @@ class RemoteWords:
     def _write(self, now_ns: int, first: int, values: Sequence[int]) -> None:
         if first + len(values) > len(self.outputs):
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
-        torn = len(values) < len(self.outputs)
-        self.torn += torn
-        if torn and self._whole:
+        is_torn = len(values) < len(self.outputs)
+        self.torn += is_torn
+        if is_torn and self._refuses_torn:
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         self.outputs[first : first + len(values)] = values
         self.exchanges += 1
         self.heard_ns = now_ns
 
     def _read(self, now_ns: int, outputs: Sequence[int], first: int, count: int) -> Sequence[int]:
-        """Return registers: output words, input words, and the counts and age that follow them."""
-        block = [*outputs, *self._inputs(), *self._facts(now_ns)]
+        """Return registers of a block: output words, input words, counts and age."""
+        block = [*outputs, *self._inputs(), *self._counts_and_age(now_ns)]
         if first + count > len(block):
             raise pdus.ModbusRefusedError(pdus.ILLEGAL_ADDRESS)
         return block[first : first + count]
 
-    def _facts(self, now_ns: int) -> tuple[int, int, int]:
+    def _counts_and_age(self, now_ns: int) -> tuple[int, int, int]:
         age_ms = COUNT_LIMIT if self.heard_ns is None else (now_ns - self.heard_ns) // 1_000_000
         return self.exchanges & COUNT_LIMIT, self.torn & COUNT_LIMIT, min(age_ms, COUNT_LIMIT)

@@ -1,23 +1,22 @@
 """Modbus RTU framing: frames in a stream of bytes [Message Framing, Appendix 2].
 
-On a line with the baud rate's timing a frame lies between two
-silences of 3.5 characters, and a pause of more than 1.5 characters
-within a frame makes it invalid:
+On a line with exact timing, a frame is between two silences of 3.5 characters, and a pause of more than 1.5
+characters in a frame makes it invalid:
 
     ...|  >= 3.5  |addr func data ... crc crc|  >= 3.5  |...
 
-Transports such as TCP, pseudo-terminals and USB adapters do not keep such times.
-There a frame is taken as soon as its length, known from its function, has arrived and its
-CRC is right, whatever time its pieces take. Silence only resynchronizes: bytes after it may
-complete the frame before it, or begin a frame:
+TCP, pseudo-terminals and USB adapters do not keep this timing. There, a frame is complete when the length of
+its function has arrived and its CRC is right, independent of pauses. Silence only resynchronizes: the bytes
+after it may complete the frame before it, or begin a frame:
 
-    addr func da   ....   ta crc crc           one frame
-    addr func      ....   addr func data crc crc   a beginning that is dropped, and a frame
+    addr func da   ....   ta crc crc               one frame
+    addr func      ....   addr func data crc crc   a fragment that is dropped, and a frame
 
-Garbage before a frame does not lose the frame. A function of unknown length ends with silence.
+A frame after garbage is not lost. A frame of a function of unknown length ends with silence.
 
-Of pymodbus's `FramerRTU` only the CRC is used: 3.15 and 3.16 lose the second of two frames in one read, 3.16
-loses a frame after noise, and neither knows the time between characters (tests/unit/line/test_pymodbus.py).
+Only the CRC of pymodbus's `FramerRTU` is used. Versions 3.15 and 3.16 lose the second of two frames in one
+read, and ignore the time between characters; 3.16 loses a frame after noise
+(tests/unit/line/test_pymodbus.py).
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ from dataclasses import dataclass
 
 from pymodbus.framer import FramerRTU
 
-LONGEST = 256
+FRAME_MAX = 256
 """Bytes of the longest frame: 1 + 1 + 252 + 2."""
 
-SHORTEST = 4
+FRAME_MIN = 4
 FIXED_LENGTH = {0x01: 8, 0x02: 8, 0x03: 8, 0x04: 8, 0x05: 8, 0x06: 8, 0x11: 4}
 WRITE_REGISTERS = 0x10
 COUNTED = (0x0F, WRITE_REGISTERS)
@@ -42,7 +41,7 @@ def crc(data: bytes) -> bytes:
 
     >>> crc(bytes.fromhex("01 11")).hex(" ")
     'c0 2c'
-    >>> crc(bytes.fromhex("00 06 00 00 00 0b")).hex(" ")  # printed as c8 0d, which is address 01's
+    >>> crc(bytes.fromhex("00 06 00 00 00 0b")).hex(" ")  # the manual prints c8 0d, the CRC for address 01
     'c9 dc'
     """
     return FramerRTU.compute_CRC(data).to_bytes(2, "big")
@@ -55,21 +54,21 @@ def frame(address: int, pdu: bytes) -> bytes:
 
 
 def is_frame(data: bytes) -> bool:
-    """Whether the CRC is right."""
-    return SHORTEST <= len(data) <= LONGEST and crc(data[:-2]) == data[-2:]
+    """Return whether length and CRC are right."""
+    return FRAME_MIN <= len(data) <= FRAME_MAX and crc(data[:-2]) == data[-2:]
 
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """Rules by which the receiver separates frames."""
+    """Timing that separates frames."""
 
     gap_ns: int  # silence that ends a frame
-    pause_ns: int | None = None  # silence within a frame that spoils it, None where pauses have no meaning
-    by_length: bool = False  # frames are taken as soon as they are complete
+    pause_ns: int | None = None  # silence in a frame that spoils it, None if pauses have no effect
+    by_length: bool = False  # a frame ends with its last byte, without a silence
 
 
 class Framer:
-    """The receiver: bytes and the time in, frames out."""
+    """The receiver, which finds frames in bytes and time."""
 
     def __init__(self, timing: Timing) -> None:
         self._timing = timing
@@ -77,8 +76,8 @@ class Framer:
         self._spoilt = False
         self._last_ns = 0
         self._is_quiet = True
-        self._starts: list[int] = []  # places in the buffer after a silence
-        self.deadline_ns: int | None = None  # time at which silence ends the frame, None without one
+        self._starts: list[int] = []  # offsets in the buffer after a silence
+        self.deadline_ns: int | None = None  # instant at which silence ends the frame, None without one
 
     @property
     def gap_ns(self) -> int:
@@ -86,7 +85,7 @@ class Framer:
         return self._timing.gap_ns
 
     def receive(self, start_ns: int, now_ns: int, data: bytes) -> list[bytes]:
-        """Receive bytes without a pause between them; return the frames whose end needs no silence.
+        """Receive bytes without a pause; return the frames that end without a silence.
 
         Args:
             start_ns: start of the first byte.
@@ -101,14 +100,14 @@ class Framer:
         self._last_ns = now_ns
         self.deadline_ns = now_ns + timing.gap_ns
         if timing.by_length:
-            return list(self._take(final=len(self._buffer) > 2 * LONGEST))
-        if len(self._buffer) > LONGEST:  # too long for a frame: only its end matters
+            return list(self._take(final=len(self._buffer) > 2 * FRAME_MAX))
+        if len(self._buffer) > FRAME_MAX:  # too long for a frame: keep only its end
             self._spoilt = True
             del self._buffer[:-1]
         return []
 
     def silence(self) -> list[bytes]:
-        """Return the frames received before the gap that has just passed."""
+        """Return the frames before the silence that has just passed."""
         self.deadline_ns, self._is_quiet = None, True
         if self._timing.by_length:
             return list(self._take(final=True))
@@ -124,17 +123,17 @@ class Framer:
         self.deadline_ns = None
 
     def _take(self, *, final: bool) -> Iterator[bytes]:
-        """Yield the complete frames; keep what may be the beginning of another one.
+        """Yield the complete frames, and keep bytes that may begin another frame.
 
         Args:
-            final: a silence has passed, so also look for frames after an unlikely beginning.
+            final: a silence has passed, so also find frames after bytes that are unlikely to begin one.
         """
         buffer, offset, end = bytes(self._buffer), 0, 0
         while offset < len(buffer):
             frame = _frame_at(buffer, offset)
             if not frame and final and offset in self._starts and is_frame(buffer[offset:]):
-                frame = buffer[offset:]  # the length of this function is unknown
-            if frame and (start := self._within(buffer, offset, frame)) is not None:
+                frame = buffer[offset:]  # a function of unknown length
+            if frame and (start := self._likelier_start(buffer, offset, frame)) is not None:
                 offset = start
             elif frame:
                 yield frame
@@ -145,28 +144,28 @@ class Framer:
                 offset = start
             else:
                 break
-        self._drop(max(end, len(buffer) - LONGEST) if final else offset)
+        self._drop(max(end, len(buffer) - FRAME_MAX) if final else offset)
 
-    def _may_begin(self, buffer: bytes, at: int) -> bool:
-        return at in self._starts and _begins(buffer, at)
+    def _may_begin(self, buffer: bytes, offset: int) -> bool:
+        return offset in self._starts and _may_be_head(buffer[offset : offset + COUNT_AT + 1])
 
-    def _within(self, buffer: bytes, at: int, outer: bytes) -> int | None:
-        """Return where a frame begins after a silence within another one, if it is the likelier of the two.
+    def _likelier_start(self, buffer: bytes, offset: int, outer: bytes) -> int | None:
+        """Return the start of a likelier frame, which begins after a silence in the outer frame, or None.
 
-        It is likelier unless only the other frame ends exactly with the received bytes.
+        The inner frame is likelier, unless only the outer frame ends exactly with the received bytes.
         """
-        if self._starts[-1:] <= [at]:
+        if self._starts[-1:] <= [offset]:
             return None
-        end = at + len(outer)
-        start = self._frame_after(buffer, at)
-        if start is None or start >= end:
+        outer_end = offset + len(outer)
+        start = self._frame_after(buffer, offset)
+        if start is None or start >= outer_end:
             return None
-        inner_frame = _frame_at(buffer, start) or b""
-        return None if end == len(buffer) != start + len(inner_frame) else start
+        inner_end = start + len(_frame_at(buffer, start) or b"")
+        return None if outer_end == len(buffer) != inner_end else start
 
-    def _frame_after(self, buffer: bytes, at: int) -> int | None:
-        """Return the first place after a silence and after `at` where a frame begins."""
-        return next((start for start in self._starts if start > at and _frame_at(buffer, start)), None)
+    def _frame_after(self, buffer: bytes, offset: int) -> int | None:
+        """Return the first start of a frame after a silence behind `offset`, or None."""
+        return next((start for start in self._starts if start > offset and _frame_at(buffer, start)), None)
 
     def _drop(self, count: int) -> None:
         """Drop bytes at the beginning of the buffer."""
@@ -179,29 +178,29 @@ class Framer:
             self._starts = [start - count for start in self._starts if start >= count]
 
 
-def _frame_at(buffer: bytes, at: int) -> bytes | None:
-    """Return the frame that begins at `at`: b"" if none does, None if it is not known (yet)."""
-    length = _length(buffer, at)
-    if length is None or at + length > len(buffer):
-        return b"" if length is not None and length > LONGEST else None
-    candidate = buffer[at : at + length]
+def _frame_at(buffer: bytes, offset: int) -> bytes | None:
+    """Return the frame at an offset; b"" without a frame there, None if more bytes may complete one."""
+    length = _length(buffer, offset)
+    if length is None or offset + length > len(buffer):
+        return b"" if length is not None and length > FRAME_MAX else None
+    candidate = buffer[offset : offset + length]
     return candidate if is_frame(candidate) else b""
 
 
-def _begins(buffer: bytes, at: int) -> bool:
-    """Whether a frame that is not complete has a known function, and a count that fits its quantity."""
-    head = buffer[at + 1 : at + COUNT_AT + 1]
+def _may_be_head(data: bytes) -> bool:
+    """Return whether bytes may begin a frame: a known function, and a byte count that fits the quantity."""
+    head = data[1:]
     if len(head) == COUNT_AT and head[0] in COUNTED:
         quantity = int.from_bytes(head[3:5], "big")
         return head[5] == (2 * quantity if head[0] == WRITE_REGISTERS else -(-quantity // 8))
     return not head or head[0] in (*FIXED_LENGTH, *COUNTED)
 
 
-def _length(buffer: bytes, at: int) -> int | None:
-    """Return the length of the request that begins at `at`, None if it is not known (yet)."""
-    if at + 1 >= len(buffer):
+def _length(buffer: bytes, offset: int) -> int | None:
+    """Return the length of the request at an offset, or None if it is not known (yet)."""
+    if offset + 1 >= len(buffer):
         return None
-    function = buffer[at + 1]
+    function = buffer[offset + 1]
     if function in COUNTED:
-        return 9 + buffer[at + COUNT_AT] if at + COUNT_AT < len(buffer) else None
+        return 9 + buffer[offset + COUNT_AT] if offset + COUNT_AT < len(buffer) else None
     return FIXED_LENGTH.get(function)

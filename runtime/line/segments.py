@@ -1,4 +1,4 @@
-"""A network between a master and a device, in virtual time: it delivers whole segments with a fixed delay."""
+"""A network between a master and a device, in virtual time, which delivers whole segments after a delay."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from .wire import Device, LineFormat
 
 TRAVEL_NS = 250_000
-"""Delay of a segment from end to end, including the network stacks at both ends."""
+"""Delay of a segment, including the network stacks at both ends."""
 
 
 class SegmentBus:
@@ -16,13 +16,13 @@ class SegmentBus:
     def __init__(self, device: Device, now_ns: int = 0) -> None:
         self.device = device
         self.now_ns = now_ns
-        self._there: deque[tuple[int, bytes]] = deque()  # instant of arrival, bytes
-        self._back: deque[tuple[int, bytes]] = deque()
+        self._to_device: deque[tuple[int, bytes]] = deque()  # instant of arrival, bytes
+        self._to_master: deque[tuple[int, bytes]] = deque()
         self._heard = bytearray()
 
     def send(self, data: bytes, line_format: LineFormat) -> None:
         """Send as the master, starting now."""
-        self._there.append((self.now_ns + TRAVEL_NS, data))
+        self._to_device.append((self.now_ns + TRAVEL_NS, data))
 
     def take(self) -> bytes:
         """Return the bytes that the master has received since the last call."""
@@ -32,29 +32,29 @@ class SegmentBus:
 
     def silence(self) -> None:
         """Drop all segments in transit, and received bytes that were not taken."""
-        self._there.clear()
-        self._back.clear()
+        self._to_device.clear()
+        self._to_master.clear()
         self._heard.clear()
 
     def run_until(self, until_ns: int) -> None:
-        """Advance through all arrivals up to and including that instant."""
+        """Advance through all arrivals up to and including `until_ns`."""
         while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:
             self._step(due_ns)
         self.now_ns = max(self.now_ns, until_ns)
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next arrival or wake-up, or None."""
-        ways = [direction[0][0] for direction in (self._there, self._back) if direction]
+        instants = [segments[0][0] for segments in (self._to_device, self._to_master) if segments]
         wake_ns = self.device.next_wake_ns
         if wake_ns is not None:
-            ways.append(wake_ns)
-        return max(min(ways), self.now_ns) if ways else None
+            instants.append(wake_ns)
+        return max(min(instants), self.now_ns) if instants else None
 
     def _step(self, now_ns: int) -> None:
         self.now_ns = now_ns
-        while self._there and self._there[0][0] <= now_ns:
-            self.device.receive(now_ns, self._there.popleft()[1])
-        while self._back and self._back[0][0] <= now_ns:
-            self._heard += self._back.popleft()[1]
+        while self._to_device and self._to_device[0][0] <= now_ns:
+            self.device.receive(now_ns, self._to_device.popleft()[1])
+        while self._to_master and self._to_master[0][0] <= now_ns:
+            self._heard += self._to_master.popleft()[1]
         if data := self.device.advance(now_ns):
-            self._back.append((now_ns + TRAVEL_NS, data))
+            self._to_master.append((now_ns + TRAVEL_NS, data))

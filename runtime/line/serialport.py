@@ -1,8 +1,7 @@
-"""pyserial for clients and served ports: settings, and every error of a port that disappears.
+"""pyserial for clients and served ports: settings, and the errors of a port that disappears.
 
-pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap
-`termios.error`, which is not an OSError: `flush`, `apply_settings` and the constructor raise it
-when a port is unplugged while they run.
+pyserial wraps most failures of a port in `SerialException`, an OSError. It does not wrap `termios.error`,
+which is not an OSError. `flush`, `apply_settings` and the constructor raise it when a port is unplugged.
 """
 
 from __future__ import annotations
@@ -23,13 +22,13 @@ with suppress(ImportError):  # Windows has no termios, and pyserial raises OSErr
 
 
 def is_pseudo_terminal(path: str) -> bool:
-    """Return whether a path leads to a pseudo-terminal; parity is an error on one."""
-    # on Windows the real path of COM3 would open the port, which resets what is at its end
+    """Return whether a path leads to a pseudo-terminal, which accepts no parity."""
+    # on Windows, the real path of COM3 would open the port, which resets the device
     return os.path.exists("/dev/pts") and os.path.realpath(path).startswith("/dev/pts/")
 
 
 def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
-    """Return pyserial's settings for a line format; a pseudo-terminal gets no parity."""
+    """Return pyserial's settings for a line format, without parity for a pseudo-terminal."""
     return {
         "baudrate": line_format.baud,
         "bytesize": line_format.data_bits,
@@ -39,7 +38,7 @@ def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
 
 
 def reason(error: Exception) -> str:
-    """Return the cause of an error, without pyserial's own words where the system has a message.
+    """Return the cause of an error: the system's message, or pyserial's without one.
 
     >>> reason(OSError(2, "could not open port /dev/ttyUSB0: [Errno 2] No such file or directory"))
     'No such file or directory'

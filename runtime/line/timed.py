@@ -1,4 +1,4 @@
-"""A line whose characters take time, behind a port that delivers bytes at once.
+"""A line on which characters take time, behind a port that delivers bytes at once.
 
 client  |request, at once                      reply, character by character|
 line       |s|d d d ...|  3.5 characters  |s|d d d ...
@@ -12,10 +12,10 @@ from .wire import Device, LineFormat, SerialBus
 
 
 class TimedLine(Device):
-    """Units on a line, as one device: requests and replies pass at the speed of the line.
+    """Units on a line, as one device; requests and replies pass at the speed of the line.
 
     Args:
-        units: at least one.
+        units: one or more, with the same line format.
     """
 
     def __init__(self, *units: Device) -> None:
@@ -24,7 +24,7 @@ class TimedLine(Device):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format of the first unit; all units of a line have the same."""
+        """The format of the units."""
         return self._units[0].line_format
 
     @property

@@ -3,13 +3,11 @@
     sender     |s|d d d d d d d d|p|s|s|d d d ...      11 bits of 8E1 at 38,400 baud: 286.46 µs
                                      ^ here the receiver has the character
 
-A device on the line is a state machine without I/O (`Device`): it receives
-characters, reports when it must be woken, and returns the bytes to send. The `SerialBus`
-carries characters between any number of devices and a master, one by one, each at
-the instant at which it is complete.
+A device on the line is a state machine without I/O (`Device`): it receives characters, has an instant of its
+next event, and returns the bytes to send. The `SerialBus` carries characters between devices and a master and
+delivers each one when it is complete.
 
-The bus is ideal: characters of two senders that overlap arrive side by side,
-and nothing is garbled except on purpose.
+The bus is ideal: overlapping characters of two senders arrive intact.
 """
 
 from __future__ import annotations
@@ -28,11 +26,11 @@ class LineFormat:
 
     >>> LineFormat(38_400, "E").span_ns(1)  # the PCL601's t_char, about 286.5 µs
     286458
-    >>> LineFormat(9600).span_ns(8)  # an exchange's half on a PMC006
+    >>> LineFormat(9600).span_ns(8)  # a frame of a PMC006
     8333333
 
     Raises:
-        ValueError: a value is not allowed.
+        ValueError: an invalid value.
     """
 
     baud: int  # bits per second, from 1
@@ -52,7 +50,7 @@ class LineFormat:
 
     @property
     def bits(self) -> int:
-        """Bits of a character, the start bit included."""
+        """Bits of a character, including the start bit."""
         return 1 + self.data_bits + (self.parity != "N") + self.stop_bits
 
     def span_ns(self, characters: int) -> int:
@@ -64,7 +62,7 @@ class LineFormat:
 
 
 class Device(Protocol):
-    """A participant on a serial line. It never raises, whatever it receives."""
+    """A participant on a serial line, which never raises an error."""
 
     @property
     def line_format(self) -> LineFormat:
@@ -72,19 +70,19 @@ class Device(Protocol):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """The latest instant for the next `advance`, None while it waits for a request."""
+        """The latest instant for the next `advance`, None while the device waits for a request."""
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Receive characters without gaps, the last one complete at `now_ns`.
+        """Receive characters without gaps; the last one is complete at `now_ns`.
 
-        It is called after `advance(now_ns)`. The characters may set `next_wake_ns` to `now_ns`.
+        The caller calls `advance(now_ns)` first. The characters may set `next_wake_ns` to `now_ns`.
         """
 
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes to send at that instant.
 
-        The result must not depend on the number of calls. Called later than `next_wake_ns`, it
-        catches up, and only the sending is late.
+        The result must not depend on the number of calls. A call later than `next_wake_ns` only delays the
+        sending.
         """
 
 
@@ -93,7 +91,7 @@ class ControllerDevice(Device, Protocol):
 
     @property
     def turnaround_ns(self) -> int:
-        """Silence that it keeps between a request and its reply at the line's speed, ns."""
+        """Silence between a request and its reply at the line's speed, ns."""
 
     @property
     def motor_position(self) -> int:
@@ -101,7 +99,7 @@ class ControllerDevice(Device, Protocol):
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is running."""
 
     def power_cycle(self, now_ns: int) -> None:
         """Cycle the power."""
@@ -120,25 +118,30 @@ MASTER = -1
 
 
 class SerialBus:
-    """A line with one master and any number of devices."""
+    """A line with one master and any number of devices.
+
+    Attributes:
+        heard: bytes that the master has received and not taken yet.
+        quiet_since_ns: end of the last character, None before the first.
+    """
 
     def __init__(self, *devices: Device, now_ns: int = 0) -> None:
         self.devices = devices
         self.now_ns = now_ns
-        self.heard = bytearray()  # bytes that the master has received and not taken yet, in order
-        self.quiet_since_ns: int | None = None  # end of the last character so far, None if there was none
-        self._under_way: list[_Character] = []
+        self.heard = bytearray()
+        self.quiet_since_ns: int | None = None
+        self._in_transit: list[_Character] = []  # a heap
         self._order = 0
-        self._free_ns = dict.fromkeys(range(MASTER, len(devices)), now_ns)
+        self._free_ns = dict.fromkeys(range(MASTER, len(devices)), now_ns)  # end of sending, by sender
 
     @property
     def is_idle(self) -> bool:
-        """Whether no character is under way."""
-        return not self._under_way
+        """Whether no character is in transit."""
+        return not self._in_transit
 
     def send(self, data: bytes, line_format: LineFormat, gap_ns: int = 0) -> int:
         """Send as the master, starting now; return the instant at which the last character is complete."""
-        return self._put(MASTER, data, line_format, gap_ns)
+        return self._enqueue(MASTER, data, line_format, gap_ns)
 
     def take(self) -> bytes:
         """Return the bytes that the master has received since the last call."""
@@ -148,11 +151,11 @@ class SerialBus:
 
     def silence(self) -> None:
         """Drop all characters in transit, and received characters that were not taken."""
-        self._under_way.clear()
+        self._in_transit.clear()
         self.heard.clear()
 
     def run_until(self, until_ns: int) -> None:
-        """Advance through all characters and wake-ups up to and including that instant."""
+        """Advance through all characters and wake-ups up to and including `until_ns`."""
         while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:
             self._step(due_ns)
         if until_ns > self.now_ns:
@@ -160,7 +163,7 @@ class SerialBus:
 
     def next_event_ns(self) -> int | None:
         """Return the instant of the next complete character or wake-up, or None."""
-        due_ns = self._under_way[0].complete_ns if self._under_way else None
+        due_ns = self._in_transit[0].complete_ns if self._in_transit else None
         for device in self.devices:
             wake_ns = device.next_wake_ns
             if wake_ns is not None and (due_ns is None or wake_ns < due_ns):
@@ -171,8 +174,8 @@ class SerialBus:
         self.now_ns = now_ns
         for index in range(len(self.devices)):
             self._advance(index)
-        while self._under_way and self._under_way[0].complete_ns <= now_ns:
-            self._deliver(heappop(self._under_way))
+        while self._in_transit and self._in_transit[0].complete_ns <= now_ns:
+            self._deliver(heappop(self._in_transit))
 
     def _deliver(self, character: _Character) -> None:
         self.quiet_since_ns = character.complete_ns
@@ -187,14 +190,15 @@ class SerialBus:
         device = self.devices[index]
         data = device.advance(self.now_ns)
         if data:
-            self._put(index, data, device.line_format, 0)
+            self._enqueue(index, data, device.line_format, 0)
 
-    def _put(self, sender: int, data: bytes, line_format: LineFormat, gap_ns: int) -> int:
+    def _enqueue(self, sender: int, data: bytes, line_format: LineFormat, gap_ns: int) -> int:
+        """Send characters after the sender's earlier ones; return the end of the last character."""
         start_ns = max(self.now_ns, self._free_ns[sender])
         complete_ns = start_ns
         for count, value in enumerate(data):
             complete_ns = start_ns + line_format.span_ns(count + 1) + count * gap_ns
             self._order += 1
-            heappush(self._under_way, _Character(complete_ns, self._order, sender, value))
+            heappush(self._in_transit, _Character(complete_ns, self._order, sender, value))
         self._free_ns[sender] = complete_ns
         return complete_ns

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from ..line.hosts import join_address
-from ..line.ports.places import CLIENTS_MOST
+from ..line.ports.places import CLIENTS_MAX
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
@@ -101,7 +101,7 @@ class OpcUaServer:
 
     def _set_limits(self) -> None:
         inner_server = self._inner
-        inner_server.max_connections = CLIENTS_MOST
+        inner_server.max_connections = CLIENTS_MAX
         inner_server.max_pending_messages_per_connection = PENDING_MOST
         inner_server.max_pending_activation_seconds = ACTIVATION_S
         inner_server.max_subscriptions = SUBSCRIPTIONS_MOST

@@ -49,7 +49,7 @@ class ModuleWithFaults(Module, Protocol):
 class OnALine(Module, Protocol):
     """A module with a controller on a serial line or network."""
 
-    def disturb(self, kind: FaultKind, *, begins: bool, lasts: bool) -> None:
+    def disturb(self, fault: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a fault of the line; a fault that does not last affects one reply."""
 
 

@@ -1,4 +1,4 @@
-"""Contacts that the position of a shaft operates, wired to the input of a controller."""
+"""Contacts that a shaft operates by its position, wired to the inputs of a device."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FAR = 1 << 62
 
 @dataclass(frozen=True, slots=True)
 class Contact:
-    """A contact to ground, closed while the physical position lies in a range.
+    """A contact to ground that is closed in a range of physical positions.
 
     >>> limit = Contact(9000)  # from 9000 on
     >>> limit.closed(8999), limit.closed(9000), limit.edge_after(0, +1), limit.edge_after(9500, -1)
@@ -26,16 +26,15 @@ class Contact:
     high: int = FAR
 
     def closed(self, position: int) -> bool:
-        """Whether the input is grounded."""
+        """Return whether the contact is closed at a position."""
         return self.low <= position <= self.high
 
     def edge_after(self, position: int, direction: int) -> int | None:
-        """Return the next position, in a direction, at which it changes, or None."""
+        """Return the next position, in a direction, at which the contact changes, or None."""
+        edges = self.low, self.high + 1
         if direction > 0:
-            edges = [edge for edge in (self.low, self.high + 1) if position < edge < FAR]
-            return min(edges, default=None)
-        edges = [edge - 1 for edge in (self.low, self.high + 1) if -FAR < edge <= position]
-        return max(edges, default=None)
+            return min((edge for edge in edges if position < edge < FAR), default=None)
+        return max((edge - 1 for edge in edges if -FAR < edge <= position), default=None)
 
 
 GROUND = Contact()
@@ -43,7 +42,7 @@ OPEN = Contact(low=FAR)
 
 
 def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> int | None:
-    """Return the next position, in a direction, at which any of some contacts changes, or None."""
+    """Return the next position, in a direction, at which a contact changes, or None."""
     edges = (contact.edge_after(position, direction) for contact in contacts)
     edges_ahead = [edge for edge in edges if edge is not None]
     return min(edges_ahead, key=lambda edge: abs(edge - position), default=None)
@@ -51,7 +50,7 @@ def nearest_edge(contacts: Iterable[Contact], position: int, direction: int) -> 
 
 @dataclass(frozen=True, slots=True)
 class Parallel(Contact):
-    """Contacts in parallel: closed while any of them is."""
+    """Contacts in parallel, closed while one of them is closed."""
 
     contacts: tuple[Contact, ...] = ()
 

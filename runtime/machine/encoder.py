@@ -3,9 +3,9 @@
     counts of the shaft  c = direction * floor(shaft * counts_per_step)
     counts               c + counts turned by hand
 
-The Z line lies at the counts m = marker_at + n * marker_every of c. The step with
-which c reaches or passes m, from either side, gives a Z pulse: going up from c0 to c1
-if c0 < m <= c1, going down if c1 <= m < c0. Standing on m or leaving it gives no pulse.
+The Z line is at the counts m = marker_at + n * marker_every of c. A step on which c reaches or passes m, from
+either side, makes a Z pulse: up from c0 to c1 if c0 < m <= c1, down if c1 <= m < c0. Rest at m, or a step
+away from m, makes no pulse.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-_INT64_ROOM = 1 << 63
+_INT64_LIMIT = 1 << 63
 
 
 class ShaftEncoder:
     """The encoder's counts from the shaft's travel.
 
     Args:
-        spec: the encoder; None = no encoder, which always counts 0.
+        spec: None for no encoder; the counts are then always 0.
     """
 
     __slots__ = ("_denominator", "_marker_at", "_marker_every", "_numerator", "direction")
@@ -53,24 +53,24 @@ class ShaftEncoder:
 
     def counts_all(self, shafts: NDArray[np.int64]) -> NDArray[np.int64]:
         """Return the counts at many shaft positions."""
-        if int(abs(shafts).max(initial=0)) * self._numerator < _INT64_ROOM:
+        if int(abs(shafts).max(initial=0)) * self._numerator < _INT64_LIMIT:
             return self.direction * (shafts * self._numerator // self._denominator)
         shafts[:] = [self.counts(shaft) for shaft in shafts.tolist()]
         return shafts
 
     def shaft_reaching(self, direction: int, counts: int) -> int:
-        """Return the shaft position at which, turning in `direction`, the counts reach or pass `counts`.
+        """Return the shaft position at which the counts reach or pass `counts`, turning in `direction`.
 
-        Only for an encoder on the shaft, and for counts that lie ahead.
+        The counts must be ahead, and the encoder on the shaft.
         """
-        turned = self.direction * counts
-        if direction > 0:  # the least position with floor(position * ratio) >= turned
-            return -(-turned * self._denominator // self._numerator)
-        # the greatest position with floor(position * ratio) <= turned
-        return -(-(turned + 1) * self._denominator // self._numerator) - 1
+        shaft_counts = self.direction * counts
+        if direction > 0:  # the lowest position with floor(position * ratio) >= shaft_counts
+            return -(-shaft_counts * self._denominator // self._numerator)
+        # the highest position with floor(position * ratio) <= shaft_counts
+        return -(-(shaft_counts + 1) * self._denominator // self._numerator) - 1
 
     def next_marker(self, direction: int, shaft: int) -> int | None:
-        """Return the count of the next Z line that the shaft, turning in `direction`, reaches."""
+        """Return the count of the next Z line in `direction`, or None without a Z line."""
         if self._marker_every is None:
             return None
         sense = direction * self.direction
@@ -87,7 +87,7 @@ class _Turn:
     counts: int
 
     def counted(self, now_ns: int) -> int:
-        """Counts made by `now_ns`, rounded toward zero."""
+        """Return the counts made by `now_ns`, rounded toward zero."""
         if now_ns >= self.end_ns:
             return self.counts
         if now_ns <= self.start_ns:
@@ -97,22 +97,24 @@ class _Turn:
 
 
 class HandTurning:
-    """Counts and Z pulses that are made by hand, one turn after the other."""
+    """Counts and Z pulses made by hand."""
 
-    __slots__ = ("_done", "_end_ns", "_markers", "_turns")
+    __slots__ = ("_counts_done", "_end_ns", "_markers", "_turns")
 
     def __init__(self) -> None:
-        self._done = 0
-        self._end_ns = 0
-        self._turns: deque[_Turn] = deque()
-        self._markers: list[int] = []
+        self._counts_done = 0  # of the turns that have ended
+        self._end_ns = 0  # end of the last turn
+        self._turns: deque[_Turn] = deque()  # turns that have not ended, in order of time
+        self._markers: list[int] = []  # instants of Z pulses, sorted
 
     def turn(self, counts: int, start_ns: int, end_ns: int) -> None:
         """Plan a turn; ValueError if it ends before it starts, or starts before the previous turn ends."""
         if end_ns < start_ns:
-            raise ValueError(f"turn_encoder: end_ns is {end_ns}; allowed: {start_ns} (start_ns) or more")
+            raise ValueError(f"turn_encoder: end_ns {end_ns}: must be {start_ns} (start_ns) or more")
         if self._turns and start_ns < self._end_ns:
-            raise ValueError(f"turn_encoder: start_ns is {start_ns}; the turn before ends at {self._end_ns}")
+            raise ValueError(
+                f"turn_encoder: start_ns {start_ns}: must be {self._end_ns} (end of the last turn) or more"
+            )
         if counts:
             self._turns.append(_Turn(start_ns, end_ns, counts))
             self._end_ns = end_ns
@@ -120,8 +122,8 @@ class HandTurning:
     def counts(self, now_ns: int) -> int:
         """Return the counts turned by `now_ns`; calls must be in order of time."""
         while self._turns and now_ns >= self._turns[0].end_ns:
-            self._done += self._turns.popleft().counts
-        return self._done + self._turns[0].counted(now_ns) if self._turns else self._done
+            self._counts_done += self._turns.popleft().counts
+        return self._counts_done + self._turns[0].counted(now_ns) if self._turns else self._counts_done
 
     def turning(self, now_ns: int) -> bool:
         """Return whether a turn is in progress or planned."""
@@ -129,7 +131,7 @@ class HandTurning:
         return bool(self._turns)
 
     def turns_ns(self, now_ns: int) -> int | None:
-        """Return `now_ns` if a turn is under way, else when the next one begins; None without one."""
+        """Return `now_ns` during a turn, otherwise the start of the next turn, or None."""
         self.counts(now_ns)
         return max(now_ns, self._turns[0].start_ns) if self._turns else None
 
@@ -138,12 +140,12 @@ class HandTurning:
         insort(self._markers, at_ns)
 
     def next_marker_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next Z pulse after `now_ns`; drop earlier ones."""
+        """Return the instant of the next Z pulse after `now_ns`, or None; drop earlier pulses."""
         del self._markers[: bisect_right(self._markers, now_ns)]
         return self._markers[0] if self._markers else None
 
     def let_go(self, now_ns: int) -> None:
-        """Cancel turns and pulses planned for later than `now_ns`."""
-        self._done = self.counts(now_ns)
+        """Cancel turns and Z pulses after `now_ns`."""
+        self._counts_done = self.counts(now_ns)
         self._turns.clear()
         del self._markers[bisect_right(self._markers, now_ns) :]

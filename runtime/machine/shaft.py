@@ -1,16 +1,15 @@
 """Converts motor steps to the true position of the shaft, with slips and jams.
 
-The law, for a single motor step in direction d with the shaft at p:
+The rules for a single motor step in direction d with the shaft at p:
 
     a jam at p against d            the step is lost
-    the first step from p in d      every slip at p that acts in d may begin: its steps are lost
+    the first step from p in d      every slip at p in d may begin, and then loses its steps
     remaining steps of a slip       the step is lost
     otherwise                       the shaft moves to p + d
 
-A step in the other direction, or against a jam, ends a slip at p. Between the
-positions of slips and jams nothing happens, so `follow` goes from one to the next
-and `steps_to` adds up the losses on the way. Random numbers are drawn one passage
-ahead, so that `steps_to` is exact.
+A step in the other direction, or against a jam, ends a slip at p. The shaft moves freely between slips and
+jams, so `follow` goes from one to the next, and `steps_to` adds up the losses. Random numbers are drawn one
+passage ahead, so `steps_to` is exact.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from random import Random
 from .spec import Jam, Slip
 
 FAR = 1 << 63
-"""Beyond any shaft's travel, later than any clock (ns: 292 years)."""
+"""A position beyond any travel, in steps, and an instant after any run, in ns (292 years)."""
 
 _CHANCE_BITS = 32
 
@@ -31,25 +30,27 @@ _CHANCE_BITS = 32
 class _SlipState:
     """A slip, its remaining occurrences, and whether the next passage slips."""
 
-    __slots__ = ("_draw", "_left", "_steps", "_threshold", "_will")
+    __slots__ = ("_occurrences_left", "_random", "_slips_next", "_steps", "_threshold")
 
-    def __init__(self, slip: Slip, draw: Random) -> None:
-        self._draw = draw
+    def __init__(self, slip: Slip, random: Random) -> None:
+        self._random = random
         self._steps = slip.steps
-        self._left = FAR if slip.times is None else slip.times
+        self._occurrences_left = FAR if slip.times is None else slip.times
         self._threshold = ceil(slip.chance * (1 << _CHANCE_BITS))  # exact: a draw below it is below `chance`
-        self._will = self._drawn()
+        self._slips_next = self._draw_next()
 
-    def _drawn(self) -> bool:
-        return self._draw.getrandbits(_CHANCE_BITS) < self._threshold
+    def _draw_next(self) -> bool:
+        return self._random.getrandbits(_CHANCE_BITS) < self._threshold
 
     def due(self) -> int:
-        return self._steps if self._will and self._left else 0
+        """Return the steps that the next passage loses."""
+        return self._steps if self._slips_next and self._occurrences_left else 0
 
     def begin(self) -> int:
+        """Begin a passage; return the steps that it loses."""
         steps_lost = self.due()
-        self._left -= steps_lost > 0
-        self._will = self._drawn()
+        self._occurrences_left -= steps_lost > 0
+        self._slips_next = self._draw_next()
         return steps_lost
 
 
@@ -58,15 +59,15 @@ class Shaft:
 
     Args:
         slips: positions that lose steps.
-        seed: seed of the random numbers; the same seed gives the same run.
+        seed: seed of the random numbers; the same seed produces the same run.
     """
 
-    __slots__ = ("_departing", "_high", "_jams", "_left", "_low", "_obstacles", "_slips", "position")
+    __slots__ = ("_departing", "_high", "_jams", "_low", "_obstacles", "_slips", "_steps_to_lose", "position")
 
     def __init__(self, slips: Sequence[Slip] = (), jams: Sequence[Jam] = (), seed: int = 0) -> None:
         self.position = 0  # true position, steps; 0 at power-up
         self._jams = frozenset((jam.at, jam.direction) for jam in jams)
-        self._slips: dict[tuple[int, int], list[_SlipState]] = {}
+        self._slips: dict[tuple[int, int], list[_SlipState]] = {}  # by position and direction
         for index, slip in enumerate(slips):
             state = _SlipState(slip, Random(f"{seed}/{index}"))
             for direction in (1, -1):
@@ -75,12 +76,12 @@ class Shaft:
         self._obstacles = sorted(
             {position for position, _ in self._jams} | {position for position, _ in self._slips}
         )
-        self._departing = 0  # direction in which the motor leaves `position`, 0 = not yet
-        self._left = 0  # steps still to be lost before the shaft leaves
-        self._survey()
+        self._departing = 0  # direction in which the motor leaves `position`, 0 before it does
+        self._steps_to_lose = 0  # remaining steps to lose before the shaft leaves
+        self._find_neighbors()
 
-    def _survey(self) -> None:
-        """Find the obstacles next to the position; at an obstacle, the clear range is empty."""
+    def _find_neighbors(self) -> None:
+        """Find the obstacles next to the position; at an obstacle, the range between them is empty."""
         index_above = bisect_left(self._obstacles, self.position)
         index_below = bisect_right(self._obstacles, self.position)
         self._high = self._obstacles[index_above] if index_above < len(self._obstacles) else FAR
@@ -105,23 +106,26 @@ class Shaft:
             if (self.position, direction) in self._jams:
                 self._departing = 0
                 break
-            steps -= self._lose(direction, steps)
+            steps -= self._lose_steps(direction, steps)
             if steps:
-                clear = min(steps, self._clear(direction))
-                self.position += direction * clear
+                steps_made = min(steps, self._clear_steps(direction))
+                self.position += direction * steps_made
                 self._departing = 0
-                steps -= clear
-        self._survey()
+                steps -= steps_made
+        self._find_neighbors()
 
-    def _lose(self, direction: int, steps: int) -> int:
+    def _lose_steps(self, direction: int, steps: int) -> int:
+        """Begin or continue the slips at the position; return the steps that are lost, up to `steps`."""
         if self._departing != direction:
             self._departing = direction
-            self._left = sum(slip.begin() for slip in self._slips.get((self.position, direction), ()))
-        steps_lost = min(self._left, steps)
-        self._left -= steps_lost
+            slips = self._slips.get((self.position, direction), ())
+            self._steps_to_lose = sum(slip.begin() for slip in slips)
+        steps_lost = min(self._steps_to_lose, steps)
+        self._steps_to_lose -= steps_lost
         return steps_lost
 
-    def _clear(self, direction: int) -> int:
+    def _clear_steps(self, direction: int) -> int:
+        """Return the steps from the position to the next obstacle in a direction."""
         if direction > 0:
             index = bisect_right(self._obstacles, self.position)
             return self._obstacles[index] - self.position if index < len(self._obstacles) else FAR
@@ -129,9 +133,9 @@ class Shaft:
         return self.position - self._obstacles[index - 1] if index else FAR
 
     def steps_to(self, direction: int, target: int) -> int | None:
-        """Return the motor steps in `direction` to `target`; None = other direction, or beyond a jam.
+        """Return the motor steps in `direction` to `target`, or None if the shaft can't reach it that way.
 
-        `follow` with exactly that many steps reaches it, with one fewer it does not.
+        `follow` reaches the target with exactly this number of steps.
 
         >>> shaft = Shaft([Slip(100, 7)], [Jam(500, 1)])
         >>> shaft.steps_to(1, 100), shaft.steps_to(1, 101), shaft.steps_to(1, 501)
@@ -148,15 +152,14 @@ class Shaft:
         return distance + steps_lost
 
     def _obstacles_before(self, direction: int, target: int) -> list[int]:
-        if direction > 0:
-            return self._obstacles[
-                bisect_left(self._obstacles, self.position) : bisect_left(self._obstacles, target)
-            ]
-        return self._obstacles[
-            bisect_right(self._obstacles, target) : bisect_right(self._obstacles, self.position)
-        ]
+        """Return the obstacles from the position to before `target`."""
+        bisect, low, high = bisect_left, self.position, target
+        if direction < 0:
+            bisect, low, high = bisect_right, target, self.position
+        return self._obstacles[bisect(self._obstacles, low) : bisect(self._obstacles, high)]
 
-    def _due(self, at: int, direction: int) -> int:
-        if at == self.position and self._departing == direction:
-            return self._left
-        return sum(slip.due() for slip in self._slips.get((at, direction), ()))
+    def _due(self, position: int, direction: int) -> int:
+        """Return the steps that the next passage of a position loses."""
+        if position == self.position and self._departing == direction:
+            return self._steps_to_lose
+        return sum(slip.due() for slip in self._slips.get((position, direction), ()))

@@ -1,10 +1,9 @@
 """The parts of a machine: switches, timeline, encoder, slips, jams, stations.
 
-Positions are true shaft positions in motor steps, CW positive, 0 at power-up of
-the rack. Times are ns since power-up. Everything here is data; `machine.Machine`
-has the behavior. An illegal part raises a ValueError that names field, value and
-the allowed values. A rack file describes the parts by the same names; the field
-types define their form in the file.
+Positions are true shaft positions in motor steps, CW positive, 0 at power-up of the rack. Times are ns since
+power-up. Everything here is data; `machine.Machine` has the behavior. An invalid part raises a ValueError
+with the field, the value and the allowed values. A rack file uses the same names; the field types define
+their form in the file.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from scanrack.io_images.site import SettingError
 
 
 def input_name(bit: InputBit) -> str:
-    """Return the name of an input as files and requests write it.
+    """Return the name of an input in files and requests.
 
     >>> input_name(InputBit.CW_LIMIT)
     'cw_limit'
@@ -45,7 +44,7 @@ INPUT_NAMES = {input_name(bit): bit for bit in InputBit}
 
 
 def input_of(value: object) -> InputBit:
-    """Return an input by its name; PydanticCustomError for an unknown input.
+    """Return an input by its name; PydanticCustomError for an unknown name.
 
     >>> input_of("cw_limit")
     <InputBit.CW_LIMIT: 16>
@@ -59,7 +58,7 @@ def input_of(value: object) -> InputBit:
 def _number(value: object) -> Fraction:
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         try:
-            return Fraction(str(value))  # of a float its shortest decimal form
+            return Fraction(str(value))  # the shortest decimal form of a float
         except ValueError:
             pass
     raise PydanticCustomError("allowed", "a number")
@@ -82,14 +81,14 @@ InputName = Annotated[
     PlainSerializer(input_name),
     WithJsonSchema({"enum": list(INPUT_NAMES)}),
 ]
-"""An input; in a file its name in lower case."""
+"""An input; in a file, its name in lower case."""
 
 Ratio = Annotated[
     Fraction,
     PlainValidator(_ratio),
     WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\d+/\d+$"}]}),
 ]
-"""A ratio; in a file a number, or a fraction such as "4/3"."""
+"""A ratio; in a file, a number or a fraction such as "4/3"."""
 
 Chance = Annotated[
     float | Fraction, PlainValidator(_number), WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1})
@@ -99,21 +98,22 @@ Times = Annotated[
     BeforeValidator(_times),
     WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": ["always"]}]}),
 ]
-"""A number of times; None, in a file "always", is unlimited."""
+"""A number of times; None is unlimited, in a file "always"."""
 
 NO_MORE_KEYS = ConfigDict(extra="forbid")
 
 
 def refusal(owner: object, field: str, value: object, allowed: str) -> ValueError:
-    """Return the error for an illegal value of a field of `owner`."""
+    """Return the error for an invalid value of a field of `owner`."""
     return SettingError(field, f"{type(owner).__name__}.{field} is {value!r}; allowed: {allowed}")
 
 
-def _check_whole(owner: object, field: str, least: int | None = None) -> None:
+def _check_whole(owner: object, field: str, minimum: int | None = None) -> None:
     value = getattr(owner, field)
     is_int = isinstance(value, int) and not isinstance(value, bool)
-    if not is_int or (least is not None and value < least):
-        raise refusal(owner, field, value, "a whole number" + ("" if least is None else f", {least} or more"))
+    if not is_int or (minimum is not None and value < minimum):
+        limit = "" if minimum is None else f", {minimum} or more"
+        raise refusal(owner, field, value, f"a whole number{limit}")
 
 
 def _check_choice(owner: object, field: str, choices: tuple[object, ...]) -> None:
@@ -129,11 +129,10 @@ def _check_input(owner: object, value: object) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Switch:
-    """A switch or sensor on the machine, operated while the shaft is in a closed range of positions.
+    """A switch or sensor on the machine, operated while the shaft is in a range of positions.
 
-    Several switches may feed one input: normally open ones in parallel (any of
-    them energizes it), normally closed ones in series (any of them opens the
-    circuit). One input can't have both kinds.
+    Several switches may feed one input: normally open switches in parallel (each of them energizes it), or
+    normally closed switches in series (each of them opens the circuit). One input can't have both kinds.
 
     Attributes:
         input: the module's input that it is wired to.
@@ -159,7 +158,7 @@ class Switch:
         _check_choice(self, "normally_closed", (False, True))
 
     def operated(self, shaft: int) -> bool:
-        """Return whether the shaft at this position operates the switch.
+        """Return whether the switch is operated with the shaft at a position.
 
         >>> home = Switch(InputBit.HOME, 3000, 3500)
         >>> home.operated(2999), home.operated(3000), home.operated(3500), home.operated(3501)
@@ -168,21 +167,21 @@ class Switch:
         return (self.first is None or shaft >= self.first) and (self.last is None or shaft <= self.last)
 
     def closed(self, shaft: int) -> bool:
-        """Return whether the contact is closed with the shaft at this position."""
+        """Return whether the contact is closed with the shaft at a position."""
         return self.operated(shaft) is not self.normally_closed
 
 
 @dataclass(frozen=True, slots=True)
 class TimelineEntry:
-    """A level of one input from an instant on, until the next entry for that input.
+    """A level of an input from an instant on, until the next entry for the input.
 
-    On an input that a switch or a station feeds, an entry is a fault: a stuck
-    contact (True) or a broken wire (False), until an entry with None repairs it.
+    On an input that a switch or a station feeds, an entry is a fault: a stuck contact (True) or a broken wire
+    (False). An entry with None repairs it.
     """
 
     at_ns: int  # ns since power-up
     input: InputBit
-    energized: bool | None  # the level from then on; None = controlled by the machine's switch or station
+    energized: bool | None  # the new level, or None to return the input to its switch or station
 
     def __post_init__(self) -> None:
         _check_whole(self, "at_ns", 0)
@@ -200,14 +199,14 @@ def press(
 
     Args:
         for_ns: duration, 1 or more.
-        normally_closed: pressing it de-energizes the input. (The level before the first
-            press is then a separate entry, at 0.)
+        normally_closed: the pressed button de-energizes the input. The level before the first press then
+            needs an entry at 0.
 
     Raises:
-        ValueError: `for_ns` is less than 1, or an entry is illegal.
+        ValueError: `for_ns` is less than 1, or an entry is invalid.
     """
     if for_ns < 1:
-        raise ValueError(f"press: for_ns is {for_ns!r}; allowed: 1 or more")
+        raise ValueError(f"press: for_ns {for_ns!r}: must be 1 or more")
     pressed = not normally_closed
     return TimelineEntry(at_ns, input, pressed), TimelineEntry(at_ns + for_ns, input, not pressed)
 
@@ -218,9 +217,9 @@ class EncoderSpec:
 
     Attributes:
         counts_per_step: x4 counts per step of the shaft, more than 0; a number, or a fraction such as "4/3".
-        direction: 1 counts up when the shaft turns CW, -1 down.
-        marker_every: counts per Z pulse (x4 counts per turn); no Z is wired if left out.
-        marker_at: a count at which the Z line lies (the others are `marker_every` apart).
+        direction: 1 counts up when the shaft turns CW, -1 counts down.
+        marker_every: x4 counts between Z pulses; no Z line if left out.
+        marker_at: count of a Z pulse.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -243,12 +242,12 @@ class EncoderSpec:
 
 @dataclass(frozen=True, slots=True)
 class MasterTurn:
-    """A movement of a master encoder, which the module's shaft does not turn: a follower follows it.
+    """A movement of a master encoder, which a follower follows; the module's shaft does not turn it.
 
     Attributes:
-        at_ns: when it begins, time since power-up.
-        counts: x4 counts that it makes, evenly spread; the last one at its end. Negative counts down.
-        for_ns: how long it takes, 1 or more.
+        at_ns: begin, ns since power-up.
+        counts: x4 counts at a constant speed, the last one at the end; negative counts down.
+        for_ns: duration, 1 or more.
     """
 
     at_ns: int
@@ -262,24 +261,23 @@ class MasterTurn:
 
     @property
     def end_ns(self) -> int:
-        """When it ends, time since power-up."""
+        """End, ns since power-up."""
         return self.at_ns + self.for_ns
 
 
 @dataclass(frozen=True, slots=True)
 class Slip:
-    """Steps that the motor makes without the shaft, where the load is heavy.
+    """Steps that the motor makes without the shaft, for example under a heavy load.
 
-    When the motor sets out from shaft position `at` in `direction`, the shaft
-    stays there for `steps` motor steps and follows from then on. Reversing the
-    motor ends a slip.
+    When the motor leaves shaft position `at` in `direction`, the shaft stays for `steps` motor steps and then
+    follows. A reversal of the motor ends a slip.
 
     Attributes:
         at: the shaft position, steps.
         steps: motor steps lost each time, 1 or more.
-        direction: 1 or -1 for that direction only, 0 for both.
+        direction: 1 or -1 for one direction only, 0 for both.
         times: number of occurrences, 1 or more, or "always" (in Python None).
-        chance: 0 to 1, the probability each time the motor sets out from there.
+        chance: probability of a slip each time the motor leaves the position, 0 to 1.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -303,11 +301,11 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Jam:
-    """A position that the shaft can't pass in one direction; the other way is free.
+    """A position that the shaft can't pass in one direction.
 
     Attributes:
-        at: the last shaft position that it reaches, steps.
-        direction: 1 for clockwise, -1 for counterclockwise.
+        at: the last shaft position before the jam, steps.
+        direction: blocked direction, 1 for clockwise, -1 for counterclockwise.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -322,11 +320,11 @@ class Jam:
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """A station that works on the part at it and signals the end of its work.
+    """A station that works on a part and signals the end of its work.
 
-    When a motion ends with the shaft exactly at `position`, the station works for `work_ns`
-    (0 or more) and then energizes its input for `pulse_ns` (1 or more). A motion that begins
-    before the pulse cancels it; a pulse that has begun is completed. Stations may share an input.
+    When a motion ends with the shaft exactly at `position`, the station works for `work_ns` (0 or more) and
+    then energizes its input for `pulse_ns` (1 or more). A motion that begins before the pulse cancels the
+    pulse, but not a pulse that has begun. Stations may share an input.
     """
 
     position: int
@@ -343,18 +341,16 @@ class Station:
 
 @dataclass(frozen=True, slots=True)
 class MachineSpec:
-    """All parts of a machine. Without parts it is a motor on a bench with unwired inputs."""
+    """All parts of a machine; without parts, a motor on a bench with unwired inputs."""
 
     switches: tuple[Switch, ...] = ()
-    timeline: tuple[
-        TimelineEntry, ...
-    ] = ()  # actions of people; actions at one instant happen in the given order
+    timeline: tuple[TimelineEntry, ...] = ()  # actions by hand; actions at one instant keep their order
     encoder: EncoderSpec | None = None
     slips: tuple[Slip, ...] = ()
     jams: tuple[Jam, ...] = ()
     stations: tuple[Station, ...] = ()
-    turns: tuple[MasterTurn, ...] = ()  # in order of time, one after the other
-    master_speed: int | None = None  # greatest speed of a master encoder, x4 counts/s; None = there is none
+    turns: tuple[MasterTurn, ...] = ()  # in order of time, without overlaps
+    master_speed: int | None = None  # highest speed of the master encoder, x4 counts/s; None without one
 
     def __post_init__(self) -> None:
         for field, kind in _PARTS:
@@ -365,7 +361,7 @@ class MachineSpec:
             _check_whole(self, "master_speed", 1)
         for turn, next_turn in pairwise(self.turns):
             if next_turn.at_ns < turn.end_ns:
-                allowed_ns = f"at_ns of {turn.end_ns} or more, the end of the turn before"
+                allowed_ns = f"at_ns of {turn.end_ns} or more, the end of the last turn"
                 raise refusal(self, "turns", next_turn, allowed_ns)
         self._check_wiring()
 
@@ -379,20 +375,18 @@ class MachineSpec:
                 raise refusal(self, field, part, f"{kind.__name__} only")
 
     def _check_wiring(self) -> None:
-        opening = {switch.input for switch in self.switches if switch.normally_closed}
-        closing = {switch.input for switch in self.switches if not switch.normally_closed}
-        for bit in sorted(opening & closing):
-            raise refusal(
-                self, "switches", str(bit.name), "normally open or normally closed, not both on one input"
-            )
+        normally_closed = {switch.input for switch in self.switches if switch.normally_closed}
+        normally_open = {switch.input for switch in self.switches if not switch.normally_closed}
+        for bit in sorted(normally_closed & normally_open):
+            allowed_kinds = "normally open or normally closed, not both on one input"
+            raise refusal(self, "switches", str(bit.name), allowed_kinds)
         for station in self.stations:
-            if station.input in opening | closing:
-                raise refusal(self, "stations", station, "an input that no switch feeds")
+            if station.input in normally_closed | normally_open:
+                raise refusal(self, "stations", station, "an input without a switch")
         for entry in self.timeline:
             if entry.energized is None and not self.fed_inputs & entry.input.value:
-                raise refusal(
-                    self, "timeline", entry, "energized None on inputs with a switch or station only"
-                )
+                allowed_inputs = "energized None on inputs with a switch or station only"
+                raise refusal(self, "timeline", entry, allowed_inputs)
 
     @property
     def fed_inputs(self) -> int:

@@ -4,8 +4,8 @@
      |<---- work_ns ---->|                       work canceled: no pulse
      |<---- work_ns ---->|<-- pulse_ns -->|      a pulse that has begun is completed
 
-An input is *held* once a timeline entry or the bench has set its level; other
-inputs follow switches and stations.
+An input is *held* after a timeline entry or the bench has set its level. Other inputs follow switches and
+stations.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .spec import MachineSpec, Station, TimelineEntry
 
 _LEVEL = {True: "energized", False: "de-energized"}
 
-_SPOKEN = {
+_INPUT_TITLES = {
     InputBit.CAPTURE: "capture",
     InputBit.EXTERNAL: "external",
     InputBit.HOME: "home",
@@ -29,29 +29,44 @@ _SPOKEN = {
 
 
 class _Work:
+    """The work of a station.
+
+    Attributes:
+        due_ns: start of its pulse, FAR while it does not work.
+        until_ns: end of its pulse, FAR without a pulse.
+    """
+
     __slots__ = ("due_ns", "station", "until_ns")
 
     def __init__(self, station: Station) -> None:
         self.station = station
-        self.due_ns = FAR  # start of its pulse, FAR = it is not working
-        self.until_ns = FAR  # end of its pulse, FAR = there is none
+        self.due_ns = FAR
+        self.until_ns = FAR
 
 
 class Stimuli:
-    """Timeline, stations and bench: changes of the inputs over time. Calls must be in order of time."""
+    """Changes of inputs by timeline, stations and bench; calls must be in order of time.
+
+    Attributes:
+        held_mask: mask of the held inputs.
+        held: mask of the held inputs that are energized.
+        pulses: mask of the inputs that a station pulses.
+        events: past actions, in order of time; the reader empties the list.
+        next_ns: instant of the next action, or FAR.
+    """
 
     __slots__ = ("_entries", "_fed", "_index", "_works", "events", "held", "held_mask", "next_ns", "pulses")
 
     def __init__(self, spec: MachineSpec) -> None:
         self._entries = sorted(spec.timeline, key=lambda entry: entry.at_ns)
-        self._index = 0
+        self._index = 0  # of the next entry
         self._works = [_Work(station) for station in spec.stations]
         self._fed = spec.fed_inputs
         self.held_mask = 0
-        self.held = 0  # the energized inputs among them
-        self.pulses = 0  # inputs that a station is pulsing
-        self.events: list[Event] = []  # actions so far, in order of time; the reader empties it
-        self.next_ns = self._soonest_ns()  # instant of the next action, FAR = never
+        self.held = 0
+        self.pulses = 0
+        self.events: list[Event] = []
+        self.next_ns = self._soonest_ns()
 
     def _soonest_ns(self) -> int:
         soonest = self._entries[self._index].at_ns if self._index < len(self._entries) else FAR
@@ -84,16 +99,17 @@ class Stimuli:
         self._report(entry.at_ns, entry.input, self._sentence(entry), entry.energized)
 
     def operate(self, bit: InputBit, energized: bool | None, now_ns: int) -> None:
-        """Act on an input as an entry of the timeline does.
+        """Act on an input as a timeline entry does.
 
         A released input without a switch or a station is de-energized.
         """
         self.advance(now_ns)
-        fed = bool(self._fed & bit.value)
-        self._act(TimelineEntry(now_ns, bit, energized if energized is not None or fed else False))
+        if energized is None and not self._fed & bit.value:
+            energized = False
+        self._act(TimelineEntry(now_ns, bit, energized))
 
     def _sentence(self, entry: TimelineEntry) -> str:
-        name = _SPOKEN[entry.input]
+        name = _INPUT_TITLES[entry.input]
         if entry.energized is None:
             return f"The {name} input follows the machine again."
         if self._fed & entry.input.value:
@@ -120,7 +136,7 @@ class Stimuli:
         self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energized": energized}))
 
     def rest(self, now_ns: int, shaft: int) -> None:
-        """Begin the work of the stations at this shaft position: the motion has ended."""
+        """Begin the work of the stations at a shaft position after a motion."""
         self.advance(now_ns)
         for station_work in self._works:
             if station_work.station.position == shaft:
@@ -128,7 +144,7 @@ class Stimuli:
         self.next_ns = self._soonest_ns()
 
     def depart(self, now_ns: int) -> None:
-        """Stop the work of all stations: a motion begins."""
+        """Stop the work of all stations before a motion."""
         self.advance(now_ns)
         for station_work in self._works:
             station_work.due_ns = FAR

@@ -4,8 +4,7 @@
     bounds             0                     3000           3501
     masks      CCW     -                     HOME           -
 
-A table row ends only where an input changes: `steps_to_switch` searches for these
-ends.
+A table row ends only where an input changes; `steps_to_switch` uses these ends.
 """
 
 from __future__ import annotations
@@ -18,10 +17,10 @@ from .spec import Switch
 
 
 class SwitchTable:
-    """The levels of inputs that switches feed.
+    """The levels of the inputs that switches feed.
 
     Args:
-        switches: checked by MachineSpec: no input with both kinds of contact.
+        switches: switches that MachineSpec has checked; no input has both kinds of contact.
     """
 
     __slots__ = ("_bounds", "_masks")
@@ -36,7 +35,10 @@ class SwitchTable:
                 self._masks.append(mask)
 
     def row(self, shaft: int) -> tuple[int, int, int]:
-        """Return (first, last, mask): the range around `shaft` without a change; open ends are ±FAR."""
+        """Return (first, last, mask): the range of positions around `shaft` with equal levels.
+
+        An open end is -FAR or FAR.
+        """
         index = bisect_right(self._bounds, shaft)
         first_step = self._bounds[index - 1] if index else -FAR
         last_step = self._bounds[index] - 1 if index < len(self._bounds) else FAR
@@ -52,9 +54,9 @@ def _edges(switches: Iterable[Switch]) -> Iterable[int]:
 
 
 def energized(switches: Iterable[Switch], shaft: int) -> int:
-    """Return the mask of inputs that these switches energize at a shaft position.
+    """Return the mask of inputs that switches energize at a shaft position.
 
-    Normally open switches on one input are in parallel, normally closed ones in series.
+    Normally open switches of an input are in parallel, normally closed switches in series.
 
     >>> from scanrack.io_images.amci3601.bits import InputBit
     >>> limits = [Switch(InputBit.CW_LIMIT, 90, None, True), Switch(InputBit.CW_LIMIT, None, -90, True)]

@@ -1,4 +1,4 @@
-"""The record of a kind of module, in its folder; other packages use a module only by its record."""
+"""The record of a kind of module; other packages use a module through its record only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
 Options = Mapping[str, JsonValue]
-"""A slot's options by name, as a rack file gives them."""
+"""A slot's options by name, as in a rack file."""
 
 
 class LiveModule(Module, Protocol):
@@ -35,23 +35,23 @@ class LiveModule(Module, Protocol):
 
 @runtime_checkable
 class NamedInputs(Protocol):
-    """A module whose inputs have names."""
+    """A module with named inputs."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set an input now; ValueError for an unknown input."""
+        """Set an input; ValueError for an unknown input."""
 
 
 @runtime_checkable
 class AnalogInputs(Protocol):
-    """A module with analog inputs that have names."""
+    """A module with named analog inputs."""
 
     def set_value(self, name: str, value: float) -> None:
-        """Set an input now; ValueError for an unknown input or an illegal value."""
+        """Set an input; ValueError for an unknown input or an invalid value."""
 
 
 @runtime_checkable
 class ModuleWithInputs(Protocol):
-    """A module whose machine has inputs that a person may operate."""
+    """A module with a machine that has inputs to operate by hand."""
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Set an input at the last `update`; None returns it to the machine."""
@@ -59,7 +59,7 @@ class ModuleWithInputs(Protocol):
 
 @runtime_checkable
 class ModuleWithFigures(Protocol):
-    """A module whose machine can be read between scans without an effect."""
+    """A module with a machine that can be read between scans without side effects."""
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energized inputs."""
@@ -67,7 +67,7 @@ class ModuleWithFigures(Protocol):
 
 @runtime_checkable
 class ModuleWithFormats(Protocol):
-    """A module whose configuration selects the format of its numbers."""
+    """A module with a configuration that selects the format of its numbers."""
 
     @property
     def number_format(self) -> NumberFormat:
@@ -76,10 +76,10 @@ class ModuleWithFormats(Protocol):
 
 @runtime_checkable
 class PressedByTimeline(Protocol):
-    """A module whose inputs are operated by a timeline of the rack file."""
+    """A module with a timeline in the rack file that operates its inputs."""
 
     def end_timeline(self) -> bool:
-        """Cancel the remaining presses; return whether there were any."""
+        """Cancel the remaining presses; return whether any remained."""
 
 
 @runtime_checkable
@@ -87,51 +87,51 @@ class ModuleWithMachine(Module, Protocol):
     """A module that drives a simulated machine."""
 
     def machine_at(self, now_ns: int) -> Machine:
-        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
+        """Return the machine at `now_ns`, the instant of the last `update`."""
 
 
 @runtime_checkable
 class PredictableMachine(ModuleWithMachine, Protocol):
     """A module that can predict its machine as long as nothing acts on it.
 
-    An instant that is not later than the last `update` means that it can't predict it.
+    If it can't predict, it returns an instant up to the last `update`.
     """
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant before which the shaft does not enter or leave positions `first` to `last`.
+        """Return the instant until which the shaft does not enter or leave positions `first` to `last`.
 
-        None means an open end.
+        None is an open end.
         """
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant before which no level of the machine's inputs changes."""
+        """Return the instant until which no level of the machine's inputs changes."""
 
 
 class Trait(Enum):
-    """Events and equipment of a kind of module, for `fuzz` and `drive`."""
+    """Possible faults and equipment of a kind of module, for `fuzz` and `drive`."""
 
-    FIRMWARE = "comes in the versions of a 3601's firmware"
+    FIRMWARE = "has the firmware versions of a 3601"
     STOPS_ANSWERING = "can be made to stop answering"
-    MACHINE = "is bolted to a machine"
+    MACHINE = "drives a machine"
     SLIPS = "its machine may lose steps"
-    LINE = "has a controller at the far end of a line"
+    LINE = "has a device at the far end of a line"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LivePort:
     """Opens a kind of adapter on a real port."""
 
-    opened: Callable[[str, int, Options], LiveModule]  # opens port, address and options; or ValueError
+    opened: Callable[[str, int, Options], LiveModule]  # opens (port, address, options), or ValueError
     factory_address: int
-    highest_address: int  # addresses are 1 to this one, or the factory's
+    highest_address: int  # an address is 1 to `highest_address`, or `factory_address`
 
     def check_address(self, address: int | None) -> None:
-        """Refuse an address that the controller can't have, with a ValueError."""
+        """Refuse an address that the device can't have, with a ValueError."""
         if address is None or 1 <= address <= self.highest_address or address == self.factory_address:
             return
         allowed = f"1 to {self.highest_address}"
         if self.factory_address > self.highest_address:
-            allowed += f", or {self.factory_address} as from the factory"
+            allowed += f", or {self.factory_address} (factory setting)"
         raise SettingError("address", f"address {address}: must be {allowed}")
 
     def open(self, port: str, address: int | None, options: Options) -> LiveModule:
@@ -139,16 +139,16 @@ class LivePort:
 
         Args:
             port: a serial device, or tcp:HOST:PORT.
-            address: address of the controller; None = the factory setting.
+            address: address of the device, or None for the factory setting.
 
         Raises:
-            ValueError: an illegal option, or a port that can't be opened.
+            ValueError: an invalid option, or a port that can't be opened.
         """
         return self.opened(port, self.factory_address if address is None else address, options)
 
 
 class NamedStatus:
-    """An input image decoded by its module's names: bits of the group "status", and words.
+    """An input image with the module's names as attributes: bits of the group "status", and words.
 
     >>> from scanrack.io_images.module_words import BitPlace
     >>> words = ModuleWords("Lamp", PLAIN_WORDS.outputs, ("state", *PLAIN_WORDS.inputs[1:]),
@@ -169,7 +169,7 @@ class NamedStatus:
         if name in self._words:
             return self._inputs[self._words[name]]
         name_list = ", ".join([*self._bits, *self._words])
-        raise AttributeError(f"the module has no {name!r} in its inputs: they are {name_list}")
+        raise AttributeError(f"the module's inputs have no {name!r}; choose from {name_list}")
 
     def __str__(self) -> str:
         return " ".join(name for name in self._bits if getattr(self, name)) or "no bit"
@@ -185,29 +185,28 @@ class ModuleRecord:
 
     Attributes:
         name: its catalog name, as in rack files and `scanrack drive`.
-        make: makes a simulated module from (firmware, machine, seed, options, wiring); ValueError names an
-            illegal argument.
-        words: names of its words and bits, with these options.
-        has_firmware: whether it has a version to record.
-        status: decodes its input image; by the names of its words if left out.
-        live: opens it on a real port; None if that is impossible.
-        traits: its kinds of events and equipment.
-        follows: the slots whose machines operate its inputs, with these options.
-        buttons: names of the inputs that a person operates, with these options.
-        signals: analog inputs by name, with test values, with these options.
+        make: makes a simulated module from (firmware, machine, seed, options, wiring), or raises ValueError
+            with the invalid argument.
+        words: returns the names of its words and bits for the options.
+        has_firmware: whether traces record its firmware.
+        status: decodes its input image; by default with the names of its words.
+        live: opens it on a real port; None if it has no port.
+        traits: its possible faults and equipment.
+        follows: returns the slots with machines that operate its inputs.
+        buttons: returns the names of the inputs that a person operates.
+        signals: returns its analog inputs by name, with test values.
         check_controller: refuses an incompatible (firmware, controller) with a ValueError.
         family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other
             module.
-        switches: (slot, switch) of the machines' switches that operate its inputs, with these options.
-        capabilities: the table of its refusals, Markdown; None without own refusals.
-        option_table: returns the declaration of its options, for editors; None without one.
-        round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
-        conditions: returns the conditions around a module, if they can be set while it runs.
-        states: returns the names of such conditions with their states, or with an example of their number.
-        machine_inputs: the inputs of its machine that are wired to it, by name, each with the module's name
-            for it, "" if that is the same, with these options.
-        unread: whether it stands for a module whose file is not executed, so that options and named bits are
-            not checked.
+        switches: returns (slot, switch) of the machines' switches that operate its inputs.
+        capabilities: returns the table of its refusals, Markdown; None without refusals.
+        option_table: returns the class of its options, for editors; None without options.
+        round_trip_ms: longest time until it answers a command, ms; 0 if it answers at once.
+        conditions: returns the environment of a module, if it can be set while the module runs.
+        states: returns the names of the environment with their states, or with an example of their number.
+        machine_inputs: returns the machine's inputs that are wired to it, with the module's names for them,
+            or "" where the names are equal.
+        unread: whether the module's file is not executed, so that options and named bits are not checked.
     """
 
     name: str

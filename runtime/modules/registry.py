@@ -1,4 +1,4 @@
-"""The registry of modules: the records in their folders, and the records of installed packages."""
+"""The registry of modules: scanrack's records, and the records of installed packages."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 GROUP = "scanrack.modules"
-"""The group of entry points of installed packages with modules: catalog name = module:RECORD."""
+"""The entry point group for packages with modules: catalog name = module:RECORD."""
 
 
 class OwnModules(Mapping[str, ModuleRecord]):
-    """The modules of scanrack by catalog name; all but the 3601 are imported at first use."""
+    """The modules of scanrack by catalog name; all but the 3601 are imported on first use."""
 
     @cached_property
     def _all(self) -> Mapping[str, ModuleRecord]:
@@ -46,7 +46,7 @@ OWN = OwnModules()
 
 @cache
 def _installed() -> Mapping[str, EntryPoint]:
-    """Return the entry points of installed packages by catalog name, without names of scanrack's own."""
+    """Return the entry points of installed packages by catalog name, without scanrack's names."""
     from importlib.metadata import entry_points  # importing it loads all of `email`
 
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
@@ -54,11 +54,15 @@ def _installed() -> Mapping[str, EntryPoint]:
 
 @cache
 def _record_of(name: str) -> ModuleRecord:
-    """Import the record of an installed package; ValueError if it has none."""
+    """Return the record of an installed package, which this imports.
+
+    Raises:
+        ValueError: the import fails, or the package has no record of this name.
+    """
     point = _installed()[name]
     try:
         record = point.load()
-    except Exception as error:  # report anything that the package raises as its own mistake
+    except Exception as error:  # an import of foreign code can raise anything
         raise ValueError(f"module {name}: {point.value} can't be imported: {error}") from error
     if not isinstance(record, ModuleRecord) or record.name != name:
         raise ValueError(f"module {name}: {point.value} is not the ModuleRecord of this name")
@@ -66,13 +70,13 @@ def _record_of(name: str) -> ModuleRecord:
 
 
 class Registry(Mapping[str, ModuleRecord]):
-    """The modules by catalog name; one of an installed package is imported when it is first used."""
+    """The modules by catalog name; an installed package is imported on first use."""
 
     def __init__(self) -> None:
         self._added: dict[str, ModuleRecord] = {}
 
     def add(self, record: ModuleRecord) -> None:
-        """Add a module, as a rack in Python does before it is built; ValueError if its name is taken."""
+        """Add a module of a rack in Python; ValueError if another module has its name."""
         if record.name in self and self[record.name] is not record:
             raise ValueError(f"module {record.name}: another module has this name")
         self._added[record.name] = record
@@ -101,7 +105,7 @@ MODULES = Registry()
 
 
 def words_of(module: str, options: Options) -> ModuleWords:
-    """Return the names of a module's words and bits; plain ones for an unknown module."""
+    """Return the names of a module's words and bits, or plain names for an unknown module."""
     return MODULES[module].words(options) if module in MODULES else PLAIN_WORDS
 
 
@@ -110,16 +114,16 @@ def live_port(module: str, live: LivePort | None, port: str, address: int | None
 
     Args:
         port: a serial device, or tcp:HOST:PORT.
-        address: address of the controller; None = the factory setting.
+        address: address of the device, or None for the factory setting.
 
     Raises:
-        ValueError: an illegal port or address, or a module without a live port.
+        ValueError: an invalid port or address, or a module without a port.
     """
     from ..line.liveport import check_address  # imports pyserial, which few racks need
 
     check_address(port)
     if live is None:
-        can = ", ".join(name for name, record in OWN.items() if record.live is not None)
-        raise SettingError("port", f"port {port}: {module} has no port; only {can} can use one")
+        modules = ", ".join(name for name, record in OWN.items() if record.live is not None)
+        raise SettingError("port", f"port {port}: {module} has no port; only {modules} can use one")
     live.check_address(address)
     return live

@@ -1,6 +1,7 @@
-"""The commands; the only package that imports all the others.
+"""The commands; the only package that imports all others.
 
-`application` reads words by typer. Plain words of `run` and `why`, which people wait for, need no typer.
+`application` parses the command line with typer. For a fast start, simple command lines of `run` and `why`
+are parsed without typer.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ __all__ = ["COMMANDS", "GROUPS", "build", "main"]
 
 @cache
 def build() -> typer.Typer:
-    """Return the command-line application, which keeps nothing between two uses."""
+    """Return the command-line application, which has no state."""
     from .application import application
 
     return application()
@@ -56,30 +57,31 @@ def _main() -> None:
             _run()
     except LostOutput as lost:
         if lost.status != PIPE_CLOSED:
-            with suppress(OSError):  # standard error may be full, too
+            with suppress(OSError):  # standard error may also be full
                 complain(f"standard output can't be written: {lost.error.strerror}")
         sys.exit(lost.status)
 
 
 PLAIN = {"run": ".programs.run_command:plain_run", "why": ".programs.why_command:plain_why"}
-"""Functions that carry out the plain words of a command without typer, for a fast start."""
+"""Functions that run simple command lines without typer."""
 
 
 def _run() -> None:
     """Run the command; report an error of a file that no command handles."""
     try:
-        command, completing = sys.argv[1:2], any(name.endswith("_COMPLETE") for name in os.environ)
-        if not command or command[0] not in PLAIN or completing or not _run_plainly(*sys.argv[1:]):
+        words, is_completion = sys.argv[1:], any(name.endswith("_COMPLETE") for name in os.environ)
+        may_be_plain = bool(words) and words[0] in PLAIN and not is_completion
+        if not may_be_plain or not _run_plainly(*words):
             build()()
     except OSError as error:
         sys.exit(complain(reason(error), BAD_INPUT))
 
 
 def _run_plainly(command: str, *words: str) -> bool:
-    """Run a command; return False if its words are not plain.
+    """Run a command; return False if only typer can parse its words.
 
     Raises:
-        SystemExit: it has ended.
+        SystemExit: the command has ended.
     """
     module, _, name = PLAIN[command].partition(":")
     plain: Callable[[Sequence[str]], bool] = getattr(import_module(module, __package__), name)

@@ -1,6 +1,7 @@
-"""The command line by typer: options, pages of help, and mistakes in our words.
+"""The command line with typer: options, help, and reworded error messages.
 
-A command's module is imported when the command is used: a run does not wait for the fuzzer's libraries.
+A command's module is imported when the command is used, so that a run does not wait for the fuzzer's
+libraries.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from .catalog import COMMANDS, GROUPS
 class Lazy(TyperGroup):
     """A group that imports a command's module when the command is requested."""
 
-    _command_first = False  # there are no options before the command
+    _command_first = False  # whether the command line has no options before the command
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words before the command."""
@@ -34,9 +35,9 @@ class Lazy(TyperGroup):
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:
-        """Return the options before the command; none if it comes first.
+        """Return the options before the command; none if the command comes first.
 
-        Typer checks even their defaults, for which it imports pydantic: a third of the time of `run --help`.
+        Typer imports pydantic to check even their defaults, which takes a third of the time of `run --help`.
         """
         return [] if self._command_first else super().get_params(ctx)
 
@@ -61,7 +62,7 @@ class Lazy(TyperGroup):
         try:
             sys.exit(super().main(words, prog_name, **options))
         except typer.TyperException as error:
-            if type(error).__name__ == "NoArgsIsHelpError":  # the page of the command, which takes words
+            if type(error).__name__ == "NoArgsIsHelpError":  # the help of a command that needs arguments
                 say(error, err=True)
                 sys.exit(BAD_INPUT)
             sys.exit(complain(_usage(error, words), BAD_INPUT))
@@ -87,9 +88,9 @@ def _command(name: str) -> Any:
 
 
 def _plain(command: Any) -> Any:
-    """Return a command whose usage line has brackets for options only, as do the commands within it.
+    """Remove the brackets of arguments in the usage lines of a command and its subcommands; return it.
 
-    Versions of Typer write `{RACK}` for what is needed, and a second pair of brackets around `[WHAT]`.
+    Some versions of Typer write `{RACK}` for required arguments, and `[[WHAT]]` for optional ones.
     """
     pieces = command.collect_usage_pieces
     command.collect_usage_pieces = lambda context: [
@@ -101,12 +102,12 @@ def _plain(command: Any) -> Any:
 
 
 def _unknown(name: str) -> str:
-    close = difflib.get_close_matches(name, COMMANDS, n=1)
-    meant = f": did you mean {close[0]}?" if close else f"; choose from {', '.join(COMMANDS)}"
-    return f"no command {name!r}{meant}"
+    matches = difflib.get_close_matches(name, COMMANDS, n=1)
+    hint = f": did you mean {matches[0]}?" if matches else f"; choose from {', '.join(COMMANDS)}"
+    return f"no command {name!r}{hint}"
 
 
-SPEECH = (
+REPLACEMENTS = (
     ("Value error, ", ""),
     (r"^Invalid value for '?(.+?)'?: ", r"\1: "),
     ("Input should be a valid integer.*", "a whole number is needed"),
@@ -114,31 +115,31 @@ SPEECH = (
     (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
     (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
 )
-"""Patterns of the libraries' sentences, and their replacements."""
+"""Patterns in messages of the libraries, and their replacements."""
 
 
-MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
-"""What an option is called, by the command and a word that is not like it."""
+INTENDED = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
+"""Options that people look for under another name, by the command and that name."""
 
 
 def _reworded(text: str) -> str:
-    for pattern, replacement in SPEECH:
+    for pattern, replacement in REPLACEMENTS:
         text = re.sub(pattern, replacement, text)
     return text
 
 
 def _usage(error: Any, words: Sequence[str]) -> str:
-    """Return the mistake in the words of a command, and the command that prints its page."""
+    """Return the error in a command line, and the command that prints the help."""
     text = _reworded(error.format_message().rstrip("."))
-    option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
-    path = error.ctx.command_path if error.ctx else "scanrack"
-    if error.ctx and (meant := MEANT.get((error.ctx.info_name, option))):
-        possible = [meant]
-    if possible:
-        text = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
-    number = next((word for word in words if option and word.startswith(option)), "")
-    if re.fullmatch(r"-\d.*", number):
-        text = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
+    option, suggestions = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
+    path, command = (error.ctx.command_path, error.ctx.info_name) if error.ctx else ("scanrack", "")
+    if (command, option) in INTENDED:
+        suggestions = [INTENDED[command, option]]
+    if suggestions:
+        text = f"no such option: {option}; did you mean {' or '.join(sorted(suggestions))}?"
+    word = next((word for word in words if option and word.startswith(option)), "")
+    if re.fullmatch(r"-\d.*", word):
+        text = f"{word} looks like an option; put -- before a negative number: {path} -- {word}"
     text = text if text[:2].isupper() else f"{text[:1].lower()}{text[1:]}"
     return f"{text} ('{path} --help' lists what there is)"
 
@@ -149,7 +150,7 @@ def application() -> typer.Typer:
 
 
 def _application(group: type[TyperGroup]) -> typer.Typer:
-    """Return an application without commands; a callback makes it a group even of one."""
+    """Return an application without commands; the callback makes it a group even with one command."""
     app = typer.Typer(
         name="scanrack",
         cls=group,

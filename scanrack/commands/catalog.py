@@ -8,7 +8,7 @@ from typing import NamedTuple
 class Entry(NamedTuple):
     """A line of `scanrack --help`."""
 
-    module: str  # of the command, relative to this package; it has `register(app)`
+    module: str  # module of the command, relative to this package, with a function `register(app)`
     sentence: str
 
 

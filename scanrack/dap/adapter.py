@@ -1,4 +1,4 @@
-"""The adapter: answers requests, and keeps the editor's current position.
+"""The adapter: it answers requests, and has the client's current position.
 
     client  --request-->  requests.py, a table  -->  a function of the adapter  --response-->
             <--event----  stopped, continued, output, breakpoint
@@ -15,62 +15,73 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from queue import Empty
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from scanrack.jobs.load.program import lines_marked
 from typing_extensions import override
 
 from .breakpoints import Breakpoint, Hit
-from .cursor import Cursor, Spot, earlier, later
+from .cursor import Cursor, Spot
 from .protocol import DebugError, Json
-from .subject import BrokenOffError, Subject
+from .subject import SearchCanceledError, Subject
 from .view import Tree, View
-from .wire import NonsenseError, Wire
+from .wire import MalformedMessageError, Wire
 
 THREAD = 1
-"""The one thread: the scan."""
+"""Id of the only thread, the scan."""
 
 VIEWS = 16
 """Maximum executed scans that are cached."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
+T = TypeVar("T")
+
 Start = Callable[["Adapter"], None]
-"""Runs the debugged subject until the client ends it."""
+"""Debugs a subject until the client ends it."""
 
 
 class Adapter:
     """A session with a client.
 
     Attributes:
-        subject: the debugged subject; None before launch or attach.
+        subject, driver: the scans, and what runs them; None before launch or attach.
         cursor: the client's current position; None while scans run, or before the first scan.
+        tree: the values that the client opened at the current position; None before the first one.
         running: whether scans run, or a recording is searched.
-        breakpoints: the breakpoints that are set, by kind.
+        configured: whether the client has set its breakpoints.
+        stop_on_entry: whether to stop before the first scan.
+        breakpoints: the breakpoints that are set, by kind; the kind of a line also has its file.
+        breakpoint_count: number of breakpoints so far, from which they get their ids.
         start: function that runs after launch or attach; None before.
+        reason: the reason of the last stop, and its text.
+        returns_to_present: whether the next continue from a past scan returns to the present.
+        searching: whether the past is searched for a breakpoint.
+        cancels_search: whether the client has paused the search.
         over: whether the client has ended the session.
         waits: whether a test of pytest waits for launch or attach.
-        searching, breaks_off: whether the past is searched for a breakpoint, and the client has paused it.
     """
 
     def __init__(self, wire: Wire, requests: Mapping[str, Any]) -> None:
         self.wire, self._requests = wire, requests
+        # the session
+        self.start: Start | None = None
+        self.configured = self.over = self.waits = False
+        self.stop_on_entry = True
         self.subject: Subject | None = None
         self.driver: Driver | None = None
-        self.cursor: Cursor | None = None
+        # the position
         self.running = False
-        self.configured = False
-        self.stop_on_entry = True
-        self.breakpoints: dict[str, list[Breakpoint]] = {}
-        self.numbers = 0
-        self.start: Start | None = None
-        self.over = self.waits = False
+        self.cursor: Cursor | None = None
         self.tree: Tree | None = None
         self.reason: Json = {}
-        self.past_refused = False
-        self.searching = self.breaks_off = False
+        self.returns_to_present = False
         self._views: deque[View] = deque(maxlen=VIEWS)
-        self._later: list[Callable[[], object]] = []
+        self._pending_moves: list[Callable[[], object]] = []
+        # the breakpoints
+        self.breakpoints: dict[str, list[Breakpoint]] = {}
+        self.breakpoint_count = 0
+        self.searching = self.cancels_search = False
 
     def run(self) -> None:
         """Serve the client until it ends the session."""
@@ -96,12 +107,12 @@ class Adapter:
     # --- messages
 
     def serve(self, seconds: float | None) -> bool:
-        """Answer the requests that wait; return whether there were any.
+        """Answer the requests that have arrived; return whether there were any.
 
         Args:
-            seconds: longest wait for the first one; None = without limit.
+            seconds: longest wait for the first request; None = without limit.
         """
-        served, waited = False, self.waits
+        served, was_waiting = False, self.waits
         while not self.over:
             try:
                 message = self.wire.next(seconds)
@@ -112,15 +123,15 @@ class Adapter:
                 if self.driver is not None:
                     self.driver.end()
                 break
-            self.answer(message)
+            self.handle_message(message)
             served, seconds = True, 0
-            if self.start is not None or (waited and not self.waits):
+            if self.start is not None or (was_waiting and not self.waits):
                 break
         return served
 
-    def answer(self, message: Json | NonsenseError) -> None:
+    def handle_message(self, message: Json | MalformedMessageError) -> None:
         """Answer one message; the session continues even if it is invalid."""
-        if isinstance(message, NonsenseError):
+        if isinstance(message, MalformedMessageError):
             self.output(f"{message}\n", "stderr")
             return
         number, command = message.get("seq"), message.get("command")
@@ -136,22 +147,22 @@ class Adapter:
             self._respond(number, command, error=f"{command}: {type(error).__name__}: {error}")
         else:
             self._respond(number, command, body=body)
-        acts, self._later = self._later, []
-        for act in acts:
-            self._act(act)
+        moves, self._pending_moves = self._pending_moves, []
+        for move in moves:
+            self._move(move)
 
-    def _act(self, act: Callable[[], object]) -> None:
+    def _move(self, move: Callable[[], object]) -> None:
         """Carry out a move; after a failure, report the reason at the old position."""
-        before = self.cursor
+        old_cursor = self.cursor
         try:
-            act()
+            move()
         except Exception as error:  # also a defect of this code: the client waits for a stop
             is_expected = isinstance(error, ValueError | OSError)
             self.output(f"{error}\n" if is_expected else traceback.format_exc(), "stderr")
-            if before is not None:
+            if old_cursor is not None:
                 self.leave()
-                self.cursor = before
-                before.go(before.spot)
+                self.cursor = old_cursor
+                old_cursor.go(old_cursor.spot)
                 self.stopped("step", str(error))
             elif self.driver is not None:
                 self.driver.end()
@@ -184,12 +195,12 @@ class Adapter:
         self.wire.send({"type": "event", "event": name, "body": body})
 
     def output(self, text: str, category: str = "console", *, more: Mapping[str, Any] = NOTHING) -> None:
-        """Print in the client's console; `more` = file and line."""
+        """Print in the client's console; `more` is file and line as protocol fields."""
         self.event("output", category=category, output=text, **more)
 
-    def after_response(self, act: Callable[[], object]) -> None:
-        """Call `act` once the response to the current request has been sent."""
-        self._later.append(act)
+    def after_response(self, move: Callable[[], object]) -> None:
+        """Call `move` once the response to the current request has been sent."""
+        self._pending_moves.append(move)
 
     # --- the client's position
 
@@ -204,8 +215,12 @@ class Adapter:
             self.event("initialized")
 
     def all_breakpoints(self) -> list[Breakpoint]:
-        """Return the breakpoints that the program has a place for."""
-        return [point for kind in self.breakpoints.values() for point in kind if point.placed]
+        """Return the breakpoints that have a line in the running program, or need none."""
+        return [point for points in self.breakpoints.values() for point in points if point.placed]
+
+    def stop_points(self) -> list[Breakpoint]:
+        """Return the breakpoints at which execution stops; log points do not stop it."""
+        return [point for point in self.all_breakpoints() if not point.log]
 
     def the_subject(self) -> Subject:
         """Return the debugged subject, which must exist."""
@@ -235,6 +250,21 @@ class Adapter:
         subject = self.the_subject()
         return subject.live and self.cursor is not None and self.cursor.scan < subject.extent[1]
 
+    def look_elsewhere(self, search: Callable[[], T]) -> T:
+        """Return the result of a search in the past; then restore the client's position."""
+        cursor = self.place()
+        scan, spot = cursor.scan, cursor.spot
+        self.leave()
+        try:
+            return search()
+        finally:
+            self.look_at(scan).go(spot)
+
+    def last_change(self, tag: str) -> int | None:
+        """Return the last scan, up to the current one, that changed a tag; None if there is none."""
+        scan = self.place().scan
+        return self.look_elsewhere(lambda: self.the_subject().last_change(tag, scan))
+
     def leave(self) -> None:
         """Return the memory to the replayer of scans."""
         if self.cursor is not None:
@@ -244,7 +274,7 @@ class Adapter:
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
         """Move to a scan: to its `start`, its `last` rung, or its `end`."""
         self.leave()
-        view = next((past_view for past_view in self._views if past_view.scan == scan), None)
+        view = next((cached_view for cached_view in self._views if cached_view.scan == scan), None)
         if view is None:
             view = self.the_subject().view(scan)
             self._views.append(view)
@@ -253,7 +283,7 @@ class Adapter:
         return self.cursor
 
     def forget_views(self) -> None:
-        """Clear the cache of scans: scans of another program follow."""
+        """Clear the cache of scans, since the next scans are of another program."""
         self._views.clear()
 
     def go_to(self, spot: Spot) -> None:
@@ -264,7 +294,7 @@ class Adapter:
     def stopped(self, reason: str, text: str = "", hits: tuple[Breakpoint, ...] = ()) -> None:
         """Notify the client that execution has stopped at the current position."""
         self.running, self.tree = False, None
-        self.past_refused = False
+        self.returns_to_present = False
         self.reason = {"reason": reason, "text": text}
         details: Json = {"hitBreakpointIds": [hit.number for hit in hits]} if hits else {}
         if text:
@@ -274,39 +304,36 @@ class Adapter:
     # --- breakpoints that scans have met
 
     def poll(self, scan: int) -> None:
-        """Answer requests during a search of the past; a BrokenOffError if the client pauses it."""
+        """Answer requests during a search of the past; a SearchCanceledError if the client pauses it."""
         if self.wire.waiting:
             self.serve(0)
-        if self.breaks_off or self.over:
-            self.breaks_off = False
-            raise BrokenOffError(scan)
+        if self.cancels_search or self.over:
+            self.cancels_search = False
+            raise SearchCanceledError(scan)
 
     def hits_in(self, scan: int) -> list[Hit]:
-        """Return the breakpoints that a scan meets; log points do not stop."""
-        stop_points = [point for point in self.all_breakpoints() if not point.log]
+        """Return the breakpoints at which a scan stops."""
+        stop_points = self.stop_points()
         if not stop_points:
             return []
         self.leave()
         return self.the_subject().hits(stop_points, scan)
 
     def stop_at_hit(self, scan: int, hits: list[Hit], *, backwards: bool = False) -> None:
-        """Move to the place where a scan meets its first breakpoint, or its last one."""
+        """Move to the place where a scan meets its first breakpoint, or its last one, and stop."""
         cursor = self.look_at(scan)
-        spots = {point.number: cursor.spot_of(point) for point, _text in hits}
-        pick = max if backwards else min
-        spot = pick(spots.values(), key=cursor.position)
-        self._stop_at(spot, hits)
+        spots = [cursor.spot_of(point) for point, _text in hits]
+        self._stop_at((max if backwards else min)(spots, key=Spot.position), hits)
 
     def _stop_at(self, spot: Spot, hits: list[Hit]) -> None:
         cursor = self.place()
-        hits_here = [(point, text) for point, text in hits if cursor.spot_of(point) == spot]
+        hits_here = [hit for hit in hits if cursor.spot_of(hit.breakpoint) == spot]
         self.go_to(spot)
-        first_hit = hits_here[0][0]
-        reason = REASONS[first_hit.kind]
-        self.stopped(reason, hits_here[0][1], tuple(point for point, _text in hits_here))
+        reason = REASONS[hits_here[0].breakpoint.kind]
+        self.stopped(reason, hits_here[0].text, tuple(hit.breakpoint for hit in hits_here))
 
     def stop_in_scan(self, *, backwards: bool) -> bool:
-        """Go to the next breakpoint in the same scan, or the one before; return whether there is one."""
+        """Stop at the next breakpoint in the same scan, or the previous one; return whether there is one."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
         if scan < self.the_subject().extent[0]:
@@ -315,15 +342,18 @@ class Adapter:
         cursor = self.look_at(scan)
         cursor.go(spot)
         spots = [cursor.spot_of(point) for point, _text in hits]
-        nearest = (earlier if backwards else later)(cursor, spots)
-        if nearest is None:
+        if backwards:
+            spots = [other for other in spots if other.position() < spot.position()]
+        else:
+            spots = [other for other in spots if other.position() > spot.position()]
+        if not spots:
             return False
-        self._stop_at(nearest, hits)
+        self._stop_at((max if backwards else min)(spots, key=Spot.position), hits)
         return True
 
 
 class Console(StringIO):
-    """What the program prints, as output in the client's console."""
+    """A stream that prints in the client's console."""
 
     def __init__(self, adapter: Adapter, category: str) -> None:
         super().__init__()
@@ -347,36 +377,31 @@ REASONS = {
 """The protocol's reason of a stop, by the kind of the breakpoint."""
 
 
-class Driver:
+class Driver(Protocol):
     """Runs the scans of a subject; each kind of subject has its own driver."""
 
     def begin(self, *, stop: bool) -> None:
-        """Begin once all breakpoints are set; `stop` = stop before the first scan."""
-        raise NotImplementedError
+        """Begin after all breakpoints are set; `stop` = stop before the first scan."""
 
     def go(self) -> None:
         """Run scans after the latest one, until a breakpoint or a pause."""
-        raise NotImplementedError
 
     def pause(self) -> None:
-        """Stop soon; `Adapter.stopped` follows. A DebugError if that is refused."""
-        raise NotImplementedError
+        """Request a stop, see `Adapter.stopped`; raise DebugError if it is refused."""
 
     def step(self) -> None:
-        """Run one scan, and stop at its start; a DebugError if there is none."""
-        raise NotImplementedError
+        """Run one scan, and stop at its start; raise DebugError if there is none."""
 
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
-        """Replace the active breakpoints; an ExpressionError if a condition can't be evaluated."""
-        raise NotImplementedError
+        """Replace the active breakpoints; raise ExpressionError if a condition can't be evaluated."""
 
-    def give(self, order: Any) -> None:
-        """Give an order to the rack; a DebugError if it accepts no orders."""
+    def apply(self, action: Any) -> None:
+        """Apply an operator action to the rack; raise DebugError if the rack refuses actions."""
         raise DebugError("this is a recording: its values can't be changed; branch from one of its scans")
 
     def edit(self, step: str) -> None:
-        """Test the saved program, `take` it, or `cancel` the test; print the outcome."""
-        raise DebugError("only a rack that runs continues with an edited program")
+        """Test the saved program (`try`), accept it (`take`), or `cancel` the test; print the result."""
+        raise DebugError("only a running rack continues with an edited program")
 
     def branch(self, scan: int) -> None:
         """Begin a session that repeats this one up to a scan, and continues from there."""
@@ -384,4 +409,3 @@ class Driver:
 
     def end(self) -> None:
         """End the session."""
-        raise NotImplementedError

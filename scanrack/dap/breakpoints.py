@@ -1,8 +1,8 @@
 """Breakpoints of an editor, and their check after each scan, live or run again.
 
-| kind | condition of a stop |
+| kind | stop |
 |---|---|
-| line | the rung runs; with `becomes true` or `changes` its power does; else an expression holds |
+| line | the rung runs, if its condition is true; with `becomes true` or `changes`, its power does so |
 | function | `Main.3` as a line; `Feeding changes`; any other text is an expression that becomes true |
 | data | the value of a tag changes |
 | exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
@@ -21,7 +21,6 @@ from typing import Any, NamedTuple, Protocol
 from scanrack.io_images.visible_text import visible
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.debug.watched import shown
-from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.python.line_marks import Observer
 from scanrack.ladder.state.memory import same
 from scanrack.watch.monitors.troubles import ErrorBit, error_bits
@@ -30,7 +29,7 @@ from .conditions import EngineValues, ExpressionError, NamedValues, Read, ScanCo
 from .protocol import DebugError, Json
 
 BECOMES_TRUE, CHANGES = "becomes true", "changes"
-"""Conditions of a line that depend on the power after its last instruction."""
+"""Conditions of a rung that test the power after its last instruction."""
 
 FILTERS: Mapping[str, tuple[str, str]] = {
     "error": ("Error bits", "An error bit of a module comes on."),
@@ -40,7 +39,7 @@ FILTERS: Mapping[str, tuple[str, str]] = {
 }
 """Exception breakpoints: id, label and description."""
 
-_HITS = re.compile(r"(?P<sign>>=|>|<=|<|==|=|%)?\s*(?P<number>\d{1,9})")
+_HIT_COUNT = re.compile(r"(?P<sign>>=|>|<=|<|==|=|%)?\s*(?P<number>\d{1,9})")
 _SIGNS: Mapping[str, Callable[[int, int], bool]] = {
     ">=": lambda count, number: count >= number,
     ">": lambda count, number: count > number,
@@ -63,36 +62,42 @@ def tag_that_changes(text: str) -> str:
 class Breakpoint:
     """A breakpoint of an editor."""
 
-    number: int
+    number: int  # its id in the protocol
     kind: str  # line, function, data or exception
-    name: str  # the function, the tag or the filter; of a line its file and number
+    name: str  # the function, the tag or the filter; for a line its file and number
     keys: tuple[LineKey, ...] = ()  # the rungs of a line
     condition: str = ""
-    hits: str = ""  # such as `>= 5` or `% 3`; a number alone is that hit and all later ones
-    log: str = ""  # of a log point: a message with expressions in braces
-    line: int = 0
+    hits: str = ""  # hit count such as `>= 5` or `% 3`; `5` is the same as `>= 5`
+    log: str = ""  # message of a log point, with expressions in braces
+    line: int = 0  # from 1; 0 without a line
     path: str = ""
-    count: int = 0
+    count: int = 0  # hits so far
 
     @property
     def placed(self) -> bool:
-        """Whether its line is a line of the running program."""
+        """Whether it needs no line, or its line is in the running program."""
         return bool(self.keys) or not self.path
 
     @property
+    def power_condition(self) -> str:
+        """`BECOMES_TRUE` or `CHANGES` for a stop by the power of a rung; "" for other conditions."""
+        condition = self.condition.strip().lower()
+        return condition if self.keys and condition in (BECOMES_TRUE, CHANGES) else ""
+
+    @property
     def changing_tag(self) -> str:
-        """The tag whose change it waits for; "" for any other breakpoint."""
+        """The tag whose change stops execution; "" for any other breakpoint."""
         return self.name if self.kind == "data" else tag_that_changes(self.name)
 
-    def counts(self) -> bool:
+    def count_hit(self) -> bool:
         """Count a hit; return whether it stops execution."""
         self.count += 1
-        match = _HITS.fullmatch(self.hits.strip()) if self.hits else None
+        match = _HIT_COUNT.fullmatch(self.hits.strip()) if self.hits else None
         return match is None or _SIGNS[match["sign"] or ">="](self.count, int(match["number"]))
 
     def check_hits(self) -> None:
         """Refuse a hit count that can't be read."""
-        if self.hits and _HITS.fullmatch(self.hits.strip()) is None:
+        if self.hits and _HIT_COUNT.fullmatch(self.hits.strip()) is None:
             raise DebugError(f"hit count {self.hits!r}: must be a number, or one after >=, >, <=, <, = or %")
 
 
@@ -107,20 +112,18 @@ Event = tuple[str, Mapping[str, Any]]
 """Topic and fields, see `traces.format.topics`."""
 
 
+Check = Callable[[int], str | None]
+"""Called after each scan with its number; returns a text if a breakpoint is met, else None."""
+
+
 class ScanValues(Values, Protocol):
-    """The values of a program after a scan, and the lines that ran in it."""
+    """The values of a program after a scan, and checks of the lines that ran in it."""
 
     in_frames: bool
     """Whether conditions and log points of lines are evaluated before the line."""
 
-    def ran(self, key: LineKey) -> bool:
-        """Whether a rung ran."""
-
-    def true(self, key: LineKey) -> bool:
-        """Whether there was power after the last instruction of a rung."""
-
-    def at_line(self, requested: Breakpoint) -> Callable[[int], str | None] | None:
-        """Return a check of whether a line ran; None for rungs, see `ran`."""
+    def line_check(self, requested: Breakpoint) -> Check:
+        """Return the check of a breakpoint on lines."""
 
 
 class RungValues(EngineValues):
@@ -128,20 +131,31 @@ class RungValues(EngineValues):
 
     in_frames = False
 
-    def __init__(self, engine: WatchedEngine) -> None:
-        super().__init__(engine)
-        self.ran = engine.ran
+    def line_check(self, requested: Breakpoint) -> Check:
+        """See `ScanValues`: whether a rung ran, or how its power changed."""
+        keys, power_condition, ran = requested.keys, requested.power_condition, self.engine.ran
+        if not power_condition:
+            return lambda _scan: "the rung runs" if any(map(ran, keys)) else None
+        last_power: dict[LineKey, bool | None] = dict.fromkeys(keys)
 
-    def true(self, key: LineKey) -> bool:
-        """See `ScanValues`."""
+        def met(_scan: int) -> str | None:
+            text = None
+            for key in keys:
+                last, power = last_power[key], self._power(key)
+                last_power[key] = power
+                if last is not None and power != last and (power or power_condition == CHANGES):
+                    text = f"the rung becomes {'true' if power else 'false'}"
+            return text
+
+        return met
+
+    def _power(self, key: LineKey) -> bool:
+        """Return whether there was power after the last instruction of a rung."""
         engine = self.engine
         if engine.watching or engine.broken_off:
             truth = engine.truths.get(key, ())
             return bool(truth) and truth[-1]
         return engine.true_at_end(key)
-
-    def at_line(self, requested: Breakpoint) -> None:
-        """See `ScanValues`."""
 
 
 class LinePoints(NamedValues, Observer):
@@ -156,15 +170,9 @@ class LinePoints(NamedValues, Observer):
         self.in_frames = in_frames
         self.lines: set[int] = set()
         self._points: dict[LineKey, list[Callable[[FrameType | None], None]]] = {}
-        self._met: dict[int, str] = {}
+        self._met: dict[int, str] = {}  # texts of the breakpoints met in this scan, by their number
 
-    def ran(self, key: LineKey) -> bool:
-        """See `ScanValues`; lines are detected as they run."""
-        raise NotImplementedError(key)
-
-    true = ran
-
-    def at_line(self, requested: Breakpoint) -> Callable[[int], str | None]:
+    def line_check(self, requested: Breakpoint) -> Check:
         """See `ScanValues`."""
         condition, log = None, list[str | CodeType]()
         if self.in_frames:
@@ -174,8 +182,8 @@ class LinePoints(NamedValues, Observer):
         number, text = requested.number, f"line {requested.line} runs"
 
         def look(frame: FrameType | None) -> None:
-            if number not in self._met and (condition is None or _value(condition, frame, False)):
-                texts = (part if isinstance(part, str) else str(_value(part, frame, "?")) for part in log)
+            if number not in self._met and (condition is None or _evaluate(condition, frame, False)):
+                texts = (part if isinstance(part, str) else str(_evaluate(part, frame, "?")) for part in log)
                 self._met[number] = "".join(texts) or text
 
         for key in requested.keys:
@@ -196,23 +204,23 @@ def _code(text: str) -> CodeType:
         raise ExpressionError(f"{text!r}: not an expression of Python: {error}") from error
 
 
-def _value(code: CodeType, frame: FrameType | None, otherwise: object) -> Any:
-    """Return the value of an expression in a frame; `otherwise` if it can't be evaluated there."""
+def _evaluate(code: CodeType, frame: FrameType | None, default: object) -> Any:
+    """Return the value of an expression in a frame; `default` if it can't be evaluated."""
     assert frame is not None, "a step has no expressions of Python"
     try:
         return eval(code, frame.f_globals, frame.f_locals)
-    except Exception:  # the user's expression may raise anything, such as for a name that is not set yet
-        return otherwise
+    except Exception:  # the user's expression may raise anything, for example if a name is not set yet
+        return default
 
 
 @dataclass(slots=True)
-class _Check:
-    """A check of one breakpoint on an engine: returns a text if it is met, else None."""
+class _CheckedBreakpoint:
+    """A breakpoint with its check, its compiled condition and its message."""
 
     breakpoint: Breakpoint
-    met: Callable[[int], str | None]
-    allowed: Read | None
-    log: list[str | Read] = field(default_factory=list)
+    met: Check
+    condition: Read | None
+    log: list[str | Read] = field(default_factory=list)  # texts, and compiled expressions
 
 
 class Looker:
@@ -239,20 +247,20 @@ class Looker:
         self._checks = [self._check(request) for request in requested]
         self.lines = tuple(dict.fromkeys(key for request in requested for key in request.keys))
 
-    def prime(self, scan: int) -> None:
-        """Take the current values as those of the previous scan; the power of rungs is not known yet."""
+    def note_values(self, scan: int) -> None:
+        """Note the current values as those of the previous scan; the power of rungs is not known yet."""
         for check in self._checks:
             if not check.breakpoint.keys:
                 check.met(scan)
 
-    def look(self, scan: int) -> list[tuple[_Check, str]]:
+    def look(self, scan: int) -> list[tuple[_CheckedBreakpoint, str]]:
         """Return the breakpoints that the latest scan has met, regardless of their hit counts."""
-        met = []
+        checks = []
         for check in self._checks:
             text = check.met(scan)
-            if text is not None and (check.allowed is None or check.allowed()):
-                met.append((check, text))
-        return met
+            if text is not None and (check.condition is None or check.condition()):
+                checks.append((check, text))
+        return checks
 
     def hits(self, scan: int) -> list[Hit]:
         """Return the breakpoints that the latest scan has met; hit counts and log points have no effect."""
@@ -262,7 +270,7 @@ class Looker:
         """Return the breakpoints at which the latest scan stops; count hits, and print log points."""
         hits = []
         for check, text in self.look(scan):
-            if not check.breakpoint.counts():
+            if not check.breakpoint.count_hit():
                 continue
             if check.breakpoint.log:
                 parts = (part if isinstance(part, str) else shown(part()) for part in check.log)
@@ -273,22 +281,16 @@ class Looker:
 
     # --- one check for each breakpoint
 
-    def _check(self, requested: Breakpoint) -> _Check:
-        power = requested.condition.strip().lower()
-        on_power = requested.kind != "exception" and requested.keys and power in (BECOMES_TRUE, CHANGES)
-        met = self._values.at_line(requested) if requested.keys else None
-        if met is not None and self._values.in_frames:
-            return _Check(requested, met, None)
-        condition = None if not requested.condition or on_power else self._compiled(requested.condition)
-        if met is not None:
-            pass
-        elif on_power:
-            met = self._power(requested.keys, changes=power == CHANGES)
-        elif requested.keys:
-            met = self._ran(requested.keys)
+    def _check(self, requested: Breakpoint) -> _CheckedBreakpoint:
+        if requested.keys:
+            met = self._values.line_check(requested)
+            if self._values.in_frames:
+                return _CheckedBreakpoint(requested, met, None)
         else:
-            met = _MAKERS.get(requested.kind, Looker._expression)(self, requested.name)
-        return _Check(requested, met, condition, self._log(requested.log))
+            met = _CHECKS.get(requested.kind, Looker._expression_check)(self, requested.name)
+        has_expression = requested.condition and not requested.power_condition
+        condition = self._compiled(requested.condition) if has_expression else None
+        return _CheckedBreakpoint(requested, met, condition, self._log(requested.log))
 
     def _compiled(self, text: str) -> Read:
         return compiled(text, self._values, self._around)
@@ -299,26 +301,7 @@ class Looker:
             parts.append(self._compiled(part) if number % 2 else part)
         return parts if text else []
 
-    def _ran(self, keys: Sequence[LineKey]) -> Callable[[int], str | None]:
-        ran = self._values.ran
-        return lambda _scan: "the rung runs" if any(map(ran, keys)) else None
-
-    def _power(self, keys: Sequence[LineKey], *, changes: bool) -> Callable[[int], str | None]:
-        true, before = self._values.true, dict.fromkeys(keys, None)
-        last_power: dict[LineKey, bool | None] = {**before}
-
-        def met(_scan: int) -> str | None:
-            text = None
-            for key in keys:
-                was, now = last_power[key], true(key)
-                last_power[key] = now
-                if was is not None and now != was and (now or changes):
-                    text = f"the rung becomes {'true' if now else 'false'}"
-            return text
-
-        return met
-
-    def _tag(self, name: str) -> Callable[[int], str | None]:
+    def _tag_check(self, name: str) -> Check:
         tags = self._values.tags
         if name not in tags:
             raise ExpressionError(f"no tag {name}")
@@ -326,35 +309,36 @@ class Looker:
             read = self._compiled(name)
         except ExpressionError:  # an array or a structure
             read = lambda: tags[name]  # noqa: E731
-        before_first: Any = object()
-        last_value = before_first
+        no_value: Any = object()  # before the first scan
+        value = no_value
 
         def met(_scan: int) -> str | None:
-            nonlocal last_value
-            before, last_value = last_value, read()
-            if before is before_first or _same(before, last_value):
+            nonlocal value
+            last_value, value = value, read()
+            if last_value is no_value or _same(last_value, value):
                 return None
-            return f"{name} was {shown(before)} and is {shown(last_value)}"
+            return f"{name} was {shown(last_value)} and is {shown(value)}"
 
         return met
 
-    def _expression(self, text: str) -> Callable[[int], str | None]:
+    def _expression_check(self, text: str) -> Check:
         if tag := tag_that_changes(text):
-            return self._tag(tag)
-        read, last_result = self._compiled(text), True  # what holds from the beginning does not begin to hold
+            return self._tag_check(tag)
+        read = self._compiled(text)
+        is_true = True  # an expression that is true from the first scan does not become true
 
         def met(_scan: int) -> str | None:
-            nonlocal last_result
-            before, last_result = last_result, bool(read())
-            return f"{text} holds" if last_result and not before else None
+            nonlocal is_true
+            was_true, is_true = is_true, bool(read())
+            return f"{text} becomes true" if is_true and not was_true else None
 
         return met
 
-    def _exception(self, name: str) -> Callable[[int], str | None]:
+    def _exception_check(self, name: str) -> Check:
         if name == "scan":
             return lambda scan: f"scan {scan:,} begins"
         if name == "error":
-            return self._errors()
+            return self._error_check()
         topic, kind = ("/events", "rule") if name == "rule" else ("/faults", None)
 
         def met(scan: int) -> str | None:
@@ -367,20 +351,18 @@ class Looker:
 
         return met
 
-    def _errors(self) -> Callable[[int], str | None]:
-        words: dict[tuple[int, int], list[ErrorBit]] = {}
+    def _error_check(self) -> Check:
+        bits_of_words: dict[tuple[int, int], list[ErrorBit]] = {}
         for _row, bit in error_bits(self._around.words):
-            words.setdefault((bit.slot, bit.place.word), []).append(bit)
-        last_words = dict.fromkeys(words, -1)  # before the first scan no value counts as changed
+            bits_of_words.setdefault((bit.slot, bit.place.word), []).append(bit)
+        last_words = dict.fromkeys(bits_of_words, -1)  # in the first scan, no bit counts as new
 
         def met(_scan: int) -> str | None:
             names = []
-            for (slot, number), bits in words.items():
+            for (slot, number), bits in bits_of_words.items():
                 word = self._status(slot, number)
-                news, last_words[slot, number] = word & ~last_words[slot, number], word
-                names += [
-                    f"slot {slot}: {named_bit.name}" for named_bit in bits if news >> named_bit.place.bit & 1
-                ]
+                new_bits, last_words[slot, number] = word & ~last_words[slot, number], word
+                names += [f"slot {slot}: {bit.name}" for bit in bits if new_bits >> bit.place.bit & 1]
             return ", ".join(names) if names else None
 
         return met
@@ -389,22 +371,22 @@ class Looker:
         """Return a word of status, in configuration mode without the bits that have another meaning."""
         image, names = self._around.image, self._around.words[slot]
         word = image(slot, "I", number)
-        configured = names.modes is not None and image(slot, "I", names.modes.input) < 0
-        return word & names.live("I", number) if configured else word
+        is_configuring = names.modes is not None and image(slot, "I", names.modes.input) < 0
+        return word & names.live("I", number) if is_configuring else word
 
 
-def _same(one: Any, other: Any) -> bool:
-    return one == other if isinstance(one, (list, dict)) else same(one, other)
+def _same(value: Any, other: Any) -> bool:
+    return value == other if isinstance(value, (list, dict)) else same(value, other)
 
 
-_MAKERS: Mapping[str, Callable[[Looker, str], Callable[[int], str | None]]] = {
-    "function": Looker._expression,
-    "data": Looker._tag,
-    "exception": Looker._exception,
+_CHECKS: Mapping[str, Callable[[Looker, str], Check]] = {
+    "function": Looker._expression_check,
+    "data": Looker._tag_check,
+    "exception": Looker._exception_check,
 }
 
 
-def described(one: Breakpoint) -> Json:
+def described(point: Breakpoint) -> Json:
     """Return a breakpoint as a protocol object."""
-    place = {"line": one.line, "source": {"path": one.path}} if one.line else {}
-    return {"id": one.number, "verified": one.placed, **place}
+    source = {"line": point.line, "source": {"path": point.path}} if point.line else {}
+    return {"id": point.number, "verified": point.placed, **source}

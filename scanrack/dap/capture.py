@@ -1,4 +1,4 @@
-"""The lines of a scan of a program without rungs, as they ran, with the values before each."""
+"""The lines that ran in a scan of a program without rungs, with the values before each line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from types import CodeType, FrameType
 from typing import Any, NamedTuple
 
 from scanrack.jobs.record.logic_wrapper import unwrapped
-from scanrack.jobs.record.sequence_watch import sequences_in, standing
+from scanrack.jobs.record.sequence_watch import sequences_in, wait_of
 from scanrack.jobs.record.tag_names import named_values, namespace_of
 from scanrack.jobs.replay.input_replay import InputReplay
 from scanrack.ladder.files.steps import Steps
@@ -25,11 +25,11 @@ from typing_extensions import override
 from .variables import BareText
 
 DEEPEST, MOST_ITEMS = 3, 100
-"""Maximum levels of a value that are kept, and items of one level."""
+"""Maximum nesting depth of a copied value, and maximum number of items of a level."""
 
 
 class TextLine(NamedTuple):
-    """A line of a program, with the interface that `cursor` and `places` need of a rung."""
+    """A line of a program, with the interface of a rung that `cursor` and `places` use."""
 
     number: int
     origin: Origin
@@ -38,15 +38,15 @@ class TextLine(NamedTuple):
 class TextRun(NamedTuple):
     """A line that ran."""
 
-    routine: str  # the name of its file
+    routine: str  # name of its file
     line: TextLine
     name: str  # of its function
-    values: Mapping[str, Any]  # the locals before it
+    values: Mapping[str, Any]  # local values before the line
     caller: TextCaller | None = None
 
 
 class TextCaller(NamedTuple):
-    """The line that called a function, or awaits it."""
+    """The line that called or awaits a function."""
 
     run: TextRun
 
@@ -64,28 +64,28 @@ class ProgramValues(Mapping[str, Any]):
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
         self._logic = logic
 
-    def _space(self) -> dict[str, Any]:
+    def _namespace(self) -> dict[str, Any]:
         logic: Any = unwrapped(self._logic())
         return {} if isinstance(logic, Steps) else namespace_of(logic)
 
     def __getitem__(self, name: str) -> Any:
         try:
-            value = eval(_code(name), self._space())
+            value = eval(_code(name), self._namespace())
         except Exception as error:  # the user's property may raise anything
             raise KeyError(name) from error
         return value.name if isinstance(value, Enum) else value
 
     def copies(self, names: Iterable[str]) -> dict[str, Any]:
         """Return copies of the values that exist now."""
-        space, values = self._space(), dict[str, Any]()
+        namespace, values = self._namespace(), dict[str, Any]()
         for name in names:
             with suppress(Exception):  # the user's property may raise anything
-                values[name] = copied(eval(_code(name), space))
+                values[name] = copied(eval(_code(name), namespace))
         return values
 
     def __iter__(self) -> Iterator[str]:
         try:
-            return iter([value.name for value in named_values(self._space(), ["*"])[:MOST]])
+            return iter([value.name for value in named_values(self._namespace(), ["*"])[:MOST]])
         except ValueError:
             return iter(())
 
@@ -160,7 +160,9 @@ _is_own = cache(is_the_users)
 def _callers(frame: FrameType) -> Iterator[FrameType]:
     """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
     above = frame.f_back
-    outermost = InputReplay.run_logic.__code__  # its callers only use the program, such as a test
+    outermost = (
+        InputReplay.run_logic.__code__
+    )  # outside of it, only code that uses the program, such as a test
     while above is not None and above.f_code is not outermost:
         if _is_own(above.f_code.co_filename):
             yield above
@@ -168,11 +170,11 @@ def _callers(frame: FrameType) -> Iterator[FrameType]:
 
 
 def waits_of(logic: ScanLogic) -> Mapping[str, str]:
-    """Return where the sequences of a program wait, and their conditions, by name."""
+    """Return the line and the condition of each waiting sequence, by its name."""
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
         return {"step": BareText(f"line {inside.line}")}
-    steps = {sequence.name: standing(sequence, 0) for sequence in sequences_in(inside)}
+    steps = {sequence.name: wait_of(sequence, 0) for sequence in sequences_in(inside)}
     return {
         name: BareText(f"line {step.line}: {step.wait}" if step.wait else "over")
         for name, step in steps.items()

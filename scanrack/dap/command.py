@@ -29,7 +29,7 @@ def _debug_command(
         typer.Option(
             "--port",
             metavar="PORT",
-            help="Serve one client on this port; 0 = any free one. Prints port and key.",
+            help="Serve one client on this port (0 = any free port); print port and key.",
             min=0,
             max=65535,
             show_default=False,
@@ -40,14 +40,14 @@ def _debug_command(
         typer.Option(
             "--connect",
             metavar="PORT",
-            help="Pass on to the adapter of a test, see pytest --scanrack-debug.",
+            help="Connect to the adapter of a test, see pytest --scanrack-debug.",
             min=1,
             max=65535,
             show_default=False,
         ),
     ] = None,
     key: Annotated[
-        str, typer.Option("--key", metavar="KEY", help="The key of that test.", show_default=False)
+        str, typer.Option("--key", metavar="KEY", help="Key of the test.", show_default=False)
     ] = "",
 ) -> None:
     from .adapter import Adapter
@@ -61,10 +61,10 @@ def _debug_command(
     stdin_fd, stdout_fd = os.dup(0), os.dup(1)
     with (
         os.fdopen(stdin_fd, "rb") as requests,
-        os.fdopen(stdout_fd, "wb") as answers,
+        os.fdopen(stdout_fd, "wb") as responses,
         redirect_stdout(sys.stderr),
     ):
-        Adapter(Wire(requests, answers), REQUESTS).run()
+        Adapter(Wire(requests, responses), REQUESTS).run()
 
 
 def _serve_port(port: int) -> int:
@@ -101,7 +101,7 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
         wait_s: longest wait for each client; None = without limit.
 
     Raises:
-        TimeoutError: no such client has connected in time.
+        TimeoutError: no client has connected in time.
     """
     from .wire import Wire
 
@@ -115,10 +115,11 @@ def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: floa
         stream.close()
         connection.close()
     connection.settimeout(None)
-    for resource in (connection, stream, answers := connection.makefile("wb")):
+    responses = connection.makefile("wb")
+    for resource in (connection, stream, responses):
         stack.enter_context(resource)
-    stack.callback(_shut, connection)  # ends the reading thread, which the end of the stream waits for
-    return Wire(stream, answers)
+    stack.callback(_shut, connection)  # ends the reading thread, for which closing the stream waits
+    return Wire(stream, responses)
 
 
 def _shut(connection: socket.socket, how: int = socket.SHUT_RDWR) -> None:
@@ -127,28 +128,28 @@ def _shut(connection: socket.socket, how: int = socket.SHUT_RDWR) -> None:
 
 
 def _relay(port: int, key: str) -> int:
-    """Connect a client on standard input and output to an adapter on a port, such as that of a test."""
+    """Connect a client on standard input and output to an adapter on a port; return the exit status."""
     from scanrack.watch.gate import HOST
 
     with socket.create_connection((HOST, port)) as connection:
         connection.sendall(f"key {key}\n".encode())
-        threading.Thread(target=_pass_on, args=(connection,), daemon=True).start()
-        _pump(connection.recv, _write)
+        threading.Thread(target=_send_input, args=(connection,), daemon=True).start()
+        _copy_stream(connection.recv, _write_output)
     return 0
 
 
-def _pass_on(connection: socket.socket) -> None:
-    _pump(partial(os.read, sys.stdin.fileno()), connection.sendall)
+def _send_input(connection: socket.socket) -> None:
+    _copy_stream(partial(os.read, sys.stdin.fileno()), connection.sendall)
     _shut(connection, socket.SHUT_WR)
 
 
-def _write(data: bytes) -> None:
+def _write_output(data: bytes) -> None:
     sys.stdout.buffer.write(data)
     sys.stdout.buffer.flush()
 
 
-def _pump(read: Callable[[int], bytes], write: Callable[[bytes], object]) -> None:
-    """Pass bytes on until the stream ends."""
+def _copy_stream(read: Callable[[int], bytes], write: Callable[[bytes], object]) -> None:
+    """Copy bytes until the stream ends."""
     with suppress(OSError):
         while data := read(CHUNK):
             write(data)
@@ -158,7 +159,7 @@ _HELP = """Debug a rack or a trace in an editor, forwards and backwards.
 
 The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it. It
 steps through rungs, structured text, charts, sequences, Python and lists of steps, scan by scan.
-With --port a client connects instead, and first sends a line with the printed key: key KEY.
+With --port a client connects to a port. Its first line is the printed key: key KEY.
 
 Exit status: 0 the client ended the session, 2 the port can't be used."""
 

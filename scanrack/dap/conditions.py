@@ -1,11 +1,11 @@
-"""Conditions and expressions of the query language, compiled to a function of one scan.
+"""Conditions and expressions of the query language, compiled to functions that evaluate them after a scan.
 
     "Position > 4000 and rose(Start)"   ->   lambda: Position > 4000 and rose_1(Start)
 
-Names are tags of the program, read from the variables of its compiled scan, and words and bits of images. A
-condition therefore adds little more than its comparison to a scan.
+Names are tags of the program, which are read from the variables of its compiled scan, and words and bits of
+images. So a condition adds little more than its comparison to a scan.
 
-A number may have the unit that the page shows with a tag, `Position > 4000 steps`; times are converted to it.
+A number may have the unit that the page shows for a tag: `Position > 4000 steps`. Times are converted to it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from scanrack.traces.query.grammar import GRAMMAR
 Read = Callable[[], Any]
 
 _SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|without|within)\b")
-"""Parts of queries about several scans."""
+"""Matches queries about several scans."""
 
 
 class ScanContext(NamedTuple):
@@ -51,14 +51,14 @@ class Values(Protocol):
     """Tags by name; supports only `in` and `[]`."""
 
     def source(self, name: str) -> str:
-        """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
+        """Return Python that reads a tag; raise ExpressionError if the tag is not a single value."""
 
     def unit(self, name: str) -> str:
         """Return the unit of a tag's type; "" if it has none."""
 
     @property
     def cells(self) -> Mapping[str, CellType]:
-        """What the expressions name."""
+        """The variables of the expressions, by name."""
 
 
 class EngineValues:
@@ -108,39 +108,39 @@ class ExpressionError(ValueError):
     """An expression that can't be evaluated in one scan."""
 
 
-class _Part(str):
+class _Term(str):
     """Python source of a tag, or of a number with a unit.
 
     Attributes:
-        written: the number as it was written; "" for a tag.
-        unit: unit of a number, ns for a time; unit of a tag, "" without one.
+        written: the number with its unit in the expression; "" for a tag.
+        unit: the unit; "ns" for a time, "" for a tag without a unit.
     """
 
     written: str
     unit: str
 
-    def __new__(cls, text: str, written: str, unit: str) -> _Part:
-        made = super().__new__(cls, text)
-        made.written, made.unit = written, unit
-        return made
+    def __new__(cls, text: str, written: str, unit: str) -> _Term:
+        term = super().__new__(cls, text)
+        term.written, term.unit = written, unit
+        return term
 
 
 class _Edge:
-    """The value in the previous scan; the first value is not an edge."""
+    """Tests for an edge since the previous scan; the first value is not an edge."""
 
     def __init__(self, name: str) -> None:
-        self._is_edge = _EDGES[name]
-        self._before: Any = None
+        self._test = _EDGES[name]
+        self._last_value: Any = None
 
     def __call__(self, value: Any) -> bool:
-        before, self._before = self._before, value
-        return before is not None and bool(self._is_edge(before, value))
+        last_value, self._last_value = self._last_value, value
+        return last_value is not None and bool(self._test(last_value, value))
 
 
 _EDGES: Mapping[str, Callable[[Any, Any], Any]] = {
-    "rose": lambda before, now: now and not before,
-    "fell": lambda before, now: before and not now,
-    "changed": lambda before, now: now != before,
+    "rose": lambda last_value, value: value and not last_value,
+    "fell": lambda last_value, value: last_value and not value,
+    "changed": lambda last_value, value: value != last_value,
 }
 
 
@@ -155,17 +155,17 @@ def compiled(text: str, values: Values, around: ScanContext) -> Read:
         source = writer.transform(_parser().parse(text))
     except UnexpectedInput as error:
         if _SEVERAL.search(text):
-            raise ExpressionError(f"{text!r} needs several scans: ask scanrack query") from error
+            raise ExpressionError(f"{text!r} needs several scans: use scanrack query") from error
         column = getattr(error, "column", 0)
-        raise ExpressionError(f"{text!r}, column {max(1, column)}: not an expression of a query") from error
+        raise ExpressionError(f"{text!r}, column {max(1, column)}: not a query expression") from error
     except RecursionError as error:
         raise ExpressionError("the expression is nested too deeply") from error
     except VisitError as error:
         raise ExpressionError(f"{text!r}: {error.orig_exc}") from error
-    if writer.measured:
-        raise ExpressionError(f"{text!r}: compare a tag with {writer.measured[0]}")
-    cells = {**values.cells, **{name: CellType(value) for name, value in writer.own.items()}}
-    return _function([*writer.first, f"return {source}"], cells)
+    if writer.unmatched:
+        raise ExpressionError(f"{text!r}: compare a tag with {writer.unmatched[0]}")
+    cells = {**values.cells, **{name: CellType(value) for name, value in writer.variables.items()}}
+    return _function([*writer.statements, f"return {source}"], cells)
 
 
 @cache
@@ -181,6 +181,7 @@ UNIT: /[^\W\d][^\s()<>=!+*-]*|[%°]\S*/
 
 
 def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
+    """Compile statements to a function with cells as free variables."""
     body = "".join(f"  {statement}\n" for statement in statements)
     text = f"def outer({', '.join(cells)}):\n def take():\n{body}"
     outer = next(
@@ -197,17 +198,17 @@ class _Writer(Transformer[Token, str]):
     """Writes Python, bottom up.
 
     Attributes:
-        own: variables of the expression, in addition to those of the program.
-        first: statements before the expression.
-        measured: numbers with units that are not compared with a tag.
+        variables: variables of the expression, in addition to the variables of the program.
+        statements: statements before the expression.
+        unmatched: numbers with units that are not compared with a tag.
     """
 
     def __init__(self, values: Values, around: ScanContext) -> None:
         super().__init__()
         self._values, self._around = values, around
-        self.first: list[str] = []
-        self.measured: list[str] = []
-        self.own: dict[str, Any] = {
+        self.statements: list[str] = []
+        self.unmatched: list[str] = []
+        self.variables: dict[str, Any] = {
             "__image": around.image,
             "__now": around.now_ns,
             "__scan": around.scan,
@@ -224,19 +225,20 @@ class _Writer(Transformer[Token, str]):
         return f"(not {part})"
 
     def held(self, _part: str, _time: Token) -> str:
-        raise ExpressionError("'for' needs several scans: ask scanrack query")
+        raise ExpressionError("'for' needs several scans: use scanrack query")
 
     def edge(self, name: Token, part: str) -> str:
-        edge_name = f"edge{len(self.own)}"
-        self.own[f"__{edge_name}"] = _Edge(name)
-        # in every scan, even if it can't affect the result
-        self.first.append(f"{edge_name} = __{edge_name}({part})")
+        edge_name = f"edge{len(self.variables)}"
+        self.variables[f"__{edge_name}"] = _Edge(name)
+        # evaluated in every scan, even if it can't affect the result
+        self.statements.append(f"{edge_name} = __{edge_name}({part})")
         return edge_name
 
     def compare(self, left: str, sign: Token, right: str) -> str:
         for side in (left, right):
-            if isinstance(side, _Part) and side.written.lstrip("+-") in self.measured:
-                self.measured.remove(side.written.lstrip("+-"))
+            number = side.written.lstrip("+-") if isinstance(side, _Term) else ""
+            if number in self.unmatched:
+                self.unmatched.remove(number)
         return f"({_in_unit(left, right)} {sign} {_in_unit(right, left)})"
 
     def arithmetic(self, left: str, sign: Token, right: str) -> str:
@@ -244,19 +246,19 @@ class _Writer(Transformer[Token, str]):
 
     def signed(self, sign: Token, part: str) -> str:
         text = f"({sign}{part})"
-        if isinstance(part, _Part) and part.written:
-            return _Part(text, f"{sign}{part.written}", part.unit)
+        if isinstance(part, _Term) and part.written:
+            return _Term(text, f"{sign}{part.written}", part.unit)
         return text
 
     def absolute(self, part: str) -> str:
         return f"abs({part})"
 
     def duration(self, token: Token) -> str:
-        return _Part(str(parse_time(token)), str(token), "ns")
+        return _Term(str(parse_time(token)), str(token), "ns")
 
     def quantity(self, token: Token, unit: Token) -> str:
-        self.measured.append(f"{token} {unit}")
-        return _Part(repr(number_of(token)), f"{token} {unit}", str(unit))
+        self.unmatched.append(f"{token} {unit}")
+        return _Term(repr(number_of(token)), f"{token} {unit}", str(unit))
 
     def number(self, token: Token) -> str:
         return repr(number_of(token))
@@ -272,8 +274,8 @@ class _Writer(Transformer[Token, str]):
             return name.capitalize()
         unit = self._around.units.get(name.upper(), "")
         if name not in self._values.tags:
-            return _Part(self._image(name), "", unit)
-        return _Part(self._values.source(name), "", unit or self._values.unit(name))
+            return _Term(self._image(name), "", unit)
+        return _Term(self._values.source(name), "", unit or self._values.unit(name))
 
     def _image(self, name: str) -> str:
         try:
@@ -285,17 +287,17 @@ class _Writer(Transformer[Token, str]):
 
 
 def _in_unit(part: str, other: str) -> str:
-    """Return a number in the unit of the tag that it is compared with; return anything else unchanged.
+    """Return a number in the unit of the tag that is compared with it; return other terms unchanged.
 
     Raises:
         ExpressionError: the tag has another unit, or none.
     """
-    if not isinstance(part, _Part) or not part.written:
+    if not isinstance(part, _Term) or not part.written:
         return part
-    unit = other.unit if isinstance(other, _Part) and not other.written else ""
+    unit = other.unit if isinstance(other, _Term) and not other.written else ""
     if unit == part.unit:
         return part
     if part.unit == "ns" and unit in ("", *UNITS_NS):
         return f"({part} / {UNITS_NS[unit]})" if unit else part
-    rule = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
+    rule = f"must be in {unit}" if unit else "must have no unit, since the page shows no unit for the tag"
     raise ExpressionError(f"{part.written}: {rule}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .breakpoints import Breakpoint
@@ -14,10 +13,14 @@ END = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place in a scan: before a stop, or after one of its writes; the end of a scan has `END` as index."""
+    """A place in a scan: before a stop, or after one of its writes."""
 
-    index: int
-    order: int | None  # see `ExecutedScan.show`
+    index: int  # of the stop in `View.stops`; `END` at the end of the scan
+    order: int | None  # see `View.show`
+
+    def position(self) -> tuple[int, int]:
+        """Return the sort key of a place in its scan."""
+        return self.index, -1 if self.order is None else self.order
 
 
 class Cursor:
@@ -61,31 +64,31 @@ class Cursor:
 
     # --- steps
 
-    def onward(self, depth: int | None, *, each: bool) -> Spot | None:
+    def onward(self, depth: int | None, *, by_instruction: bool) -> Spot | None:
         """Return the next rung or instruction, at most `depth` calls deep; None at the end of the scan.
 
         Args:
-            depth: None = any.
-            each: stop at instructions, not only at rungs.
+            depth: None = any depth.
+            by_instruction: whether to stop at instructions, and not only at rungs.
         """
         for index in range(self.spot.index + 1, len(self.view.stops)):
-            if self._fits(self.view.stops[index], depth, each=each):
+            if self._fits(self.view.stops[index], depth, by_instruction=by_instruction):
                 return self._spot(index)
         return None
 
-    def back(self, depth: int | None, *, each: bool) -> Spot | None:
+    def back(self, depth: int | None, *, by_instruction: bool) -> Spot | None:
         """Return the previous rung or instruction, see `onward`; None at the start of the scan."""
         stop = self.stop
         after_write = stop is not None and self.spot.order != stop.order
         last = min(self.spot.index - (not after_write), len(self.view.stops) - 1)
         for index in range(last, -1, -1):
-            if self._fits(self.view.stops[index], depth, each=each):
+            if self._fits(self.view.stops[index], depth, by_instruction=by_instruction):
                 return self._spot(index)
         return None
 
     @staticmethod
-    def _fits(stop: Stop, depth: int | None, *, each: bool) -> bool:
-        return (each or stop.step is None) and (depth is None or stop.depth <= depth)
+    def _fits(stop: Stop, depth: int | None, *, by_instruction: bool) -> bool:
+        return (by_instruction or stop.step is None) and (depth is None or stop.depth <= depth)
 
     @property
     def depth(self) -> int:
@@ -94,36 +97,16 @@ class Cursor:
 
     # --- breakpoints
 
-    def spot_of(self, one: Breakpoint) -> Spot:
-        """Return where in the scan a breakpoint was met."""
-        if one.keys:
+    def spot_of(self, breakpoint: Breakpoint) -> Spot:
+        """Return the place in the scan at which a breakpoint was met."""
+        if breakpoint.keys:
             for index, stop in enumerate(self.view.stops):
-                if stop.step is None and (stop.run.routine, stop.run.line.number) in one.keys:
+                if stop.step is None and (stop.run.routine, stop.run.line.number) in breakpoint.keys:
                     return self._spot(index)
             return self.end
-        if one.kind == "exception":
-            return self.end if one.name == "fault" else self.start
-        if not one.changing_tag:
+        if breakpoint.kind == "exception":
+            return self.end if breakpoint.name == "fault" else self.start
+        if not breakpoint.changing_tag:
             return self.end
-        place = self.view.last_write(one.changing_tag)
-        return self.start if place is None else Spot(*place)
-
-    def position(self, spot: Spot) -> tuple[int, int]:
-        """Return the sort key of a place in the scan."""
-        return spot.index, -1 if spot.order is None else spot.order
-
-
-def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the first of the given spots after the current one; None if there is none."""
-    position = cursor.position(cursor.spot)
-    return min(
-        (spot for spot in spots if cursor.position(spot) > position), key=cursor.position, default=None
-    )
-
-
-def earlier(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the last of the given spots before the current one; None if there is none."""
-    position = cursor.position(cursor.spot)
-    return max(
-        (spot for spot in spots if cursor.position(spot) < position), key=cursor.position, default=None
-    )
+        write = self.view.last_write(breakpoint.changing_tag)
+        return self.start if write is None else Spot(*write)

@@ -5,14 +5,15 @@
     writes           A             B             C
     before Main 1: the values at the end, without C
 
-A scan is always finished, as in a controller. An editor therefore steps through the scan as it was
-executed, forwards and backwards at the same cost.
+A scan is always finished, as in a controller. An editor steps through the finished scan, forwards and
+backwards at the same cost.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property, partial
+from itertools import chain
 
 from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.executed import Execution, LineRun, StepRun, TracedEngine
@@ -31,10 +32,10 @@ from .view import Node, Stop, Tree, View
 
 
 class ExecutedScan(View):
-    """One scan of rungs, run again: compiled for its end, in the interpreter for its instructions.
+    """One scan of rungs, run again: compiled for the values at its end, interpreted for its instructions.
 
     Args:
-        replayer: runs the scans; used for nothing else until `leave`.
+        replayer: runs the scans; it must not be used otherwise until `leave`.
 
     Raises:
         DebugError: the scan can't be repeated.
@@ -63,16 +64,16 @@ class ExecutedScan(View):
     @cached_property
     def stops(self) -> Sequence[Stop]:
         """The places before rungs and instructions, in the order of execution."""
-        return sorted(self._stops(), key=lambda each: (each.order, each.depth))
+        return sorted(self._stops(), key=lambda stop: (stop.order, stop.depth))
 
     def _stops(self) -> Iterator[Stop]:
         for run in self.execution.runs.values():
-            if run.line.number < 0:  # of a chart as a whole
+            if run.line.number < 0:  # the line of a whole chart
                 continue
             depth = len(list(callers(run)))
-            own_steps = [step for step in run.steps.values() if step.parent is None]
             yield Stop(run.order, run, None, depth)
-            yield from (Stop(step.order - 1, run, step, depth) for step in own_steps[1:])
+            instructions = [step for step in run.steps.values() if step.parent is None]
+            yield from (Stop(step.order - 1, run, step, depth) for step in instructions[1:])
 
     def show(self, order: int | None) -> None:
         """Set the memory of the engine to the values after an instruction; None = at the end of the scan."""
@@ -101,8 +102,8 @@ class ExecutedScan(View):
         if not writes or writes[-1].by is None:
             return None
         run, order = writes[-1].by.run, writes[-1].order
-        before = [index for index, stop in enumerate(self.stops) if stop.run is run and stop.order < order]
-        return (before[-1], order) if before else None
+        indices = [index for index, stop in enumerate(self.stops) if stop.run is run and stop.order < order]
+        return (indices[-1], order) if indices else None
 
     # --- frames and scopes
 
@@ -139,10 +140,11 @@ class ExecutedScan(View):
 
     def full_name(self, name: str, run: LineRun | None) -> str | None:
         """See `View`."""
-        program = self.program(run)
-        scoped = [f"\\{program}.{name}"] if program else []
-        own_names = [f"{run.instance}.{name}"] if run is not None and run.instance else []
-        return next((candidate for candidate in (*own_names, *scoped, name) if candidate in self.tags), None)
+        candidates = [f"{run.instance}.{name}"] if run is not None and run.instance else []
+        if program := self.program(run):
+            candidates.append(f"\\{program}.{name}")
+        candidates.append(name)
+        return next((candidate for candidate in candidates if candidate in self.tags), None)
 
     def names(self, run: LineRun | None) -> Sequence[tuple[str, str]]:
         """See `View`."""
@@ -167,16 +169,16 @@ class ExecutedScan(View):
         yield "Tags", lambda: tags_in(tree, tags_of(engine, ""))
 
     def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
-        """Return the tags that a rung names, as pairs of the name in the rung and the full name."""
+        """Return the tags in a rung, as pairs of the name in the rung and the full name."""
         program = self.program(run)
-        names: dict[str, str] = {}
-        for step in run.line.all_steps:
-            for name in (name for operand in step.operands for name in _texts(operand)):
-                scoped = f"\\{program}.{name}" if program else name
-                qualified = scoped if scoped in self.tags else name
-                if qualified in self.tags and HIDDEN not in name:
-                    names[name] = qualified
-        return list(names.items())
+        operands = (operand for step in run.line.all_steps for operand in step.operands)
+        full_names: dict[str, str] = {}
+        for name in chain.from_iterable(map(_tag_names, operands)):
+            scoped = f"\\{program}.{name}" if program else name
+            full_name = scoped if scoped in self.tags else name
+            if full_name in self.tags and HIDDEN not in name:
+                full_names[name] = full_name
+        return list(full_names.items())
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
         """See `View`."""
@@ -202,18 +204,14 @@ class ExecutedScan(View):
     def own_word(self, slot: int, image: str, number: int) -> int | None:
         """See `View`."""
         memory = self.engine.memory
-        leaf = next(
-            (
-                known_image
-                for known_image in memory.layout.images
-                if (known_image.slot, known_image.output) == (slot, image == "O")
-            ),
-            None,
-        )
-        return int(memory.read(leaf, number)) if leaf is not None and memory.has(leaf) else None
+        for leaf in memory.layout.images:
+            if leaf.slot == slot and leaf.output is (image == "O"):
+                return int(memory.read(leaf, number)) if memory.has(leaf) else None
+        return None
 
 
-def _texts(operand: object) -> Iterator[str]:
+def _tag_names(operand: object) -> Iterator[str]:
+    """Yield the names of tags in an operand of an instruction."""
     if isinstance(operand, AddOnCall):
         yield operand.instance.text
         yield from (argument.text for argument in operand.handed.values())
@@ -222,7 +220,7 @@ def _texts(operand: object) -> Iterator[str]:
             yield operand.text
     elif isinstance(operand, Calculation):
         for inner in operand.operands:
-            yield from _texts(inner)
+            yield from _tag_names(inner)
 
 
 def callers(run: LineRun) -> Iterator[StepRun]:

@@ -3,13 +3,12 @@
     pytest --scanrack-debug     prints a port and a key, and waits for a client at the first bench
     launch with `pytest`        the adapter runs pytest itself
 
-The test is blocked while the client inspects it, and continues when the client does.
+The test waits while the client has stopped it.
 """
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from scanrack.jobs.bench import Bench
@@ -17,6 +16,7 @@ from scanrack.jobs.record.settable_tags import settable_tags
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.runtime.live import actions
+from scanrack.runtime.loop.scan import ScanLogic
 from typing_extensions import override
 
 from .adapter import Adapter
@@ -29,18 +29,17 @@ if TYPE_CHECKING:
     import pytest
 
 
-class BenchRun:
-    """A bench, as `live.ScanRun`."""
+class BenchProgram:
+    """The program of a bench, with the interface of `live.Program`."""
 
     def __init__(self, bench: Bench) -> None:
-        self.bench, self.cpu, self.rack = bench, bench.cpu, bench.cpu.rack
+        self._bench = bench
         self.debugger = bench.logic if isinstance(bench.logic, Debugger) else None
-        self.program = self
 
     @property
-    def logic(self) -> Callable[..., None]:
+    def logic(self) -> ScanLogic:
         """The logic that the CPU calls."""
-        logic: Callable[..., None] = self.bench.logic
+        logic: ScanLogic = self._bench.logic
         return logic
 
     @property
@@ -51,22 +50,22 @@ class BenchRun:
     @property
     def operated(self) -> Debugger | Fields | None:
         """The program's values that can be set and forced."""
-        return settable_tags(self.bench.logic)
+        return settable_tags(self.logic)
 
 
 class InTest(ScanDriver):
-    """A driver of a test, which runs its bench itself: blocks the scan loop while the client looks."""
+    """The driver of a test, which runs its bench itself, and waits in a scan while it is stopped."""
 
     def __init__(self, adapter: Adapter, bench: Bench) -> None:
-        run = BenchRun(bench)
-        if run.debugger is not None:
-            super().__init__(adapter, LiveRungs(run))
+        program = BenchProgram(bench)
+        if program.debugger is not None:
+            super().__init__(adapter, LiveRungs(bench.cpu, program))
         elif bench.load is not None:
-            load = bench.load
-            super().__init__(adapter, LiveText(run, load, bench.spec))
+            super().__init__(adapter, LiveText(bench.cpu, program, bench.load, bench.spec))
         else:
-            raise DebugError("this bench has a program without a file, so its lines can't be stepped through")
-        self._run, self._stepping, self._pausing = run, False, False
+            raise DebugError("the program of this bench has no file, so its lines can't be stepped through")
+        self._bench, self._program = bench, program
+        self._stepping = self._pausing = False  # whether the client has requested a step, or a pause
         adapter.begin(self.subject, self)
         self.place_again()
         while not adapter.configured and not adapter.over:
@@ -84,9 +83,9 @@ class InTest(ScanDriver):
             adapter.serve(0)
         stepped = self._stepping and (not isinstance(self.subject, LiveText) or self.subject.arrived)
         if hits or stepped or self._pausing:
-            self._stand(scan, hits, stepped=stepped)
+            self._stop_in(scan, hits, stepped=stepped)
 
-    def _stand(self, scan: int, hits: list[Hit], *, stepped: bool) -> None:
+    def _stop_in(self, scan: int, hits: list[Hit], *, stepped: bool) -> None:
         """Stop in a scan until the client continues."""
         adapter = self._adapter
         self.subject.step(on=False)
@@ -120,16 +119,16 @@ class InTest(ScanDriver):
         self.go()
 
     @override
-    def give(self, order: actions.Action) -> None:
-        desk = self._run.operated
-        if desk is None or not isinstance(order, actions.Write | actions.Force | actions.Unforce):
-            raise DebugError("the test gives the orders here: this one is not an order of a test")
-        if isinstance(order, actions.Write):
-            self._run.bench[order.tag] = order.value
-        elif isinstance(order, actions.Force):
-            desk.force(order.tag, order.value)
+    def apply(self, action: actions.Action) -> None:
+        tags = self._program.operated
+        if tags is None or not isinstance(action, actions.Write | actions.Force | actions.Unforce):
+            raise DebugError("in a test, tags can be set, forced and released; the test does everything else")
+        if isinstance(action, actions.Write):
+            self._bench[action.tag] = action.value
+        elif isinstance(action, actions.Force):
+            tags.force(action.tag, action.value)
         else:
-            desk.unforce(None if order.tag == actions.ALL else order.tag)
+            tags.unforce(None if action.tag == actions.ALL else action.tag)
 
     @override
     def end(self) -> None:
@@ -137,14 +136,14 @@ class InTest(ScanDriver):
 
 
 def run_tests(adapter: Adapter, words: str) -> None:
-    """Run pytest, whose benches the client of an adapter debugs."""
+    """Run pytest with an adapter that debugs its benches."""
     import pytest
 
     class TestPlugin:
-        """Debugs the benches of this run."""
+        """Registers the adapter for the benches of this run."""
 
         def pytest_configure(self, config: pytest.Config) -> None:
-            """Give pytest's plugin the adapter."""
+            """Register a function that is called with each bench."""
             config.pluginmanager.register(lambda bench: InTest(adapter, bench), DEBUGGER)
 
     pytest.main([*shlex.split(words), "--scanrack-keep=never"], plugins=[TestPlugin()])

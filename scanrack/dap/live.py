@@ -1,8 +1,8 @@
 """A running rack: a session of `scanrack watch`, with an editor in addition to its pages.
 
-after a scan          then
-a breakpoint is met   pause, stopped
-a request waits       carried out before the next scan
+after a scan              then
+a breakpoint is met       pause, stopped
+a request has arrived     it is carried out before the next scan
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from scanrack.runtime.live.session import Inbox, Session
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
-from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
@@ -43,21 +42,21 @@ from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, Subject
 from .text_subject import TextSubject, files_of, lines_of
-from .together import foreign, of_page
+from .together import from_page, on_page
 
 REMEMBERED = 8_000
-"""Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
+"""Snapshots of the program, one for 64 scans, so that a session can step back 512,000 scans."""
 
 WAIT_S = 0.02
-"""Longest single wait for requests during a pause: pages also give orders."""
+"""Longest single wait for requests during a pause, s; pages also send actions."""
 
 
 EDITS = {
-    TESTING: "the saved rungs run from the next scan on: `accept` keeps them, `cancel` runs those before",
+    TESTING: "the saved rungs run from the next scan on: `accept` keeps them, `cancel` restores the old ones",
     ASSEMBLED: "the saved program is accepted, and runs from the next scan on",
     NOTHING: "the program before the edit runs from the next scan on",
 }
-"""The effect of an edit in words, by its stage."""
+"""Messages about an edit, by its stage."""
 
 
 class Program(Protocol):
@@ -78,29 +77,22 @@ class Program(Protocol):
         """The program's values that can be set and forced."""
 
 
-class ScanRun(Protocol):
-    """A running rack, of a session or of a bench."""
-
-    rack: Rack
-    cpu: Cpu
-
-    @property
-    def program(self) -> Program:
-        """Its program."""
-
-
 class LiveSubject(Subject):
-    """The scans of a session so far."""
+    """The scans of a session so far.
+
+    Attributes:
+        first: the first scan after the latest edit; the scans before it can't be looked at.
+        last: the latest scan.
+        edits: number of edits that have been followed.
+    """
 
     live = True
 
-    def __init__(self, run: ScanRun) -> None:
-        self.run = run
-        self.words = {slot.number: slot.words for slot in run.rack.slots.values()}
-        self.last = -1
-        self.first = 0
-        self.edits = 0
-        self.journal = Journal(run.rack)
+    def __init__(self, cpu: Cpu, program: Program) -> None:
+        self.cpu, self.program = cpu, program
+        self.words = {slot.number: slot.words for slot in cpu.rack.slots.values()}
+        self.first, self.last, self.edits = 0, -1, 0
+        self.journal = Journal(cpu.rack)
         self._events: dict[int, list[Event]] = {}
 
     def note_event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
@@ -116,12 +108,12 @@ class LiveSubject(Subject):
 
     def is_edited(self) -> bool:
         """Return whether the program was edited since the last call, before the next scan."""
-        is_edited = self.edits != self.run.program.edits
+        is_edited = self.edits != self.program.edits
         if is_edited:
-            self.edits, self.first = self.run.program.edits, self.last + 1
+            self.edits, self.first = self.program.edits, self.last + 1
         return is_edited
 
-    def spelled(self, routine: str) -> str:
+    def page_routine(self, routine: str) -> str:
         """Return the name of a routine on pages, "" if they have no name for it."""
         raise NotImplementedError
 
@@ -134,12 +126,12 @@ class LiveSubject(Subject):
         return self.first, self.last
 
     def looker(self, requested: list[Breakpoint]) -> Looker:
-        """Return the looker for breakpoints in the session; an ExpressionError for an invalid condition."""
+        """Return the looker for breakpoints; raise ExpressionError for an invalid condition."""
         raise NotImplementedError
 
     def now(self) -> ScanContext:
         """Return the context of expressions about the latest scan."""
-        memory = self.run.rack.memory
+        memory = self.cpu.rack.memory
         return self.around(lambda: self.last, self.words_in(lambda: memory))
 
     @override
@@ -153,21 +145,21 @@ class LiveSubject(Subject):
 
     @override
     def now_ns(self, scan: int) -> int:
-        return scan * self.run.cpu.period_ns
+        return scan * self.cpu.period_ns
 
     @override
     def forced(self, scan: int) -> Mapping[str, object]:
-        operated = self.run.program.operated
-        return {**({} if operated is None else operated.forces), **self.run.cpu.forces.active}
+        operated = self.program.operated
+        return {**({} if operated is None else operated.forces), **self.cpu.forces.active}
 
 
 class LiveRungs(RungSubject, LiveSubject):
     """A running ladder program."""
 
-    def __init__(self, run: ScanRun) -> None:
-        super().__init__(run)
-        assert run.program.debugger is not None
-        self._debugger = run.program.debugger
+    def __init__(self, cpu: Cpu, program: Program) -> None:
+        super().__init__(cpu, program)
+        assert program.debugger is not None
+        self._debugger = program.debugger
         self._places: tuple[LadderLogic, Places] | None = None
 
     @property
@@ -195,7 +187,7 @@ class LiveRungs(RungSubject, LiveSubject):
         return looker
 
     @override
-    def spelled(self, routine: str) -> str:
+    def page_routine(self, routine: str) -> str:
         lowered = self._debugger.engine.lowered.routines[routine]
         return "" if lowered.frame else lowered.name
 
@@ -203,13 +195,13 @@ class LiveRungs(RungSubject, LiveSubject):
 class LiveText(TextSubject, LiveSubject):
     """A running program without rungs."""
 
-    def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
-        LiveSubject.__init__(self, run)
-        TextSubject.__init__(self, load, spec, run.program.logic)
-        self._program = load.program
+    def __init__(self, cpu: Cpu, program: Program, load: Load, spec: RackSpec) -> None:
+        LiveSubject.__init__(self, cpu, program)
+        TextSubject.__init__(self, load, spec, program.logic)
+        self._file = load.program
         self._watch, self._points = WATCH.get(), LinePoints({}, in_frames=False)
-        self._stepping: _AnyLine | None = None
-        self._texts: tuple[int, Places] | None = None
+        self._stepping: _AnyLine | None = None  # during a step
+        self._places: tuple[int, Places] | None = None  # with the number of edits
 
     @override
     def recording(self) -> PackedTrace:
@@ -217,14 +209,13 @@ class LiveText(TextSubject, LiveSubject):
 
     @override
     def places(self, scan: int) -> Places:
-        if self._texts is None or self._texts[0] != self.edits:
-            self._texts = self.edits, TextPlaces(files_of(self._program), lines_of(self.run.program.logic))
-        return self._texts[1]
+        if self._places is None or self._places[0] != self.edits:
+            self._places = self.edits, TextPlaces(files_of(self._file), lines_of(self.program.logic))
+        return self._places[1]
 
     @override
     def looker(self, requested: list[Breakpoint]) -> Looker:
-        program = self.run.program
-        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=self._in_python)
+        points = LinePoints(ProgramValues(lambda: self.program.logic), in_frames=self._in_python)
         looker = Looker(requested, points, self.now(), self.events)
         self._watch.remove(self._points)
         self._points = points
@@ -240,7 +231,7 @@ class LiveText(TextSubject, LiveSubject):
             self._watch.add(self._stepping)
 
     @override
-    def spelled(self, routine: str) -> str:
+    def page_routine(self, routine: str) -> str:
         return routine
 
     @property
@@ -278,45 +269,49 @@ class ScanDriver(QuietListener, Driver):
         """Record a scan; return the breakpoints at which it stops."""
         self.subject.note_scan(scan, now_ns, flags)
         self.follow_edit()
-        return [] if self._looker is None else self._looker.stops(scan, self._say)
+        return [] if self._looker is None else self._looker.stops(scan, self._print_log_point)
 
-    def _say(self, one: Breakpoint, text: str) -> None:
-        source = {"source": {"path": one.path}, "line": one.line} if one.line else {}
+    def _print_log_point(self, point: Breakpoint, text: str) -> None:
+        source = {"source": {"path": point.path}, "line": point.line} if point.line else {}
         self._adapter.output(f"{text}\n", more=source)
 
     def follow_edit(self) -> None:
         """Continue with an edited program, if there is one."""
         if self.subject.is_edited():
-            self._adapter.output("the program was edited; the scans before can't be stepped back to\n")
+            self._adapter.output("the program was edited; you can't step back to earlier scans\n")
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the breakpoints of lines in another program; one without its line waits for a later program."""
+        """Set the line breakpoints in an edited program; without its line, a breakpoint stays unverified."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        for point in (point for kind in adapter.breakpoints.values() for point in kind if point.path):
-            was = described(point)
+        for point in [point for points in adapter.breakpoints.values() for point in points if point.path]:
+            old_row = described(point)
             try:
-                point.line, keys = places.at(point.path, point.line)
+                point.line, keys = places.first_line_from(point.path, point.line)
                 point.keys = tuple(keys)
-                now = described(point)
+                row = described(point)
             except DebugError as error:
                 point.keys = ()
-                now = {"id": point.number, "verified": False, "message": str(error)}
-            if now != was:
-                adapter.event("breakpoint", reason="changed", breakpoint=now)
+                row = {"id": point.number, "verified": False, "message": str(error)}
+            if row != old_row:
+                adapter.event("breakpoint", reason="changed", breakpoint=row)
         self.set_breakpoints(adapter.all_breakpoints())
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         looker = self.subject.looker(requested)
         if self.subject.last >= 0:
-            looker.prime(self.subject.last)
+            looker.note_values(self.subject.last)
         self._looker = looker if requested else None
 
 
 class Live(ScanDriver):
-    """Drives a session for an adapter: a listener after its other listeners."""
+    """Drives a session for an adapter: a listener after the session's other listeners.
+
+    Args:
+        page: whether a page also shows the session, so that breakpoints are shared with the page.
+    """
 
     def __init__(
         self, adapter: Adapter, session: Session, run: JobRun, job: LoadedRack, *, page: bool
@@ -324,18 +319,19 @@ class Live(ScanDriver):
         super().__init__(adapter, _subject_of(session, run, job))
         self.subject.units = KeptPanel(str(job.rack_file)).units
         self._session, self._run, self._page = session, run, page
-        self._hits: list[Hit] = []
-        self._requested: list[Breakpoint] = []
+        # the state of the editor's requests
+        self._hits: list[Hit] = []  # breakpoints that caused the latest pause
         self._stepping = False
-        self._seen: list[str] = []  # breakpoints of the session that the editor has
-        self._attend, session.attend = session.attend, self._rest
+        self._requested: list[Breakpoint] = []
+        self._shared_names: list[str] = []  # breakpoints of the session that the editor also has
+        # the session waits for requests of the editor, too
+        self._attend_pages, session.attend = session.attend, self._wait_during_pause
         session.inbox = _PatientInbox(session.inbox)
         run.cpu.add_listener(self)
         adapter.begin(self.subject, self)
         adapter.running = session.live  # a real controller can't be paused
-        self._placed = (
-            not adapter.configured
-        )  # otherwise a branch begins, and has the breakpoints in its first scan
+        # a branch has its breakpoints at once, and sets them when it no longer repeats scans
+        self._placed = not adapter.configured
 
     # --- after a scan
 
@@ -346,13 +342,13 @@ class Live(ScanDriver):
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
         if not self._session.repeats:
             self._pause_at(hits)
-        if self._session.state.breakpoints != self._seen:
+        if self._session.state.breakpoints != self._shared_names:
             self._take_breakpoints()
         if adapter.wire.waiting:
             adapter.serve(0)
         if not adapter.running and not self._session.state.paused:
             adapter.leave()
-            adapter.running = True  # a page has let it continue
+            adapter.running = True  # the page has continued
             adapter.event("continued", threadId=1, allThreadsContinued=True)
 
     def _pause_at(self, hits: list[Hit]) -> None:
@@ -361,12 +357,12 @@ class Live(ScanDriver):
         if hits or arrived:
             self._hits = hits
             if not self._session.state.paused:
-                self._order(actions.Pause())
+                self.apply(actions.Pause())
 
-    def _order(self, order: actions.Action) -> None:
-        cpu, subject = self._run.cpu, self.subject
-        scan = subject.extent[1] + 1
-        self._session.obey(order, scan * cpu.period_ns, scan)
+    @override
+    def apply(self, action: actions.Action) -> None:
+        scan = self.subject.extent[1] + 1
+        self._session.obey(action, scan * self._run.cpu.period_ns, scan)
 
     def _place(self) -> None:
         self._placed = True
@@ -376,53 +372,51 @@ class Live(ScanDriver):
 
     def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Also set the editor's breakpoints on the pages, if pages support their kind."""
-        shared = self._session.state.breakpoints
-        spelled = self.subject.spelled
-        _others, before = foreign(shared, self._requested, spelled)
-        _others, names = foreign(shared, requested, spelled)
-        for name in before.keys() - names.keys() & set(shared):
-            self._order(actions.RemoveBreakpoint(name))
-        for name in names.keys() - set(shared):
+        session_names = set(self._session.state.breakpoints)
+        old_names = on_page(self._requested, self.subject.page_routine).keys()
+        names = on_page(requested, self.subject.page_routine).keys()
+        for name in old_names - names & session_names:
+            self.apply(actions.RemoveBreakpoint(name))
+        for name in names - session_names:
             with suppress(ValueError):  # in a body of a chart, for which pages have no name
-                self._order(actions.Breakpoint(name))
-        self._seen = list(self._session.state.breakpoints)
+                self.apply(actions.Breakpoint(name))
+        self._shared_names = list(self._session.state.breakpoints)
 
     def _take_breakpoints(self) -> None:
         """Notify the editor of breakpoints that pages have set or removed."""
-        adapter, shared = self._adapter, self._session.state.breakpoints
-        spelled, places = self.subject.spelled, self.subject.places(0)
-        others, names = foreign(shared, self._requested, spelled)
-        for name in names.keys() - set(shared):
-            removed = names[name]
+        adapter, session_names = self._adapter, self._session.state.breakpoints
+        points = on_page(self._requested, self.subject.page_routine)
+        for name in points.keys() - set(session_names):
+            removed = points[name]
             for kind in adapter.breakpoints.values():
                 kind[:] = [point for point in kind if point is not removed]
-            adapter.event(
-                "breakpoint", reason="removed", breakpoint={"id": removed.number, "verified": False}
-            )
-        for name in others:
-            adapter.numbers += 1
-            made = of_page(name, adapter.numbers, places)
-            adapter.breakpoints.setdefault(f"line {made.path}" if made.path else "page", []).append(made)
-            adapter.event("breakpoint", reason="new", breakpoint=described(made))
-        self._seen = list(shared)
+            row = {"id": removed.number, "verified": False}
+            adapter.event("breakpoint", reason="removed", breakpoint=row)
+        for name in session_names:
+            if name not in points:
+                adapter.breakpoint_count += 1
+                new = from_page(name, adapter.breakpoint_count, self.subject.places(0))
+                adapter.breakpoints.setdefault(f"line {new.path}" if new.path else "page", []).append(new)
+                adapter.event("breakpoint", reason="new", breakpoint=described(new))
+        self._shared_names = list(session_names)
         self.set_breakpoints(adapter.all_breakpoints())
 
     # --- during a pause
 
-    def _rest(self) -> None:
-        self._attend()
+    def _wait_during_pause(self) -> None:
+        self._attend_pages()
         adapter = self._adapter
         if not self._placed:
             self._place()
         self.follow_edit()
-        if self._session.state.breakpoints != self._seen and adapter.configured:
+        if self._session.state.breakpoints != self._shared_names and adapter.configured:
             self._take_breakpoints()
         if adapter.running:
-            self._tell_stop()
-        if not adapter.serve(WAIT_S if not self._session.inbox.pending() else 0):
+            self._report_stop()
+        if not adapter.serve(0 if self._session.inbox.pending() else WAIT_S):
             self.subject.prepare()
 
-    def _tell_stop(self) -> None:
+    def _report_stop(self) -> None:
         adapter, scan = self._adapter, self.subject.extent[1]
         hits, self._hits = self._hits, []
         stepping, self._stepping = self._stepping, False
@@ -454,53 +448,49 @@ class Live(ScanDriver):
             self.step()
         else:
             adapter.running = True
-            self._order(actions.Continue())
+            self.apply(actions.Continue())
 
     @override
     def go(self) -> None:
         self._adapter.leave()
         self._adapter.running = True
-        self._order(actions.Continue())
+        self.apply(actions.Continue())
 
     @override
     def pause(self) -> None:
-        self._order(actions.Pause())
+        self.apply(actions.Pause())
 
     @override
     def step(self) -> None:
         if isinstance(self.subject, LiveText):
             self.subject.step(on=True)
-            self._order(actions.Continue())
+            self.apply(actions.Continue())
         else:
-            self._order(actions.Step(1))
+            self.apply(actions.Step(1))
         self._adapter.leave()
         self._adapter.running = self._stepping = True
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         if self._session.live and not all(request.log for request in requested):
-            raise DebugError("a real controller does not wait: on a real port only log points are possible")
+            raise DebugError("a real controller does not wait: only log points are possible on a real port")
         super().set_breakpoints(requested)
         if self._page and not self._session.live:
             self._share_breakpoints(requested)
         self._requested = requested
 
     @override
-    def give(self, order: actions.Action) -> None:
-        self._order(order)
-
-    @override
     def edit(self, step: str) -> None:
-        self._session.ask_editor(actions.Online(step, by="the debugger"), self._tell_edit)
+        self._session.ask_editor(actions.Online(step, by="the debugger"), self._report_edit)
 
-    def _tell_edit(self, result: Mapping[str, object]) -> None:
+    def _report_edit(self, result: Mapping[str, object]) -> None:
         refusal = result.get("refused")
         text = EDITS[str(result["stage"])] if refusal is None else refusal
         self._adapter.output(f"{text}\n", "console" if refusal is None else "stderr")
 
     @override
     def branch(self, scan: int) -> None:
-        self._order(actions.Branch(scan, paused=True))
+        self.apply(actions.Branch(scan, paused=True))
         self._adapter.leave()
 
     @override
@@ -509,16 +499,16 @@ class Live(ScanDriver):
 
 
 def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | LiveText:
-    stops, editions = session.stops, run.program.editions
-    if not isinstance(stops, PythonStops):
-        return LiveRungs(run)
-    assert editions is not None
-    load = Load(job.program, lambda: editions.again(0).logic, lambda number: editions.again(number).logic)
-    return LiveText(run, load, job.spec)
+    versions = run.program.editions
+    if not isinstance(session.stops, PythonStops):
+        return LiveRungs(run.cpu, run.program)
+    assert versions is not None
+    load = Load(job.program, lambda: versions.again(0).logic, lambda number: versions.again(number).logic)
+    return LiveText(run.cpu, run.program, load, job.spec)
 
 
 class _PatientInbox(Inbox):
-    """The orders of pages; `Live` has waited for them already."""
+    """The actions of pages, without a wait: `Live` waits for them."""
 
     def __init__(self, pages: Inbox) -> None:
         self._pages = pages

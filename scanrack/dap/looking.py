@@ -1,7 +1,8 @@
-"""Requests that inspect (frames, scopes, values, expressions, commands), and requests that set values."""
+"""Requests that inspect and set values, and the commands of the console."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -11,21 +12,20 @@ from scanrack.io_images.times import seconds
 from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
 
-from .causes import last_change, why
 from .conditions import compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
-from .variables import modules_in, value_in
+from .variables import ReadWord, modules_in, value_in
 from .view import Node
 
 if TYPE_CHECKING:
     from .adapter import Adapter
 
 SCAN_FRAME = 10_000
-"""Number of the outermost frame."""
+"""Id of the outermost frame."""
 
 NOWHERE = {"line": 0, "column": 0}
-"""The place of a frame without a file."""
+"""The line of a frame without a file."""
 
 COMPLETIONS_MOST = 200
 
@@ -42,7 +42,8 @@ def stack(adapter: Adapter, arguments: Json) -> Json:
     """List the frames, innermost first: rung, callers, task, scan."""
     frames = list(_frames(adapter))
     start, levels = whole(arguments, "startFrame", 0), whole(arguments, "levels", 0)
-    return {"stackFrames": frames[start : start + levels if levels else None], "totalFrames": len(frames)}
+    end = start + levels if levels else None
+    return {"stackFrames": frames[start:end], "totalFrames": len(frames)}
 
 
 def _frames(adapter: Adapter) -> Iterator[Json]:
@@ -69,13 +70,13 @@ def _runs(adapter: Adapter) -> list[Any]:
 
 
 def _run_of(adapter: Adapter, frame: int) -> Any:
-    """Return the rung or line of a frame, None for other frames; a DebugError for an outdated frame."""
+    """Return the rung or line of a frame, None for other frames; raise DebugError for an outdated frame."""
     runs = _runs(adapter)
     if 1 <= frame <= len(runs):
         return runs[frame - 1]
     if frame in (SCAN_FRAME, SCAN_FRAME - 1):
         return None
-    raise DebugError(f"frame {frame} is gone: the program has moved on")
+    raise DebugError(f"frame {frame}: no longer exists, since the program has continued")
 
 
 # --- scopes
@@ -84,22 +85,19 @@ def _run_of(adapter: Adapter, frame: int) -> Any:
 def scopes(adapter: Adapter, arguments: Json) -> Json:
     """List the scopes of a frame."""
     run = _run_of(adapter, whole(arguments, "frameId"))
-    tree, rows = adapter.the_tree(), list[Json]()
-
-    def add(name: str, node: Node) -> None:
+    tree, words = adapter.the_tree(), dict(adapter.the_subject().words)
+    nodes: list[tuple[str, Node]] = list(adapter.place().view.scopes(tree, run))
+    for name, image in (("Inputs", "I"), ("Outputs", "O")):
+        nodes.append((name, partial(modules_in, words, image, _word_reader(adapter))))
+    rows: list[Json] = []
+    for name, node in nodes:
         hint = {"presentationHint": "locals"} if name == "Locals" else {}
         rows.append({"name": name, "variablesReference": tree.add(node), "expensive": False, **hint})
-
-    for name, node in adapter.place().view.scopes(tree, run):
-        add(name, node)
-    words = dict(adapter.the_subject().words)
-    for name, image in (("Inputs", "I"), ("Outputs", "O")):
-        add(name, partial(modules_in, words, image, word_reader(adapter)))
     return {"scopes": rows}
 
 
-def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
-    """Return a reader of image words: a program's own images at the place, other images after the scan."""
+def _word_reader(adapter: Adapter) -> ReadWord:
+    """Return a reader of image words: images of the program at the position, other images after the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
     after_scan = subject.words_in(lambda: subject.memory(cursor.scan))
 
@@ -111,7 +109,7 @@ def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
 
 
 def variables(adapter: Adapter, arguments: Json) -> Json:
-    """Open one level of values."""
+    """List one level of values."""
     start, count = whole(arguments, "start", 0), whole(arguments, "count", 0)
     if start < 0 or count < 0:
         raise DebugError(f"start {start}, count {count}: must not be negative")
@@ -122,7 +120,7 @@ def variables(adapter: Adapter, arguments: Json) -> Json:
 
 
 def set_variable(adapter: Adapter, arguments: Json) -> Json:
-    """Set a value of a node."""
+    """Set a value at a node."""
     tag = adapter.the_tree().tag(whole(arguments, "variablesReference"), text(arguments, "name"))
     return {"value": _set(adapter, tag, text(arguments, "value"))}
 
@@ -135,14 +133,13 @@ def set_expression(adapter: Adapter, arguments: Json) -> Json:
 def _set(adapter: Adapter, tag: str, written: str) -> str:
     """Set a tag before the next scan; a word or bit of an image is forced, since scans write it."""
     _refuse_past(adapter)
-    tags = adapter.place().view.tags
-    if tag not in tags and ":" not in tag:
+    view, is_image = adapter.place().view, ":" in tag
+    if tag not in view.tags and not is_image:
         raise DebugError(f"no tag {tag}")
-    value = value_in(written, _present(tags, tag))
-    image = ":" in tag
-    adapter.the_driver().give(actions.Force(tag, value) if image else actions.Write(tag, value))
-    if not image:
-        adapter.place().view.set(tag, value)
+    value = value_in(written, _present(view.tags, tag))
+    adapter.the_driver().apply(actions.Force(tag, value) if is_image else actions.Write(tag, value))
+    if not is_image:
+        view.set(tag, value)
     return shown(value)
 
 
@@ -179,20 +176,20 @@ def evaluate(adapter: Adapter, arguments: Json) -> Json:
 
 
 def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
-    """Return the full name of a tag as a rung of the frame names it; None for anything else."""
+    """Return the full name of a tag for its name in a frame's rung; None for other expressions."""
     run = _run_of(adapter, frame) if type(frame) is int else None
     return adapter.place().view.full_name(name, run)
 
 
 def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
     cursor = adapter.place()
-    around = adapter.the_subject().around(lambda: cursor.scan, word_reader(adapter))
+    around = adapter.the_subject().around(lambda: cursor.scan, _word_reader(adapter))
     return compiled(expression, cursor.view.values, around)
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
     """Return the text of a hover over a tag: its value, address and last change."""
-    change_scan = last_change(adapter, tag)
+    change_scan = adapter.last_change(tag)
     since = "not changed yet" if change_scan is None else f"since scan {change_scan:,}"
     return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
 
@@ -200,46 +197,57 @@ def _hover(adapter: Adapter, tag: str, value: str) -> str:
 # --- commands of the console
 
 
-def _assigned(rest: str) -> tuple[str, str]:
-    name, sign, value = rest.partition("=")
+def _assignment(text: str) -> tuple[str, str]:
+    name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
         raise DebugError("write TAG = VALUE")
     return name.strip().removesuffix(":").strip(), value.strip()
 
 
-def _set_command(adapter: Adapter, rest: str) -> str:
-    tag, value = _assigned(rest)
+def _set_command(adapter: Adapter, text: str) -> str:
+    tag, value = _assignment(text)
     return f"{tag} is set to {_set(adapter, tag, value)}"
 
 
-def _force_command(adapter: Adapter, rest: str) -> str:
+def _force_command(adapter: Adapter, text: str) -> str:
     _refuse_past(adapter)
-    tag, value_text = _assigned(rest)
+    tag, value_text = _assignment(text)
     tags = adapter.place().view.tags
     value = value_in(value_text, _present(tags, tag))
-    adapter.the_driver().give(actions.Force(tag, value))
+    adapter.the_driver().apply(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
         adapter.place().view.set(tag, value)
     adapter.tree = None
     return f"{tag} is forced to {shown(value)}"
 
 
-def _release_command(adapter: Adapter, rest: str) -> str:
+def _release_command(adapter: Adapter, tag: str) -> str:
     _refuse_past(adapter)
-    if not rest:
+    if not tag:
         raise DebugError("write release TAG, or release all")
-    adapter.the_driver().give(actions.Unforce(rest))
+    adapter.the_driver().apply(actions.Unforce(tag))
     adapter.tree = None
-    return "all forces are released" if rest == actions.ALL else f"{rest} is released"
+    return "all forces are released" if tag == actions.ALL else f"{tag} is released"
 
 
-def _branch_command(adapter: Adapter, _rest: str) -> str:
+def _why_command(adapter: Adapter, tag: str) -> str:
+    """Return why a tag has its value after the scan; print the causes, each with its line."""
+    subject, scan = adapter.the_subject(), adapter.place().scan
+    if tag not in adapter.place().view.tags:
+        raise DebugError(f"no tag {tag!r}: write why TAG")
+    links = adapter.look_elsewhere(lambda: subject.why(tag, scan))
+    for cause, origin in links[1:]:
+        adapter.output(f"  <- {cause}\n", more=subject.places(scan).source(origin))
+    return links[0][0]
+
+
+def _branch_command(adapter: Adapter, _text: str) -> str:
     scan = adapter.place().scan + 1
     adapter.the_driver().branch(scan)
     return f"a new session continues from scan {scan:,}"
 
 
-def _return_command(adapter: Adapter, _rest: str) -> str:
+def _return_command(adapter: Adapter, _text: str) -> str:
     if not adapter.in_past():
         raise DebugError("this is the latest scan of the session")
     last = adapter.the_subject().extent[1]
@@ -252,13 +260,13 @@ def _return_command(adapter: Adapter, _rest: str) -> str:
     return f"back at scan {last:,}"
 
 
-def _reload_command(adapter: Adapter, _rest: str) -> str:
-    adapter.the_driver().give(actions.Reload())
+def _reload_command(adapter: Adapter, _text: str) -> str:
+    adapter.the_driver().apply(actions.Reload())
     return "the saved program continues with the present values"
 
 
 def _edit_command(step: str) -> Callable[[Adapter, str], str]:
-    def command(adapter: Adapter, _rest: str) -> str:
+    def command(adapter: Adapter, _text: str) -> str:
         adapter.the_driver().edit(step)
         return "the program is checked"
 
@@ -269,7 +277,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
     "release": _release_command,
-    "why": why,
+    "why": _why_command,
     "branch": _branch_command,
     "return": _return_command,
     "test": _edit_command("try"),
@@ -280,7 +288,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
 """Commands of the console, by their first word."""
 
 
-# --- further
+# --- other requests
 
 
 def exception_info(adapter: Adapter, _arguments: Json) -> Json:
@@ -302,22 +310,18 @@ def sources(adapter: Adapter, _arguments: Json) -> Json:
 def completions(adapter: Adapter, arguments: Json) -> Json:
     """Complete the name before the cursor."""
     line, column = text(arguments, "text"), whole(arguments, "column")
-    before = line[: max(0, column - 1)]
-    word = before[len(before.rstrip("".join(_LETTERS))) :]
-    head, dot, _ = word.rpartition(".")
+    match = _NAME_AT_END.search(line[: max(0, column - 1)])
+    word = match[0] if match else ""
+    owner, dot, _ = word.rpartition(".")
     view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
-    opened = view.value(tree, head, head).get("node") if dot and head in view.tags else None
-    if opened is not None:
-        names = [f"{head}.{row['name']}" for row in opened()]
+    members = view.value(tree, owner, owner).get("node") if dot and owner in view.tags else None
+    if members is not None:
+        names = [f"{owner}.{row['name']}" for row in members()]
     else:
         names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
-    fitting = [name for name in names if name.lower().startswith(word.lower())]
+    matches = [name for name in names if name.lower().startswith(word.lower())][:COMPLETIONS_MOST]
     start = column - 1 - len(word)
-    return {
-        "targets": [
-            {"label": name, "start": start, "length": len(word)} for name in fitting[:COMPLETIONS_MOST]
-        ]
-    }
+    return {"targets": [{"label": name, "start": start, "length": len(word)} for name in matches]}
 
 
-_LETTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.:[]\\"
+_NAME_AT_END = re.compile(r"[\w.:\[\]\\]+$", re.ASCII)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .protocol import DebugError, Json
-from .subject import BrokenOffError
+from .subject import SearchCanceledError
 
 if TYPE_CHECKING:
     from .adapter import Adapter
@@ -16,7 +16,7 @@ GRANULARITIES = ("statement", "line", "instruction")
 def go(adapter: Adapter, _arguments: Json) -> Json:
     """Run to the next breakpoint."""
     if adapter.in_past():
-        _ask(adapter)
+        _refuse_or_return(adapter)
     adapter.running = True
     adapter.after_response(
         lambda: None if adapter.stop_in_scan(backwards=False) else adapter.the_driver().go()
@@ -24,24 +24,24 @@ def go(adapter: Adapter, _arguments: Json) -> Json:
     return {"allThreadsContinued": True}
 
 
-def _ask(adapter: Adapter) -> None:
-    """Ask how to continue from a past scan; a second continue returns to the present."""
+def _refuse_or_return(adapter: Adapter) -> None:
+    """Refuse the first continue from a past scan, with the possible commands; the second one returns."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
-    if adapter.past_refused:
-        adapter.past_refused = False
+    if adapter.returns_to_present:
+        adapter.returns_to_present = False
         adapter.look_at(last, "end")
         return
-    adapter.past_refused = True
+    adapter.returns_to_present = True
     raise DebugError(
-        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again to return there, "
-        "evaluate `return` to stand there, or `branch` to continue here in a new session"
+        f"this is scan {scan:,}, and the rack is at scan {last:,}: continue again to run from there, "
+        "evaluate `return` to go there, or `branch` to continue here in a new session"
     )
 
 
 def pause(adapter: Adapter, _arguments: Json) -> None:
     """Stop after the current scan, or cancel a search of the past."""
     if adapter.searching:
-        adapter.breaks_off = True
+        adapter.cancels_search = True
     elif adapter.running:
         adapter.the_driver().pause()
 
@@ -49,23 +49,23 @@ def pause(adapter: Adapter, _arguments: Json) -> None:
 def next_(adapter: Adapter, arguments: Json) -> None:
     """Step to the next rung or instruction without stepping into routines."""
     by_instruction = _by_instruction(arguments)
-    adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=by_instruction))
+    adapter.after_response(lambda: _onward(adapter, adapter.place().depth, by_instruction=by_instruction))
 
 
 def step_in(adapter: Adapter, arguments: Json) -> None:
     """Go to the next rung or instruction, including those of a called routine."""
     by_instruction = _by_instruction(arguments)
-    adapter.after_response(lambda: _onward(adapter, None, each=by_instruction))
+    adapter.after_response(lambda: _onward(adapter, None, by_instruction=by_instruction))
 
 
 def step_out(adapter: Adapter, _arguments: Json) -> None:
     """Go to the next place in the caller; from the main routine, go to the next scan."""
-    adapter.after_response(lambda: _onward(adapter, adapter.place().depth - 1, each=True))
+    adapter.after_response(lambda: _onward(adapter, adapter.place().depth - 1, by_instruction=True))
 
 
-def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
+def _onward(adapter: Adapter, depth: int | None, *, by_instruction: bool) -> None:
     cursor = adapter.place()
-    spot = cursor.onward(depth, each=each)
+    spot = cursor.onward(depth, by_instruction=by_instruction)
     if spot is not None:
         adapter.go_to(spot)
         adapter.stopped("step")
@@ -80,10 +80,10 @@ def step_back(adapter: Adapter, arguments: Json) -> None:
     """Step back to the previous rung or instruction without stepping into routines."""
     by_instruction = _by_instruction(arguments)
     cursor = adapter.place()
-    spot = cursor.back(cursor.depth, each=by_instruction)
+    spot = cursor.back(cursor.depth, by_instruction=by_instruction)
     first = adapter.the_subject().extent[0]
     if spot is None and cursor.scan <= first:
-        raise DebugError(f"scan {cursor.scan:,} is the first one: there is nothing before")
+        raise DebugError(f"scan {cursor.scan:,} is the first scan: can't step back")
 
     def move() -> None:
         if spot is None:
@@ -102,12 +102,12 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
         if adapter.stop_in_scan(backwards=True):
             return
         scan, subject = adapter.place().scan, adapter.the_subject()
-        stop_points = [point for point in adapter.all_breakpoints() if not point.log]
+        stop_points = adapter.stop_points()
         adapter.leave()
         adapter.searching = True
         try:
             stop_scan = subject.last_before(stop_points, scan, adapter.poll) if stop_points else None
-        except BrokenOffError as broken:
+        except SearchCanceledError as broken:
             adapter.look_at(max(subject.extent[0], broken.scan), "end")
             adapter.stopped("pause")
             return
@@ -115,7 +115,7 @@ def reverse(adapter: Adapter, _arguments: Json) -> None:
             adapter.searching = False
         if stop_scan is None:
             adapter.look_at(subject.extent[0])
-            adapter.stopped("entry", "no breakpoint was met before; this is the first scan")
+            adapter.stopped("entry", "no breakpoint before this; this is the first scan")
         else:
             adapter.stop_at_hit(stop_scan, adapter.hits_in(stop_scan), backwards=True)
 

@@ -1,11 +1,10 @@
-"""Maps files and lines, as editors name them, to a program's routines and rungs.
+"""The routines and rungs of a program at the lines of its files.
 
 feeder.rung:38   <->   Main, rung 6
 """
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from importlib.resources import files
@@ -24,7 +23,7 @@ class Places:
     """The lines of a program.
 
     Args:
-        folders: where the files of a recording may be found on this machine.
+        folders: folders on this machine that may contain the files of a recording.
 
     Attributes:
         power: whether its lines have power, as rungs do.
@@ -41,12 +40,12 @@ class Places:
         raise NotImplementedError
 
     def named(self, text: str) -> list[LineKey] | None:
-        """Return the rung that `Main.3` names, or the first rung of `Main`; None if there is neither."""
+        """Return the rung named `Main.3`, or the first rung of `Main`; None without such a rung."""
         raise NotImplementedError
 
     @cached_property
     def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
-        """The rungs and statements of each line that has any, by file."""
+        """The rungs and statements by file and line."""
         lines: dict[Path, dict[int, list[LineKey]]] = {}
         for origin, key in self.keys():
             path = self.path(origin)
@@ -57,13 +56,13 @@ class Places:
         return lines
 
     def path(self, origin: Origin) -> Path | None:
-        """Return the file of a rung on this machine; None if it is not there."""
+        """Return the file of a rung on this machine; None if this machine does not have it."""
         name = origin.file
         if name not in self._paths:
-            self._paths[name] = self._found(name) if name and origin.line else None
+            self._paths[name] = self._find_file(name) if name and origin.line else None
         return self._paths[name]
 
-    def _found(self, name: str) -> Path | None:
+    def _find_file(self, name: str) -> Path | None:
         file_path = Path(name)
         shipped = Path(str(files("scanrack.ladder"))) / "blocks" / file_path.name  # of `USE axis3601`
         for file in (*(folder / file_path.name for folder in self._folders), file_path, shipped):
@@ -71,11 +70,11 @@ class Places:
                 return file.resolve()
         return None
 
-    def at(self, path: str, line: int) -> tuple[int, list[LineKey]]:
+    def first_line_from(self, path: str, line: int) -> tuple[int, list[LineKey]]:
         """Return the first line at or after `line` with an instruction, and its rungs.
 
         Raises:
-            DebugError: the file is not part of the program, or there is no such line.
+            DebugError: the file is not part of the program, or has no such line.
         """
         resolved = Path(path).resolve()
         known_lines = self.lines.get(resolved) or self._adopted(resolved)
@@ -83,29 +82,25 @@ class Places:
             names = ", ".join(sorted(known_file.name for known_file in self.lines))
             if resolved.name in {known_file.name for known_file in self.lines}:
                 raise DebugError(f"{resolved.name} differs from the program that runs")
-            raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
-        numbers = sorted(known_lines)
-        place = bisect_left(numbers, line)
-        if place == len(numbers):
-            raise DebugError(f"{Path(path).name}, line {line}: no instruction from there to the end")
-        return numbers[place], known_lines[numbers[place]]
+            raise DebugError(f"{Path(path).name} is not a file of the program, which has {names}")
+        number = min((number for number in known_lines if number >= line), default=None)
+        if number is None:
+            raise DebugError(f"{Path(path).name}, line {line}: no instruction from this line to the end")
+        return number, known_lines[number]
 
     def _adopted(self, path: Path) -> Mapping[int, list[LineKey]] | None:
-        """Use a client's file instead of a copy with the same bytes, such as a recording's."""
+        """Replace a recording's copy of a file by a client's file with the same bytes; return its lines."""
         for name, program_file in self._paths.items():
-            if (
-                program_file is not None
-                and program_file.name == path.name
-                and path.is_file()
-                and _is_copy(path, program_file)
-            ):
+            if program_file is None or program_file.name != path.name or not path.is_file():
+                continue
+            if _is_copy(path, program_file):
                 self._paths[name] = path
                 self.__dict__.pop("lines", None)
                 return self.lines.get(path)
         return None
 
     def of(self, key: LineKey) -> tuple[str, int]:
-        """Return file and line of a rung; an empty name and 0 if the file is not on this machine."""
+        """Return file and line of a rung; "" and 0 if the file is not on this machine."""
         for path, lines in self.lines.items():
             for line, keys in lines.items():
                 if key in keys:
@@ -113,7 +108,7 @@ class Places:
         return "", 0
 
     def source(self, origin: Origin) -> Json:
-        """Return file and line of a rung as a protocol object; empty if the file is not on this machine."""
+        """Return file and line of a rung as protocol fields; empty if the file is not on this machine."""
         path = self.path(origin)
         if path is None:
             return {}
@@ -151,7 +146,7 @@ class TextPlaces(Places):
     """The lines of a program in Python, or of a list of steps.
 
     Args:
-        files: the program, and the modules beside it.
+        files: the files of the program and of the modules beside it.
         steps: the lines of a list of steps; empty for Python.
     """
 
@@ -180,7 +175,7 @@ class TextPlaces(Places):
 
 
 def _is_copy(path: Path, original: Path) -> bool:
-    """Whether a file is the original, or has the same bytes."""
+    """Return whether a file is the original, or has the same bytes."""
     if not original.is_file():
-        return True  # of an import, whose path is not kept
+        return True  # a recording does not have the full path of an imported file
     return path.samefile(original) or path.read_bytes() == original.read_bytes()

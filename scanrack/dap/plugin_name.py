@@ -1,4 +1,4 @@
-"""The name under which pytest's plugin manager has the debugger of a test run.
+"""The name of a test run's debugger in pytest's plugin manager.
 
 The debugger is called with each bench when the bench is opened.
 """

@@ -1,4 +1,4 @@
-"""The port at which a run of pytest waits for a client of the debug adapter."""
+"""The port on which a run of pytest waits for a client of the debug adapter."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pytest
 
 WAIT_S = 60.0
-"""Longest wait of a test for a client."""
+"""Longest wait of a test for a client, s."""
 
 
 class PortOfTests:
@@ -37,9 +37,9 @@ class PortOfTests:
         self._tried = False
 
     def __call__(self, bench: Bench) -> None:
-        """Debug a bench; if no client connects in time, the test just continues."""
+        """Debug a bench; if no client connects in time, the test continues without one."""
         if not self._tried:
-            self._tried, self._adapter = True, self._connected()
+            self._tried, self._adapter = True, self._connect()
         if self._adapter is not None and not self._adapter.over:
             InTest(self._adapter, bench)
 
@@ -49,18 +49,19 @@ class PortOfTests:
         with nullcontext() if capture is None else capture.global_and_fixture_disabled():
             say(text)
 
-    def _connected(self) -> Adapter | None:
+    def _connect(self) -> Adapter | None:
+        """Return the adapter after launch or attach; None if no client connects in time."""
         listening = self._stack.enter_context(listen(0))
         key = key_line()
         self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")
         try:
             wire = client_of(listening, key, self._stack, WAIT_S)
         except TimeoutError:
-            self._say("scanrack debug: no client has come: the tests run without one")
+            self._say("scanrack debug: no client has connected; the tests run without one")
             return None
         adapter = Adapter(wire, REQUESTS)
         self._stack.callback(adapter.event, "terminated")
         adapter.waits = True
-        while adapter.waits and not adapter.over:  # for launch or attach
+        while adapter.waits and not adapter.over:
             adapter.serve(None)
         return adapter

@@ -1,4 +1,4 @@
-"""Arguments of requests, checked, and the error of a request."""
+"""Checked arguments of requests, and the error of a request."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ T = TypeVar("T")
 
 
 class DebugError(ValueError):
-    """A request that can't be carried out; the message is shown to the user."""
+    """A request can't be carried out; the message is shown to the user."""
 
 
 def whole(arguments: Json, name: str, default: int | None = None) -> int:
-    """Return a whole number of a request; a DebugError if it is missing or of another type."""
+    """Return a whole number from a request; raise DebugError if it is missing or of another type."""
     return _argument(arguments, name, default, int, "a whole number")
 
 
 def text(arguments: Json, name: str, default: str | None = None) -> str:
-    """Return a text of a request; a DebugError if it is missing or of another type."""
+    """Return a text from a request; raise DebugError if it is missing or of another type."""
     return _argument(arguments, name, default, str, "a text")
 
 
@@ -30,7 +30,7 @@ def _argument(arguments: Json, name: str, default: T | None, kind: type[T], mean
 
 
 def objects(arguments: Json, name: str) -> list[Json]:
-    """Return a list of objects of a request, empty if it is missing; a DebugError for another type."""
+    """Return a list of objects from a request, empty if it is missing; raise DebugError for another type."""
     value = arguments.get(name) or []
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise DebugError(f"{name} must be a list of objects")

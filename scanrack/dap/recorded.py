@@ -1,4 +1,4 @@
-"""Debugs a recording: its scans are run again, forwards and backwards."""
+"""Debugs a recording, by running its scans again."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from .subject import RungSubject, Subject
 from .text_subject import TextSubject, files_of, lines_of
 
 READ = 512
-"""Scans whose images are read at once."""
+"""Number of scans for which images are read at once."""
 
 IDLE_S = 0.2
-"""Silence of a client after which the first run of a recording continues."""
+"""Time without requests after which the first run of a recording continues, s."""
 
 TOPICS = frozenset({"/events", "/faults"})
 
@@ -47,9 +47,9 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
     with ExitStack() as stack:
         branches: list[Play] = []
 
-        def prepare(*words: Any, **more: Any) -> None:
+        def prepare(*arguments: Any, **options: Any) -> None:
             branches[:] = [_branch_of(adapter, monitor, path, stack)]
-            branches[0].prepare_branch(*words, **more)
+            branches[0].prepare_branch(*arguments, **options)
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.processes.close)
@@ -73,18 +73,18 @@ def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    is_busy, idle_s = True, IDLE_S  # the first run of scans continues while the client is silent
+    is_busy, idle_s = True, IDLE_S  # the first run of the scans continues while there are no requests
     while not driver.over and not adapter.over:
         served = adapter.serve(0 if adapter.running else idle_s if is_busy else None)
         is_busy = is_busy or served
         idle_s = IDLE_S if served else 0
         if not served and not adapter.running:
             is_busy = monitor.tick() | driver.prepare()
-        driver.look_on()
+        driver.search_slice()
 
 
 def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitStack) -> Play:
-    """Return a function that runs a branch of a recording."""
+    """Return a session that runs a branch of a recording."""
     job = monitor.job
     assert job is not None
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -109,7 +109,7 @@ class RecordedScans(Subject):
         trace = monitor.subject.timeline.opened()
         assert trace is not None
         rack = address_name(trace.head.metadata.get("rack_file", ""))
-        self.folders = path.resolve().parent, Path(rack).parent  # where its files may be
+        self.folders = path.resolve().parent, Path(rack).parent  # of its files
         self.trace: Trace = trace
         self.words, self.units = monitor.subject.words, monitor.panel.units
         self._places: dict[int, Places] = {}
@@ -118,7 +118,7 @@ class RecordedScans(Subject):
 
     @property
     def extent(self) -> tuple[int, int]:
-        """Its first and its last scan."""
+        """The first and the last scan."""
         extent = self.monitor.subject.timeline.extent
         return (0, -1) if extent is None else extent
 
@@ -135,7 +135,7 @@ class RecordedScans(Subject):
 
     def memory(self, scan: int) -> bytes:
         """Return the images after a scan."""
-        if scan not in self._memories:  # the images of the scans after it will be read next
+        if scan not in self._memories:  # the next scans will probably be read next
             rows = self.monitor.subject.timeline.between(scan, scan + READ)
             self._memories = {int(row["scan"]): row["words"].tobytes() for row in rows}
         return self._memories.get(scan, b"")
@@ -207,7 +207,7 @@ class RecordingDriver(Driver):
 
     def __init__(self, adapter: Adapter, subject: RecordedScans, first: int) -> None:
         self._adapter, self._subject, self._first = adapter, subject, first
-        self._looked = -1  # the scan that a search has reached; -1 = no search
+        self._searched_scan = -1  # the scan that a search has reached; -1 = no search
         self.over = self.branched = False
 
     @override
@@ -217,7 +217,7 @@ class RecordingDriver(Driver):
 
     @override
     def go(self) -> None:
-        self._looked = self._adapter.place().scan
+        self._searched_scan = self._adapter.place().scan
         self._adapter.leave()
         self._adapter.running = True
 
@@ -225,46 +225,46 @@ class RecordingDriver(Driver):
         """See `Subject`."""
         return self._subject.prepare()
 
-    def look_on(self) -> None:
-        """Search a slice of scans for breakpoints, while scans run."""
+    def search_slice(self) -> None:
+        """Search a slice of scans for breakpoints, if the client has requested it."""
         adapter = self._adapter
-        if not adapter.running or self._looked < 0:
+        if not adapter.running or self._searched_scan < 0:
             return
-        stop_points = [point for point in adapter.all_breakpoints() if not point.log]
-        last = self._subject.extent[1]
-        hit_scan, last_checked = (
-            self._subject.first_after(stop_points, self._looked) if stop_points else (None, last)
-        )
-        self._looked = last_checked
+        stop_points, last = adapter.stop_points(), self._subject.extent[1]
+        if not stop_points:
+            self._stop_at_end()
+            return
+        hit_scan, self._searched_scan = self._subject.first_after(stop_points, self._searched_scan)
         if hit_scan is not None:
             adapter.stop_at_hit(hit_scan, adapter.hits_in(hit_scan))
-        elif last_checked >= last:
-            self._end_of_recording()
+        elif self._searched_scan >= last:
+            self._stop_at_end()
 
-    def _end_of_recording(self) -> None:
+    def _stop_at_end(self) -> None:
         self._adapter.look_at(self._subject.extent[1], "end")
         self._adapter.stopped("pause", "this is the end of the recording")
 
     @override
     def pause(self) -> None:
         def stop() -> None:
-            self._adapter.look_at(self._looked, "end")
+            self._adapter.look_at(self._searched_scan, "end")
             self._adapter.stopped("pause")
 
         self._adapter.after_response(stop)
 
     @override
     def step(self) -> None:
-        self._end_of_recording()
+        self._stop_at_end()
 
     @override
     def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         adapter = self._adapter
-        place = None if adapter.cursor is None else (adapter.cursor.scan, adapter.cursor.spot)
-        scan = place[0] if place else self._first
+        if adapter.cursor is None:
+            self._subject.check(requested, self._first)
+            return
+        scan, spot = adapter.cursor.scan, adapter.cursor.spot
         self._subject.check(requested, scan)
-        if place is not None:
-            adapter.look_at(place[0]).go(place[1])
+        adapter.look_at(scan).go(spot)
 
     @override
     def branch(self, scan: int) -> None:

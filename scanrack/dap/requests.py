@@ -19,14 +19,14 @@ class Request:
     """A request."""
 
     handle: Callable[[Adapter, Json], Json | None]  # returns the body of the response
-    says: str  # its description for the docs
-    needs: str = "subject"  # "nothing"; "subject", after launch or attach; "stop", while execution is stopped
+    description: str  # for the docs
+    needs: str = "subject"  # "nothing"; "subject": after launch or attach; "stop": while execution is stopped
     capability: str = ""  # the capability that announces it; "" for a request that every adapter answers
 
 
 REQUESTS: Mapping[str, Request] = {
     "initialize": Request(
-        lambda _adapter, _arguments: capabilities(), "says what the adapter can do", "nothing"
+        lambda _adapter, _arguments: capabilities(), "returns the capabilities of the adapter", "nothing"
     ),
     "launch": Request(starting.launch, "runs a rack, or opens a trace", "nothing"),
     "attach": Request(starting.attach, "opens a trace", "nothing"),
@@ -34,7 +34,7 @@ REQUESTS: Mapping[str, Request] = {
         starting.configured, "begins, after the breakpoints", capability="supportsConfigurationDoneRequest"
     ),
     "disconnect": Request(starting.disconnect, "ends the session", "nothing"),
-    "terminate": Request(starting.disconnect, "ends it, too", "nothing", "supportsTerminateRequest"),
+    "terminate": Request(starting.disconnect, "ends the session", "nothing", "supportsTerminateRequest"),
     "setBreakpoints": Request(setting.lines, "sets the breakpoints of a file"),
     "setFunctionBreakpoints": Request(
         setting.functions,
@@ -44,7 +44,7 @@ REQUESTS: Mapping[str, Request] = {
     "setExceptionBreakpoints": Request(setting.exceptions, "stops at error bits, rules, faults or scans"),
     "dataBreakpointInfo": Request(
         setting.data_info,
-        "says whether a value can have a breakpoint, and its last change",
+        "returns whether a value can have a breakpoint, and its last change",
         "stop",
         "supportsDataBreakpoints",
     ),
@@ -55,24 +55,22 @@ REQUESTS: Mapping[str, Request] = {
         setting.locations, "lists the lines with a rung", capability="supportsBreakpointLocationsRequest"
     ),
     "continue": Request(moving.go, "runs to the next breakpoint", "stop"),
-    "pause": Request(moving.pause, "stops after the present scan"),
+    "pause": Request(moving.pause, "stops after the current scan"),
     "next": Request(moving.next_, "goes to the next rung, instruction or scan", "stop"),
     "stepIn": Request(moving.step_in, "goes into a routine or an add-on instruction", "stop"),
-    "stepOut": Request(
-        moving.step_out, "goes out of a routine; out of the main routine to the next scan", "stop"
-    ),
+    "stepOut": Request(moving.step_out, "goes to the caller; from the main routine to the next scan", "stop"),
     "stepBack": Request(
-        moving.step_back, "goes to the rung or instruction before", "stop", "supportsStepBack"
+        moving.step_back, "goes to the previous rung or instruction", "stop", "supportsStepBack"
     ),
     "reverseContinue": Request(
-        moving.reverse, "runs backwards to the last breakpoint", "stop", "supportsStepBack"
+        moving.reverse, "runs backwards to the previous breakpoint", "stop", "supportsStepBack"
     ),
     "threads": Request(looking.threads, "names the thread: the scan"),
     "stackTrace": Request(
         looking.stack, "lists rung, callers, task and scan", "stop", "supportsDelayedStackTraceLoading"
     ),
     "scopes": Request(looking.scopes, "lists inputs, outputs, tags, timers and locals", "stop"),
-    "variables": Request(looking.variables, "opens one level of values", "stop"),
+    "variables": Request(looking.variables, "lists one level of values", "stop"),
     "setVariable": Request(
         looking.set_variable, "sets a tag, or forces a word or bit", "stop", "supportsSetVariable"
     ),
@@ -84,7 +82,7 @@ REQUESTS: Mapping[str, Request] = {
         "supportsEvaluateForHovers",
     ),
     "exceptionInfo": Request(
-        looking.exception_info, "says what a stop at an exception was", "stop", "supportsExceptionInfoRequest"
+        looking.exception_info, "returns the reason of a stop", "stop", "supportsExceptionInfoRequest"
     ),
     "loadedSources": Request(
         looking.sources, "lists the files of the program", capability="supportsLoadedSourcesRequest"

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from functools import partial
 from typing import TYPE_CHECKING
 
 from .breakpoints import FILTERS, Breakpoint, described
-from .causes import last_change
 from .protocol import DebugError, Json, objects, text, whole
 
 if TYPE_CHECKING:
@@ -14,27 +15,18 @@ if TYPE_CHECKING:
 
 def lines(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints of a file."""
-    source = arguments.get("source")
-    path = text(source if isinstance(source, dict) else {}, "path")
-    return _replace(
-        adapter, f"line {path}", objects(arguments, "breakpoints"), lambda each: _line(adapter, path, each)
-    )
+    path = _path_in(arguments)
+    return _replace(adapter, f"line {path}", objects(arguments, "breakpoints"), partial(_line, path))
 
 
 def functions(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints by name."""
-    return _replace(
-        adapter, "function", objects(arguments, "breakpoints"), lambda each: _function(adapter, each)
-    )
+    return _replace(adapter, "function", objects(arguments, "breakpoints"), _function)
 
 
 def data(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints on values."""
-
-    def one(each: Json) -> Breakpoint:
-        return _made(adapter, "data", text(each, "dataId"), each)
-
-    return _replace(adapter, "data", objects(arguments, "breakpoints"), one)
+    return _replace(adapter, "data", objects(arguments, "breakpoints"), _data)
 
 
 def exceptions(adapter: Adapter, arguments: Json) -> Json:
@@ -43,34 +35,25 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
     filters = [{"filterId": name} for name in names] + objects(arguments, "filterOptions")
-
-    def one(each: Json) -> Breakpoint:
-        name = text(each, "filterId")
-        if name not in FILTERS:
-            raise DebugError(f"no filter {name!r}: there are {', '.join(FILTERS)}")
-        return _made(adapter, "exception", name, each)
-
-    return _replace(adapter, "exception", filters, one)
+    return _replace(adapter, "exception", filters, _exception)
 
 
 def locations(adapter: Adapter, arguments: Json) -> Json:
     """List the lines of a file that can have a breakpoint."""
-    source = arguments.get("source")
-    path = text(source if isinstance(source, dict) else {}, "path")
-    first = whole(arguments, "line")
-    last = whole(arguments, "endLine", first)
-    places = adapter.the_subject().places(_scan(adapter))
+    path, line = _path_in(arguments), whole(arguments, "line")
+    last = whole(arguments, "endLine", line)
+    places = adapter.the_subject().places(_current_scan(adapter))
     rows: list[Json] = []
-    line = first
-    while line <= last:
-        try:
-            line = places.at(path, line)[0]
-        except DebugError:
-            break
-        if line <= last:
+    with suppress(DebugError):  # no further line has an instruction
+        while (line := places.first_line_from(path, line)[0]) <= last:
             rows.append({"line": line})
-        line += 1
+            line += 1
     return {"breakpoints": rows}
+
+
+def _path_in(arguments: Json) -> str:
+    source = arguments.get("source")
+    return text(source if isinstance(source, dict) else {}, "path")
 
 
 def data_info(adapter: Adapter, arguments: Json) -> Json:
@@ -81,8 +64,8 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
     else:
         tag = name
     if tag not in adapter.place().view.tags:
-        return {"dataId": None, "description": f"{name} is no tag of the program"}
-    change_scan = last_change(adapter, tag)
+        return {"dataId": None, "description": f"{name} is not a tag of the program"}
+    change_scan = adapter.last_change(tag)
     last_changed = "has not changed yet" if change_scan is None else f"changed last in scan {change_scan:,}"
     return {
         "dataId": tag,
@@ -95,55 +78,67 @@ def data_info(adapter: Adapter, arguments: Json) -> Json:
 # --- one breakpoint
 
 
-def _line(adapter: Adapter, path: str, arguments: Json) -> Breakpoint:
+def _line(path: str, adapter: Adapter, arguments: Json) -> Breakpoint:
     line = whole(arguments, "line")
-    actual_line, keys = adapter.the_subject().places(_scan(adapter)).at(path, line)
-    point = _made(adapter, "line", f"{path}:{actual_line}", arguments)
+    places = adapter.the_subject().places(_current_scan(adapter))
+    actual_line, keys = places.first_line_from(path, line)
+    point = _new_breakpoint(adapter, "line", f"{path}:{actual_line}", arguments)
     point.keys, point.line, point.path = tuple(keys), actual_line, path
     point.log = text(arguments, "logMessage", "")
     return point
 
 
 def _function(adapter: Adapter, arguments: Json) -> Breakpoint:
-    point = _made(adapter, "function", text(arguments, "name").strip(), arguments)
-    keys = adapter.the_subject().places(_scan(adapter)).named(point.name)
+    point = _new_breakpoint(adapter, "function", text(arguments, "name").strip(), arguments)
+    keys = adapter.the_subject().places(_current_scan(adapter)).named(point.name)
     point.keys = tuple(keys or ())
     return point
 
 
-def _made(adapter: Adapter, kind: str, name: str, arguments: Json) -> Breakpoint:
-    adapter.numbers += 1
+def _data(adapter: Adapter, arguments: Json) -> Breakpoint:
+    return _new_breakpoint(adapter, "data", text(arguments, "dataId"), arguments)
+
+
+def _exception(adapter: Adapter, arguments: Json) -> Breakpoint:
+    name = text(arguments, "filterId")
+    if name not in FILTERS:
+        raise DebugError(f"no filter {name!r}: choose from {', '.join(FILTERS)}")
+    return _new_breakpoint(adapter, "exception", name, arguments)
+
+
+def _new_breakpoint(adapter: Adapter, kind: str, name: str, arguments: Json) -> Breakpoint:
+    adapter.breakpoint_count += 1
     condition, hits = text(arguments, "condition", ""), text(arguments, "hitCondition", "")
-    point = Breakpoint(adapter.numbers, kind, name, condition=condition, hits=hits)
+    point = Breakpoint(adapter.breakpoint_count, kind, name, condition=condition, hits=hits)
     point.check_hits()
     return point
 
 
-def _scan(adapter: Adapter) -> int:
+def _current_scan(adapter: Adapter) -> int:
     return adapter.the_subject().extent[1] if adapter.cursor is None else adapter.cursor.scan
 
 
 def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) -> Json:
-    """Replace the breakpoints of a kind; the answer to an unusable one has the reason."""
-    answers: list[Json] = []
-    good: list[Breakpoint] = []
+    """Replace the breakpoints of a kind; the row of an unusable breakpoint has the reason."""
+    rows: list[Json] = []
+    new_points: list[Breakpoint] = []
     adapter.breakpoints[kind] = []
-    points = adapter.all_breakpoints()
+    other_points = adapter.all_breakpoints()
     for request in requested:
         try:
-            point = make(request)
-            adapter.the_driver().set_breakpoints([*points, *good, point])
+            point = make(adapter, request)
+            adapter.the_driver().set_breakpoints([*other_points, *new_points, point])
         except ValueError as error:
-            answers.append({"verified": False, "message": str(error)})
+            rows.append({"verified": False, "message": str(error)})
         else:
-            good.append(point)
-            answers.append(described(point))
-    adapter.the_driver().set_breakpoints([*points, *good])
-    adapter.breakpoints[kind] = good
-    return {"breakpoints": answers}
+            new_points.append(point)
+            rows.append(described(point))
+    adapter.the_driver().set_breakpoints([*other_points, *new_points])
+    adapter.breakpoints[kind] = new_points
+    return {"breakpoints": rows}
 
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    Maker = Callable[[Json], Breakpoint]
+    Maker = Callable[[Adapter, Json], Breakpoint]

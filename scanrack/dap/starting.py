@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 LAUNCH = {
     "program": (str, "rack file, export or trace"),
-    "pytest": (str, "in place of a program: arguments of pytest, such as test_line.py::test_round"),
+    "pytest": (str, "arguments of pytest, instead of a program, such as test_line.py::test_round"),
     "stopOnEntry": (bool, "stop before the first scan; false = run to the first breakpoint"),
     "speed": (str, "times real time, 0.01 to 1000, or max"),
     "record": (str, "trace file; without it a temporary one"),
@@ -23,7 +23,7 @@ LAUNCH = {
     "scan": (int, "of a trace: the scan to begin with"),
     "trust": (bool, "run Python that came with a trace"),
 }
-"""Arguments of launch and attach: their types and meanings."""
+"""Arguments of launch and attach, with their types and meanings."""
 
 _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", "cwd", "preLaunchTask")
 
@@ -70,12 +70,12 @@ def attach(adapter: Adapter, arguments: Json) -> None:
 def _checked(adapter: Adapter, arguments: Json) -> Json:
     """Return the arguments; refuse unknown ones, and a second launch."""
     if adapter.subject is not None or adapter.start is not None:
-        raise DebugError("something is debugged already: disconnect first")
+        raise DebugError("a session is already open: disconnect first")
     for name, value in arguments.items():
         if name.startswith("__") or name in _OF_CLIENTS:
             continue
         if name not in LAUNCH:
-            raise DebugError(f"no argument {name!r}: there are {', '.join(LAUNCH)}")
+            raise DebugError(f"no argument {name!r}: choose from {', '.join(LAUNCH)}")
         kind = LAUNCH[name][0]
         if type(value) is not kind:
             raise DebugError(f"{name} {value!r}: must be {_KINDS[kind]}")
@@ -85,7 +85,7 @@ def _checked(adapter: Adapter, arguments: Json) -> Json:
 _KINDS = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
-_SAVED = "evaluate `test` to try its rungs, `accept` or `reload` to continue with it"
+_SAVED = "evaluate `test` to test it, `accept` or `reload` to continue with it"
 
 
 def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:

@@ -1,4 +1,4 @@
-"""The subject of debugging: scans by number, of a running rack or of a recording."""
+"""The scans to debug, by number: of a running rack or of a recording."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from .variables import ReadWord
 from .view import View
 
 SLICE = 512
-"""Scans that are searched at once."""
+"""Number of scans that are searched between two looks at requests."""
 
 Poll = Callable[[int], None]
 """Called with the number of the scan that a search has reached."""
 
 
-class BrokenOffError(Exception):
+class SearchCanceledError(Exception):
     """The client has paused a search.
 
     Args:
@@ -65,10 +65,10 @@ class Subject(Protocol):
         """Return the lines of the program of a scan."""
 
     def view(self, scan: int) -> View:
-        """Return a scan as it was executed; a DebugError if it can't be repeated."""
+        """Return a scan as it was executed; raise DebugError if it can't be repeated."""
 
     def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
-        """Raise an ExpressionError if a breakpoint has a condition that can't be evaluated."""
+        """Raise ExpressionError if a breakpoint has a condition that can't be evaluated."""
 
     def hits_between(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
@@ -83,7 +83,7 @@ class Subject(Protocol):
         """Return the last scan before `scan` that meets a breakpoint, or None.
 
         Raises:
-            BrokenOffError: the client has paused the search.
+            SearchCanceledError: the client has paused the search.
         """
 
     def first_after(self, requested: Sequence[Breakpoint], scan: int) -> tuple[int | None, int]:
@@ -96,7 +96,7 @@ class Subject(Protocol):
         """Return the last scan up to `scan` that changed a tag, or None."""
 
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
-        """Return why a tag has its value after a scan: the answer, then each cause with its line."""
+        """Return why a tag has its value after a scan: a text, then each cause with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""
@@ -111,17 +111,18 @@ class Subject(Protocol):
         """Return the forced tags and images in a scan."""
 
     def prepare(self) -> bool:
-        """Do a part of the preparation for later steps back; return whether more remains."""
+        """Do a part of the preparation for later steps back; return whether work remains."""
         return False
 
-    def around(self, at: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
+    def around(self, current_scan: Callable[[], int], word: ReadWord | None = None) -> ScanContext:
         """Return the context of expressions about a scan.
 
         Args:
-            word: reads the words of images; by default as they were after the scan.
+            current_scan: returns the number of the scan.
+            word: reads the words of images; by default their values after the scan.
         """
-        word = word or self.words_in(lambda: self.memory(at()))
-        return ScanContext(self.words, word, lambda: self.now_ns(at()), at, self.units)
+        word = word or self.words_in(lambda: self.memory(current_scan()))
+        return ScanContext(self.words, word, lambda: self.now_ns(current_scan()), current_scan, self.units)
 
     def words_in(self, memory: Callable[[], bytes | bytearray]) -> ReadWord:
         """Return a reader of words in the rack's memory block; they are 0 if the block is empty."""
@@ -139,7 +140,7 @@ class RungSubject(Subject):
     """A ladder program: its scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:
-        """Return the replayer of a scan; a DebugError if it can't be run again."""
+        """Return the replayer of a scan; raise DebugError if the scan can't be run again."""
         raise NotImplementedError
 
     @override
@@ -147,10 +148,10 @@ class RungSubject(Subject):
         return ExecutedScan(self.replayer(scan), scan)
 
     def _looker(self, requested: Sequence[Breakpoint], replayer: Replayer) -> Looker:
-        def at() -> int:
+        def current_scan() -> int:
             return -1 if replayer.at is None else replayer.at
 
-        return Looker(requested, RungValues(replayer.engine), self.around(at), self.events)
+        return Looker(requested, RungValues(replayer.engine), self.around(current_scan), self.events)
 
     @override
     def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
@@ -165,7 +166,7 @@ class RungSubject(Subject):
         replayer = self.replayer(last)
         looker = self._looker(requested, replayer)
         begin = max(self.extent[0], first - 1)  # changes are known from the second scan on
-        for _now in replayer.walk(begin, last, noted=bool(looker.lines)):
+        for _ in replayer.walk(begin, last, noted=bool(looker.lines)):
             scan = replayer.at
             assert scan is not None
             hits = looker.hits(scan)

@@ -1,12 +1,11 @@
-"""Programs without rungs: plain Python, sequences, lists of steps. They run again beside the session.
+"""Programs without rungs: plain Python, sequences, lists of steps. They are run again on the recorded inputs.
 
-window    scans before the scan in view, whose lines are kept, so that steps back stay in it
+window    the scans before the scan in view; their lines are cached for steps back
 """
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -34,13 +33,13 @@ from .variables import python_value, values_in
 from .view import Node, Stop, Tree, View
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
-"""Minimum and maximum scans that are kept before a scan, and their share of all scans up to it."""
+"""Minimum and maximum number of cached scans before scan n, and the divisor of n for a number in between."""
 
 QUICK = 8192
-"""Scans between two checks for requests while scans are only run."""
+"""Number of scans between two checks for requests, while lines are not observed."""
 
 POLLED = 1024
-"""Scans of a search between two checks for requests."""
+"""Number of scans between two checks for requests during a search."""
 
 
 class TextScan(View):
@@ -75,7 +74,7 @@ class TextScan(View):
         self.tags[tag] = value
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """See `View`: the line after the one that changed the tag, or the end of the scan."""
+        """See `View`: the line after the line that changed the tag, or the end of the scan."""
         values = [state.values.get(tag) for state in self._states]
         changes = [index for index, (before, after) in enumerate(pairwise(values), 1) if before != after]
         if not changes:
@@ -94,9 +93,10 @@ class TextScan(View):
         """See `View`: `self.step` is the step of the program."""
         if run is not None and name in run.values:
             return name
-        own_name = name.removeprefix("self.")
-        fitting = (tag for tag in self.tags if own_name != name and tag.partition(".")[2] == own_name)
-        return name if name in self.tags else next(fitting, None)
+        if name in self.tags or not name.startswith("self."):
+            return name if name in self.tags else None
+        field_name = name.removeprefix("self.")
+        return next((tag for tag in self.tags if tag.partition(".")[2] == field_name), None)
 
     def names(self, run: TextRun | None) -> Sequence[tuple[str, str]]:
         """See `View`."""
@@ -115,26 +115,26 @@ class TextScan(View):
         """See `View`."""
         if address in self.tags:
             return python_value(tree, name, self.tags[address], owned=True)
-        values = (stop.run.values for stop in self._stops)
-        local = next((value for value in values if address in value), dict[str, Any]())
-        return python_value(tree, name, local.get(address))
+        spaces = (stop.run.values for stop in self._stops)
+        value = next((space[address] for space in spaces if address in space), None)
+        return python_value(tree, name, value)
 
 
 class TextSubject(Subject):
     """A program without rungs.
 
-    Three runs: one at the scan that was looked at last, one before it, one for searches.
+    It has three runs of the program: one at the scan in view, one for the scans before it, one for searches.
     """
 
     def __init__(self, load: Load, spec: RackSpec, logic: ScanLogic) -> None:
         self._load, self._spec, self._in_python = load, spec, not lines_of(logic)
-        self._shown, self._before, self._searched = (
+        self._shown, self._earlier, self._searched = (
             ProgramRerun(load, spec, self.recording) for _ in range(3)
         )
-        self._kept: dict[int, TextScan] = {}
-        self._at = 0  # the scan that was looked at last
-        self._filling: Iterator[None] | None = None
-        self._hits: tuple[object, list[Hit]] = None, []
+        self._cache: dict[int, TextScan] = {}
+        self._scan_in_view = 0
+        self._filling: Iterator[None] | None = None  # caches scans before the window, in slices
+        self._hits: tuple[object, list[Hit]] = None, []  # of the latest search, with its key
 
     def recording(self) -> PackedTrace:
         """Return the scans so far."""
@@ -142,16 +142,16 @@ class TextSubject(Subject):
 
     @override
     def view(self, scan: int) -> View:
-        self._at, view = scan, self._kept.get(scan)
+        self._scan_in_view, view = scan, self._cache.get(scan)
         if view is None:
-            view = self._looked(scan)
+            view = self._run_up_to(scan)
         if view is None:
             raise DebugError(f"scan {scan:,} can no longer be repeated")
         return view
 
-    def _looked(self, scan: int) -> TextScan | None:
-        """Run the scans up to `scan` again, and keep it with some scans before it."""
-        reruns = self._shown, self._before
+    def _run_up_to(self, scan: int) -> TextScan | None:
+        """Run the scans up to `scan` again, and cache it with some scans before it; return it."""
+        reruns = self._shown, self._earlier
         candidates = (
             past_rerun for past_rerun in reruns if 0 <= past_rerun.at < scan <= past_rerun.at + WINDOW
         )
@@ -159,48 +159,48 @@ class TextSubject(Subject):
         window = WINDOW if rerun is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
         first = max(0, scan + 1 - window)
         self._filling = None
-        self._keep(rerun, max(first, rerun.at + 1) if rerun.at < scan else first, scan)
-        return self._kept.get(scan)
+        self._cache_scans(rerun, max(first, rerun.at + 1) if rerun.at < scan else first, scan)
+        return self._cache.get(scan)
 
-    def _keep(self, rerun: ProgramRerun, first: int, last: int) -> None:
-        """Keep the scans from `first` to `last`; a DebugError if they can't be repeated."""
+    def _cache_scans(self, rerun: ProgramRerun, first: int, last: int) -> None:
+        """Cache the scans from `first` to `last`; raise DebugError if they can't be repeated."""
         for number, captured in rerun.walk(first, last, Capture):
             assert isinstance(captured, Capture)
             if rerun.departs is None:
-                self._kept[number] = TextScan(number, captured)
+                self._cache[number] = TextScan(number, captured)
         departs: int | None = rerun.departs
         if departs is not None and departs <= last:
             raise DebugError(
                 f"run again on the recorded inputs, the program writes other words from scan {departs:,} on: "
                 "it depends on more than its inputs and its time"
             )
-        if len(self._kept) > 3 * WINDOW_MOST:
-            near_scans = sorted(self._kept, key=lambda each: abs(each - self._at))[: 2 * WINDOW_MOST]
-            self._kept = {scan: self._kept[scan] for scan in near_scans}
+        if len(self._cache) > 3 * WINDOW_MOST:
+            by_distance = sorted(self._cache, key=lambda scan: abs(scan - self._scan_in_view))
+            self._cache = {scan: self._cache[scan] for scan in by_distance[: 2 * WINDOW_MOST]}
 
     @override
     def prepare(self) -> bool:
         if self._filling is None:
-            low = self._at
-            while low - 1 in self._kept:
+            low = self._scan_in_view
+            while low - 1 in self._cache:
                 low -= 1
-            is_done = low not in self._kept or not low or self._at - low >= WINDOW_MOST
-            if is_done or self._before.departs is not None:
+            is_done = low not in self._cache or not low or self._scan_in_view - low >= WINDOW_MOST
+            if is_done or self._earlier.departs is not None:
                 return False
-            self._filling = self._fill(low)
+            self._filling = self._cache_earlier(low)
         if next(self._filling, self) is self:
             self._filling = None
         return True
 
-    def _fill(self, low: int) -> Iterator[None]:
-        """Keep the scans before the window, in slices."""
-        first, rerun = max(0, low - WINDOW_MOST), self._before
+    def _cache_earlier(self, low: int) -> Iterator[None]:
+        """Cache the scans before the window, in slices."""
+        first, rerun = max(0, low - WINDOW_MOST), self._earlier
         rerun.rewind(first)
         while rerun.at + 1 < first:
             last = min(first - 1, rerun.at + QUICK)
             yield from (None for _ in rerun.walk(last, last, lambda _logic: None))
         for number in range(first, low, WINDOW):
-            self._keep(rerun, number, min(number + WINDOW, low) - 1)
+            self._cache_scans(rerun, number, min(number + WINDOW, low) - 1)
             yield
 
     @override
@@ -210,29 +210,26 @@ class TextSubject(Subject):
         rerun, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
         continues = 0 <= rerun.at == begin
         rerun.rewind(first if continues else begin)
-        looker, points = self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
+        looker, points = self._looker(requested, rerun)
         if continues:
             begin = first
-            looker.prime(rerun.at)
-        for number, _own in rerun.walk(begin, last, lambda _logic: points):
+            looker.note_values(rerun.at)
+        for number, _observer in rerun.walk(begin, last, lambda _logic: points):
             hits = looker.hits(number)
             if hits and number >= first:
                 yield number, hits
             if number % POLLED == 0:
                 poll(number)
 
-    def _looker(
-        self, requested: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
-    ) -> tuple[Looker, LinePoints]:
-        """Return the looker for breakpoints after each scan of a program, and the tracer of its lines."""
-        points = LinePoints(ProgramValues(logic), in_frames=self._in_python)
-        return Looker(requested, points, self.around(at), self.events), points
+    def _looker(self, requested: Sequence[Breakpoint], rerun: ProgramRerun) -> tuple[Looker, LinePoints]:
+        """Return the looker for breakpoints after each scan of a run, and the observer of its lines."""
+        points = LinePoints(ProgramValues(lambda: rerun.logic), in_frames=self._in_python)
+        return Looker(requested, points, self.around(lambda: rerun.at), self.events), points
 
     @override
     def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
-        rerun = self._shown
-        rerun.rewind(rerun.at + 1)
-        self._looker(requested, lambda: rerun.logic, lambda: rerun.at)
+        self._shown.rewind(self._shown.at + 1)
+        self._looker(requested, self._shown)
 
     @override
     def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[Hit]:
@@ -243,9 +240,10 @@ class TextSubject(Subject):
 
     @override
     def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
-        first, scans = self.extent[0], deque[int](maxlen=1)
-        scans.extend(number for number, _hits in self.hits_between(requested, first, scan - 1, poll))
-        return scans[0] if scans else None
+        last_scan: int | None = None
+        for number, _hits in self.hits_between(requested, self.extent[0], scan - 1, poll):
+            last_scan = number
+        return last_scan
 
     @override
     def last_change(self, tag: str, scan: int) -> int | None:
@@ -255,7 +253,7 @@ class TextSubject(Subject):
     @override
     def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
         recording = self.recording()
-        text, chain = Why(recording, scan, self._spec, self._load).of(tag)
+        text, chain = Why(recording, scan, self._spec, self._load).explain(tag)
         folder = self._load.folder
         links = [
             (str(link), Origin(str(folder / link.site.file), link.site.line))

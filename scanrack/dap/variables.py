@@ -1,4 +1,4 @@
-"""Scopes and their values, opened one level at a time.
+"""Scopes and their values, listed one level at a time.
 
     Rung         the tags that the rung names
     Locals       parameters and local tags of an add-on instruction
@@ -7,7 +7,7 @@
     Inputs       modules, their words, the bits of a word by name
     Outputs
 
-The values are in the memory at the place of the frame.
+The values are those at the current place of the scan.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.model.operands import Group, Place
-from scanrack.ladder.model.tags import Tag, program_of
+from scanrack.ladder.model.tags import program_of
 from scanrack.ladder.model.types import COUNTER, HIDDEN, TIMER, Structure
 
 from .protocol import DebugError, Json
@@ -30,29 +30,29 @@ ReadWord = Callable[[int, str, int], int]
 """Returns a word of an image, signed: slot, "I" or "O", word."""
 
 
-def type_text(where: Place | Group) -> str:
+def type_text(place: Place | Group) -> str:
     """Return the type of a tag: `DINT`, `TIMER`, `INT[8]`."""
-    name = where.type.name
-    dims = where.dims if isinstance(where, Group) else ()
+    name = place.type.name
+    dims = place.dims if isinstance(place, Group) else ()
     return f"{name}[{','.join(map(str, dims))}]" if dims else name
 
 
-def size_of(where: Group) -> Json:
-    """Return the number of values of a structure or array, as a protocol object."""
-    length = where.dims[0] if where.dims else 0
-    return {"indexedVariables": length} if length else {"namedVariables": len(_members(where))}
+def size_of(place: Group) -> Json:
+    """Return the number of values of a structure or array, as protocol fields."""
+    length = place.dims[0] if place.dims else 0
+    return {"indexedVariables": length} if length else {"namedVariables": len(_members(place))}
 
 
-def parts_of(tree: Tree, address: str, where: Group, *, files: bool) -> Iterator[Json]:
-    """Yield the members or elements of a tag; `files` = elements are written as in data files: `N7:0`."""
-    if not where.dims:
-        names = [(member, f"{address}.{member}") for member in _members(where)]
-    elif len(where.dims) == 1:
-        mark = ":{}" if files and ":" not in address else "[{}]"
-        names = [(f"[{number}]", address + mark.format(number)) for number in range(where.dims[0])]
+def parts_of(tree: Tree, address: str, place: Group, *, files: bool) -> Iterator[Json]:
+    """Yield the members or elements of a tag; with `files`, elements have addresses of data files: `N7:0`."""
+    if not place.dims:
+        names = [(member, f"{address}.{member}") for member in _members(place)]
+    elif len(place.dims) == 1:
+        form = ":{}" if files and ":" not in address else "[{}]"
+        names = [(f"[{number}]", address + form.format(number)) for number in range(place.dims[0])]
     else:
-        texts = ("[{}]".format(",".join(map(str, indices))) for indices in product(*map(range, where.dims)))
-        names = [(text, address + text) for text in texts]
+        subscripts = [f"[{','.join(map(str, indices))}]" for indices in product(*map(range, place.dims))]
+        names = [(subscript, address + subscript) for subscript in subscripts]
     return tags_in(tree, names)
 
 
@@ -63,7 +63,7 @@ def tags_in(tree: Tree, names: Iterable[tuple[str, str]]) -> Iterator[Json]:
 
 
 def values_in(tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> Iterator[Json]:
-    """Yield the members of the kept copy of a Python value; the program's own members can be set."""
+    """Yield Python values; `owned` = they are values of the program, which can be set."""
     return (python_value(tree, name, value, owned=owned) for name, value in values.items())
 
 
@@ -75,15 +75,16 @@ class BareText(str):
 
 def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -> Json:
     """Return a Python value as a protocol object; lists and dicts can be opened."""
-    fields: Json = {"name": name, "type": type(value).__name__, **({"evaluateName": name} if owned else {})}
+    fields: Json = {"name": name, "type": type(value).__name__}
+    if owned:
+        fields["evaluateName"] = name
     if isinstance(value, list | dict):
-        children = (
-            value
-            if isinstance(value, dict)
-            else {f"[{index}]": element for index, element in enumerate(value)}
-        )
-        size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
-        node = partial(values_in, tree, children)
+        if isinstance(value, dict):
+            children, size_name = value, "namedVariables"
+        else:
+            children = {f"[{index}]": element for index, element in enumerate(value)}
+            size_name = "indexedVariables"
+        size, node = {size_name: len(value)}, partial(values_in, tree, children)
         return {**fields, "value": f"{fields['type']} of {len(value)}", "node": node, **size}
     text = str(value) if value is None or isinstance(value, bool | BareText) else tree.text(name, value)
     return {**fields, "value": text}
@@ -123,23 +124,23 @@ def _bits_in(address: str, value: int, names: Mapping[int, str]) -> Iterator[Jso
 
 
 def tags_of(engine: WatchedEngine, program: str, *, counted: bool = False) -> list[tuple[str, str]]:
-    """Return the tags of a program by short and full name, "" for the controller; `counted` = only timers."""
-    rows = []
-    for tag in engine.lowered.layout.tags().values():
-        if HIDDEN in tag.name or program_of(tag.name).upper() != program.upper():
-            continue
-        if counted and not _is_counted(tag):
-            continue
-        rows.append((tag.name.rpartition(".")[2] if program else tag.name, tag.name))
-    return rows
+    """Return the short and full names of a program's tags.
+
+    Args:
+        program: "" for the tags of the controller.
+        counted: whether to return only timers and counters.
+    """
+    names = [
+        tag.name
+        for tag in engine.lowered.layout.tags().values()
+        if HIDDEN not in tag.name and program_of(tag.name).upper() == program.upper()
+        if not counted or (tag.type in (TIMER, COUNTER) and not tag.dims)
+    ]
+    return [(name.rpartition(".")[2] if program else name, name) for name in names]
 
 
-def _is_counted(tag: Tag) -> bool:
-    return tag.type in (TIMER, COUNTER) and not tag.dims
-
-
-def _members(where: Group) -> list[str]:
-    kind = where.type
+def _members(place: Group) -> list[str]:
+    kind = place.type
     assert isinstance(kind, Structure)
     return [member.name for member in kind.members if not member.hidden and "~" not in member.name]
 
@@ -150,13 +151,13 @@ def _unquoted(text: str) -> str:
 
 
 def value_in(text: str, current: object) -> Any:
-    """Parse a text as a value of the same kind as a tag's current value.
+    """Parse a text as a value of the same type as a tag's current value.
 
     >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
     (31, True, True, 'run')
 
     Raises:
-        DebugError: the text is not a value of that kind.
+        DebugError: the text is not a value of that type.
     """
     trimmed = text.strip()
     if isinstance(current, str):
@@ -164,9 +165,9 @@ def value_in(text: str, current: object) -> Any:
     words = {"true": True, "false": False, "on": True, "off": False}
     if trimmed.lower() in words:
         return words[trimmed.lower()]
-    base, mark, digits = trimmed.rpartition("#")
+    base, sign, digits = trimmed.rpartition("#")
     try:
-        number = int(digits, int(base)) if mark else int(trimmed.replace("_", ""), 0)
+        number = int(digits, int(base)) if sign else int(trimmed.replace("_", ""), 0)
     except ValueError:
         try:
             return float(trimmed)

@@ -14,19 +14,19 @@ from .conditions import Values
 from .protocol import DebugError, Json
 
 ITEMS_MOST = 1_000
-"""Maximum values of one level that are sent if the client does not select a range."""
+"""Maximum number of values of a level that are sent if the client does not select a range."""
 
 
 Node = Callable[[], Iterable[Json]]
-"""A node of the tree: returns its values as protocol objects, with a `node` for each that can be opened."""
+"""A node of the tree: returns its values as protocol objects, with a `node` for each value with members."""
 
 
 class Tree:
-    """The opened nodes by number, until the program moves on.
+    """The opened nodes by number, until the program continues.
 
     Args:
-        view: shows the place of the frame.
-        forced: the forced names.
+        view: the scan in view.
+        forced: the names of forced tags.
     """
 
     def __init__(self, view: View, forced: Sequence[str]) -> None:
@@ -40,34 +40,34 @@ class Tree:
         return len(self._nodes)
 
     def node(self, number: int) -> Node:
-        """Return a node; a DebugError for a number of an earlier stop."""
+        """Return a node; raise DebugError for a number of an earlier stop."""
         if number not in self._nodes:
-            raise DebugError(f"variables {number} are gone: the program has moved on")
+            raise DebugError(f"variables {number}: no longer exist, since the program has continued")
         return self._nodes[number]
 
     def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
         """Return the values of a node; `count` 0 = all, up to a limit."""
         values = islice(self.node(number)(), start, start + (count or ITEMS_MOST))
-        return [self._sent(value) for value in values]
+        return [self._with_reference(value) for value in values]
 
     def tag(self, number: int, name: str) -> str:
-        """Return the tag or address of a value of a node; a DebugError if it can't be set."""
+        """Return the tag or address of a value of a node; raise DebugError if it can't be set."""
         variable = next((row for row in self.node(number)() if row["name"] == name), None)
         if variable is None:
-            raise DebugError(f"no value {name!r} here")
+            raise DebugError(f"no value {name!r}")
         if variable["type"] == "module":
             raise DebugError(f"{name} is a module: set one of its words or bits")
         if "evaluateName" not in variable:
-            raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
+            raise DebugError(f"{name} is a local value of a past scan: set a value of the program")
         tag: str = variable["evaluateName"]
         return tag
 
-    def _sent(self, child: Json) -> Json:
+    def _with_reference(self, child: Json) -> Json:
         node = child.pop("node", None)
         return {**child, "variablesReference": 0 if node is None else self.add(node)}
 
     def value(self, name: str, address: str) -> Json:
-        """Return a tag as a protocol object, `name` as its short name."""
+        """Return a tag as a protocol object with a short name."""
         return self.view.value(self, name, address)
 
     def text(self, address: str, value: object) -> str:
@@ -113,7 +113,7 @@ class View(Protocol):
         return
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """Return index and order of the place after a tag's last change; None if it came from outside."""
+        """Return index and order of the place after a tag's last change; None without such a place."""
 
     def frame(self, run: Any) -> str:
         """Return the name of the frame of a rung or line."""
@@ -126,7 +126,7 @@ class View(Protocol):
         """Return the place that is shown at the end of the scan; None if there is none."""
 
     def full_name(self, name: str, run: Any) -> str | None:
-        """Return the full name of a tag as a rung or line names it; None for anything else."""
+        """Return the full name of a tag for its name in a rung or line; None for other names."""
 
     def names(self, run: Any) -> Sequence[tuple[str, str]]:
         """Return short and full names of all tags that a rung or line can name."""
@@ -135,12 +135,12 @@ class View(Protocol):
         """Yield the scopes of a frame; `run` is None outside of rungs."""
 
     def value(self, tree: Tree, name: str, address: str) -> Json:
-        """Return a value as a protocol object, `name` as its short name."""
+        """Return a value as a protocol object with a short name."""
 
     def described(self, tag: str) -> Iterator[str]:
-        """Yield further texts of a hover over a tag, besides its value."""
+        """Yield the texts of a hover over a tag, besides its value."""
         return iter(())
 
     def own_word(self, slot: int, image: str, number: int) -> int | None:
-        """Return a word of the program's own image at the place; None if it has no such image."""
+        """Return a word of the program's image at the current place; None without such an image."""
         return None

@@ -25,7 +25,7 @@ HEADER_MOST = 1 << 12
 """Longest line of a header, bytes."""
 
 
-class NonsenseError(ValueError):
+class MalformedMessageError(ValueError):
     """Bytes that are not a message; the text is the reason."""
 
 
@@ -34,23 +34,23 @@ class Wire:
 
     Args:
         requests: the stream from the client.
-        answers: the stream to the client.
+        responses: the stream to the client.
     """
 
-    def __init__(self, requests: IO[bytes], answers: IO[bytes]) -> None:
-        self._requests, self._answers = requests, answers
-        self._queue: SimpleQueue[Json | NonsenseError | None] = SimpleQueue()
+    def __init__(self, requests: IO[bytes], responses: IO[bytes]) -> None:
+        self._requests, self._responses = requests, responses
+        self._queue: SimpleQueue[Json | MalformedMessageError | None] = SimpleQueue()
         self._sent = 0
         self._sending = threading.Lock()
         threading.Thread(target=self._read_all, name="debug client", daemon=True).start()
 
     @property
     def waiting(self) -> bool:
-        """Whether a message is there."""
+        """Whether a message has arrived."""
         return not self._queue.empty()
 
-    def next(self, seconds: float | None) -> Json | NonsenseError | None:
-        """Return the next message, None at the end of the stream.
+    def next(self, seconds: float | None) -> Json | MalformedMessageError | None:
+        """Return the next message; None at the end of the stream.
 
         Args:
             seconds: longest wait; None = without limit.
@@ -65,16 +65,16 @@ class Wire:
         with self._sending, suppress(OSError, ValueError):  # the input stream reports the disconnection
             self._sent += 1
             data = json.dumps({"seq": self._sent, **message}).encode()
-            self._answers.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
-            self._answers.flush()
+            self._responses.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+            self._responses.flush()
 
     def _read_all(self) -> None:
         with suppress(OSError, ValueError):
             while True:
                 try:
                     message = self._read()
-                except NonsenseError as nonsense:
-                    self._queue.put(nonsense)
+                except MalformedMessageError as malformed:
+                    self._queue.put(malformed)
                     continue
                 if message is None:
                     break
@@ -92,7 +92,9 @@ class Wire:
             if name.strip().lower() == b"content-length":
                 size = _size(value)
             elif size is None and b":" not in line:
-                raise NonsenseError(f"{line[:40]!r} is not a header: a message begins with Content-Length")
+                raise MalformedMessageError(
+                    f"{line[:40]!r} is not a header: a message begins with Content-Length"
+                )
         return None
 
     def _body(self, size: int) -> Json | None:
@@ -102,14 +104,14 @@ class Wire:
         try:
             message = json_value(data)
         except (ValueError, RecursionError) as error:
-            raise NonsenseError(f"{data[:40]!r} is not JSON: {error}") from error
+            raise MalformedMessageError(f"{data[:40]!r} is not JSON: {error}") from error
         if not isinstance(message, dict):
-            raise NonsenseError(f"{data[:40]!r} is not a message: it must be an object")
+            raise MalformedMessageError(f"{data[:40]!r} is not a message: it must be an object")
         return message
 
 
 def _size(text: bytes) -> int:
     value = text.strip()
     if not value.isdigit() or len(value) > 9 or int(value) > BODY_MOST:
-        raise NonsenseError(f"Content-Length {value[:20]!r}: must be 0 to {BODY_MOST:,}")
+        raise MalformedMessageError(f"Content-Length {value[:20]!r}: must be 0 to {BODY_MOST:,}")
     return int(value)

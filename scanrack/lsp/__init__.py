@@ -1,7 +1,7 @@
-"""The language server: supports rungs, steps, rack files and Python programs in editors.
+"""The language server for rungs, steps, rack files and Python programs in editors.
 
 command.py      `scanrack editor lsp`
-server.py       the protocol: documents in, diagnostics and answers out; needs the extra `editor`
+server.py       the protocol: documents in, diagnostics and responses out; needs the extra `editor`
 findings.py     checks of a document; checks that run Python have their own process
 rungs.py        declarations and instructions at a position in rungs or structured text
 racks.py        keys and values at a position in a rack file

@@ -14,10 +14,9 @@ def lsp_command() -> None:
 
     The language server speaks on standard input and output.
 
-    It marks what `scanrack check` finds in unsaved .rung, .st, .steps and rack files and programs in Python,
-    explains instructions, tags and keys, completes them, and finds declarations. It needs the extra
-    `editor`: `scanrack doctor` says how to install it. A module in Python is run for a check only where the
-    editor says that its folder is trusted.
+    It marks the findings of `scanrack check` in unsaved .rung, .st, .steps, .py and rack files. It explains
+    and completes instructions, tags and keys, and finds declarations. A check runs Python only if the editor
+    trusts the folder. The server needs the extra `editor`; `scanrack doctor` prints how to install it.
 
     Exit status: 0 the editor has ended it; 2 the extra is missing.
     """

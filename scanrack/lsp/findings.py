@@ -14,11 +14,11 @@ from scanrack.jobs.check.texts import LineRemark, check_texts
 from scanrack.jobs.trust.launcher import PIPE, TimeoutExpired, launch
 
 PATIENCE_S = 20
-"""Time limit of a check that runs Python; its process is then ended."""
+"""Time limit of a check that runs Python, s; its process is then ended."""
 
 
 def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[LineRemark]:
-    """Return the mistakes in a file and in the files that belong to it.
+    """Return the findings in a file and in the files that belong to it.
 
     Args:
         texts: texts of the open documents.
@@ -29,23 +29,25 @@ def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[Li
     request = json.dumps([str(file), {str(path): text for path, text in texts.items()}])
     with launch(f"{__name__}:main", stdin=PIPE, stdout=PIPE, own_session=True) as helper:
         try:
-            answer, _ = helper.communicate(request.encode(), timeout=PATIENCE_S)
+            output, _ = helper.communicate(request.encode(), timeout=PATIENCE_S)
         except TimeoutExpired:
             helper.kill()
-            text = f"a check runs this program, which did not come back within {PATIENCE_S} s"
-            return [LineRemark(str(file), 1, None, "warning", "read", text)]
+            return [_failed_check(file, f"did not return within {PATIENCE_S} s")]
     if helper.returncode:
-        text = f"a check runs this program, which ended the check with status {helper.returncode}"
-        return [LineRemark(str(file), 1, None, "warning", "read", text)]
-    return [LineRemark(*row) for row in json.loads(answer)]
+        return [_failed_check(file, f"ended the check with status {helper.returncode}")]
+    return [LineRemark(*row) for row in json.loads(output)]
+
+
+def _failed_check(file: Path, problem: str) -> LineRemark:
+    return LineRemark(str(file), 1, None, "warning", "read", f"a check runs this program, which {problem}")
 
 
 def main() -> None:
-    """Run a check in its own process: request on standard input, answer on standard output."""
-    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
+    """Run a check in its own process: request on standard input, findings on standard output."""
+    output = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
     with redirect_stdout(sys.stderr):  # the program's own output
         file, texts = json.load(sys.stdin.buffer)
         opened = {Path(path): text for path, text in texts.items()}
         remarks = check_texts(Path(file), opened, run_python=True)
-    with answers:
-        json.dump([astuple(remark) for remark in remarks], answers)
+    with output:
+        json.dump([astuple(remark) for remark in remarks], output)

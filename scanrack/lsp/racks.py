@@ -31,13 +31,14 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
         column: from 0.
     """
     lines = text.splitlines()
-    before = lines[line][:column] if line < len(lines) else ""
-    path, inner = _path_to(lines[:line], before)
-    value = _VALUE.search(inner)
+    line_start = lines[line][:column] if line < len(lines) else ""
+    path, entry = _context(lines[:line], line_start)
+    value = _VALUE.search(entry)
     if value:
-        return [Offer(value_text, "value") for node in _at([*path, value[1]]) for value_text in _values(node)]
+        nodes = _nodes_at([*path, value[1]])
+        return [Offer(value_text, "value") for node in nodes for value_text in _values(node)]
     offers_by_key: dict[str, Offer] = {}
-    for table in _at(path):
+    for table in _nodes_at(path):
         for key, node in table.get("properties", {}).items():
             offers_by_key.setdefault(key, Offer(key, "key", _kind(node), node.get("description", "")))
     return list(offers_by_key.values())
@@ -48,66 +49,70 @@ def meaning(text: str, line: int, column: int) -> str:
     lines = text.splitlines()
     for match in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
         if match.start(1) <= column <= match.end(1):
-            path, _ = _path_to(lines[:line], lines[line][: match.start(1)])
-            for node in _at([*path, match[1]]):
+            path, _ = _context(lines[:line], lines[line][: match.start(1)])
+            for node in _nodes_at([*path, match[1]]):
                 values_text = ", ".join(_values(node)) or _kind(node)
                 default = f"; {node['default']} if left out" if "default" in node else ""
                 return f"**{match[1]}**: {node.get('description', '')}\n\n{values_text}{default}"
     return ""
 
 
-def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
-    """Return the keys of the tables around a place, and what is written in the innermost one so far."""
-    headers = [(number, match[1]) for number, line in enumerate(above) if (match := _HEADER.match(line))]
-    start, header = headers[-1] if headers else (-1, "")
+def _context(lines_above: Sequence[str], line_start: str) -> tuple[list[str], str]:
+    """Return the keys of the tables around a position, and the text of the entry before the position."""
+    headers = [
+        (number, match[1]) for number, line in enumerate(lines_above) if (match := _HEADER.match(line))
+    ]
+    header_line, header = headers[-1] if headers else (-1, "")
     path = header.replace('"', "").split(".") if headers else []
-    table_text = "\n".join([*(line.partition("#")[0] for line in above[start + 1 :]), before])
+    code = [line.partition("#")[0] for line in lines_above[header_line + 1 :]]
+    table_text = "\n".join([*code, line_start])
     open_tables = _open_tables(table_text)
     begin = open_tables[-1][1] if open_tables else 0
-    return [*path, *(key for key, _ in open_tables)], table_text[begin:].rpartition(",")[2].rpartition("\n")[
-        2
-    ]
+    entry = table_text[begin:].rpartition(",")[2].rpartition("\n")[2]
+    return [*path, *(key for key, _ in open_tables)], entry
 
 
-def _open_tables(inside: str) -> list[tuple[str, int]]:
-    """Return the key of each inline table that is still open, and where its contents begin."""
+def _open_tables(table_text: str) -> list[tuple[str, int]]:
+    """Return the key and the offset of the contents of each inline table that is still open."""
     open_tables: list[tuple[str, int]] = []
-    for match in re.finditer(r'"[^"\n]*"?|[{}]', inside):
+    for match in re.finditer(r'"[^"\n]*"?|[{}]', table_text):
         if match[0] == "{":
-            keys = _KEY.findall(re.sub(r"\{[^{}]*\}", "", inside[: match.start()]))
+            keys = _KEY.findall(re.sub(r"\{[^{}]*\}", "", table_text[: match.start()]))
             open_tables.append((keys[-1] if keys else "", match.end()))
         elif match[0] == "}" and open_tables:
             open_tables.pop()
     return open_tables
 
 
-def _at(path: Sequence[str]) -> Iterator[Node]:
-    """Yield the parts of the schema at a path; options have one for each kind of module."""
-    nodes = list(_open(_schema()))
+def _nodes_at(path: Sequence[str]) -> list[Node]:
+    """Return the nodes of the schema at a path; options have a node for each kind of module."""
+    nodes = list(_resolved(_schema()))
     for key in path:
-        nodes = [inner for node in nodes for inner in _below(node, key)]
-    yield from nodes
+        nodes = [child for node in nodes for child in _children(node, key)]
+    return nodes
 
 
-def _below(node: Node, key: str) -> Iterator[Node]:
+def _children(node: Node, key: str) -> Iterator[Node]:
     inner = node.get("properties", {}).get(key)
     if inner is None and isinstance(node.get("additionalProperties"), dict):
         inner = node["additionalProperties"]
     if inner is not None:
-        yield from _open(inner)
+        yield from _resolved(inner)
 
 
-def _open(node: Node) -> Iterator[Node]:
-    """Resolve references, arrays and choices; yield the resulting nodes, each with its own description."""
-    own = {key: node[key] for key in ("description", "default") if key in node}
+def _resolved(node: Node) -> Iterator[Node]:
+    """Resolve references, arrays and choices; yield the resulting nodes with their own descriptions."""
+    own_fields = {key: node[key] for key in ("description", "default") if key in node}
     if "$ref" in node:
-        node = {**_schema()["$defs"][node["$ref"].rpartition("/")[2]], **own}
+        node = {**_schema()["$defs"][node["$ref"].rpartition("/")[2]], **own_fields}
     if "properties" in node or not {"anyOf", "items"} & node.keys():
         yield node
     for inner in node.get("anyOf", ()):
-        yield from (branch if "properties" in branch else {**branch, **own} for branch in _open(inner))
+        yield from (
+            branch if "properties" in branch else {**branch, **own_fields} for branch in _resolved(inner)
+        )
     if isinstance(node.get("items"), dict):
-        yield from ({**item, **own} for item in _open(node["items"]))
+        yield from ({**item, **own_fields} for item in _resolved(node["items"]))
 
 
 def _values(node: Node) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Instructions and declarations at a position in rungs or structured text.
 
-The text need not be a valid program, since it is checked while people type.
+The text need not be a valid program, since people are typing it.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from scanrack.ladder.files.rungreader import LIBRARIES, load_library
 from scanrack.ladder.lowering.addon import AddOn, ParameterMode
@@ -18,8 +19,8 @@ from scanrack.ladder.model.types import Structure
 
 _WORD = re.compile(r"[A-Za-z_\\][\w:\\]*(?:\[[^\]]*\])?(?:\.\w+(?:\[[^\]]*\])?)*+")
 _DECLARATION = re.compile(
-    r"^\s*(?P<what>TAG|ALIAS|SLOT|Input|Output|InOut|Local)\s+(?P<name>[\w:]+)\s*:\s*(?P<type>[^:=/\s]*)"
-    r"|^\s*(?P<place>ROUTINE|PROGRAM|CONTROLLER|INSTRUCTION|TYPE|TASK)\s+(?P<of>\w+)",
+    r"^\s*(?P<keyword>TAG|ALIAS|SLOT|Input|Output|InOut|Local)\s+(?P<name>[\w:]+)\s*:\s*(?P<type>[^:=/\s]*)"
+    r"|^\s*(?P<block>ROUTINE|PROGRAM|CONTROLLER|INSTRUCTION|TYPE|TASK)\s+(?P<block_name>\w+)",
     re.IGNORECASE,
 )
 _DIALECT = re.compile(rf"^\s*DIALECT\s+({'|'.join(DIALECTS)})\b", re.IGNORECASE | re.MULTILINE)
@@ -37,7 +38,7 @@ class Offer:
     name: str
     kind: str  # "instruction", "tag", "member", "routine", "key" or "value"
     detail: str = ""
-    text: str = ""  # its meaning
+    text: str = ""  # its description
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,8 @@ class DeclarationLine:
     """A declaration in a text."""
 
     name: str
-    what: str  # its first word, such as TAG
-    type: str  # of a tag
+    keyword: str  # its first word, such as TAG
+    type: str  # of a tag; "" for other declarations
     line: int  # from 0
     text: str  # the line
     comment: str
@@ -58,14 +59,14 @@ def declarations(text: str) -> Iterator[DeclarationLine]:
         code, _, comment = line.partition("//")
         match = _DECLARATION.match(code)
         if match:
-            name, kind = match["name"] or match["of"], match["what"] or match["place"]
+            name, keyword = match["name"] or match["block_name"], match["keyword"] or match["block"]
             yield DeclarationLine(
-                name, kind.upper(), match["type"] or "", number, code.strip(), comment.strip()
+                name, keyword.upper(), match["type"] or "", number, code.strip(), comment.strip()
             )
 
 
 def word_at(line: str, column: int) -> str:
-    """Return the address or the name at a column, up to the part under it; "" if there is none.
+    """Return the address or name at a column, up to the member at the column; "" if there is none.
 
     >>> word_at("XIC(Fill.DN)OTE(Run);", 10), word_at("XIC(Fill.DN)OTE(Run);", 5), word_at("XIC(Run)", 1)
     ('Fill.DN', 'Fill', 'XIC')
@@ -95,7 +96,7 @@ def meaning(text: str, line: str, column: int) -> str:
         return "" if block is None else block_text(block)
     member = _member_text(declared.type, word)
     lines = [f"```rung\n{declared.text}\n```", declared.comment, member]
-    uses = [n for n, line_text in enumerate(text.splitlines(), 1) if _names(line_text, declared.name)]
+    uses = [number for number, code in enumerate(text.splitlines(), 1) if _names(code, declared.name)]
     lines.append(f"in lines {', '.join(map(str, uses[:20]))}{', ...' if len(uses) > 20 else ''}")
     return "\n\n".join(filter(None, lines))
 
@@ -128,10 +129,8 @@ def signature(spec: Spec) -> str:
     >>> signature(DIALECTS[LOGIX]["TON"]), signature(DIALECTS[LOGIX]["XIC"])
     ('TON(Timer, Preset, Accum)', 'XIC(bit)')
     """
-    names = [
-        spec.captions[place] if place < len(spec.captions) and spec.captions[place] else _plain(use)
-        for place, use in enumerate(spec.operands)
-    ]
+    captions = zip_longest(spec.captions[: len(spec.operands)], spec.operands)
+    names = [caption or _plain(use) for caption, use in captions]
     return f"{spec.name}({', '.join(names)})"
 
 
@@ -145,11 +144,11 @@ def instruction_text(spec: Spec) -> str:
     if spec.decides:
         lines[1] = f"{spec.name} acts on a true and on a false rung, and decides the condition after it."
     if spec.other:
-        lines.append(f"From revision 36 of Studio 5000 on it is printed as {spec.other}.")
+        lines.append(f"Since revision 36, Studio 5000 prints it as {spec.other}.")
     if spec.optional:
         lines.append(f"The last {spec.optional} operands may be left out.")
     if not spec.in_rungs:
-        lines.append("Only structured text has it.")
+        lines.append("Only for structured text.")
     elif spec.instead:
         lines.append(f"In structured text: {spec.instead}.")
     return "\n\n".join(lines)
@@ -166,18 +165,13 @@ def block_signature(block: AddOn) -> str:
 
 def block_text(block: AddOn) -> str:
     """Return the description of a block in Markdown: its operands, what it does, its parameters."""
-    parameters = [
-        f"{part.way.value} {part.name} : {part.type.name}{f'  // {part.comment}' if part.comment else ''}"
-        for part in block.parameters
-        if part.way is not ParameterMode.LOCAL
-    ]
-    return "\n\n".join(
-        (
-            f"```rung\n{block_signature(block)}\n```",
-            block.comment,
-            "```rung\n" + "\n".join(parameters) + "\n```",
-        )
-    )
+    lines = []
+    for parameter in block.parameters:
+        if parameter.way is not ParameterMode.LOCAL:
+            comment = f"  // {parameter.comment}" if parameter.comment else ""
+            lines.append(f"{parameter.way.value} {parameter.name} : {parameter.type.name}{comment}")
+    parameters = "\n".join(lines)
+    return f"```rung\n{block_signature(block)}\n```\n\n{block.comment}\n\n```rung\n{parameters}\n```"
 
 
 def _members(type_name: str) -> list[Offer]:
@@ -203,30 +197,32 @@ def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
             yield instruction
 
 
-def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
+def offers(text: str, line_start: str, *, structured: bool) -> list[Offer]:
     """Return the completions at a position in rungs or structured text.
 
     Args:
-        before: the line up to there.
+        line_start: the line up to the position.
         structured: whether it is structured text.
     """
-    written = re.search(r"([\w:\\]+(?:\[[^\]]*\])?)\.\w*$", before)
-    if written:
-        declared = declared_at(text, written[1])
+    member = re.search(r"([\w:\\]+(?:\[[^\]]*\])?)\.\w*$", line_start)
+    if member:
+        declared = declared_at(text, member[1])
         return _members(declared.type.partition("[")[0].upper()) if declared else []
-    words = [
+    declared_names = [
         Offer(
             declaration.name,
-            "tag" if declaration.type or declaration.what == "SLOT" else "routine",
+            "tag" if declaration.type or declaration.keyword == "SLOT" else "routine",
             declaration.type,
             declaration.comment,
         )
         for declaration in declarations(text)
-        if declaration.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
+        if declaration.keyword not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
     ]
-    usable = _usable(text, structured=structured)
-    named = (Offer(spec.name, "instruction", signature(spec), instruction_text(spec)) for spec in usable)
+    specs = _usable(text, structured=structured)
+    instructions = (
+        Offer(spec.name, "instruction", signature(spec), instruction_text(spec)) for spec in specs
+    )
     blocks = (
         Offer(block.name, "instruction", block_signature(block), block_text(block)) for block in _blocks(text)
     )
-    return [*words, *named, *blocks]
+    return [*declared_names, *instructions, *blocks]

@@ -1,4 +1,4 @@
-"""The language server over pygls: documents come in, diagnostics and answers go out."""
+"""The language server over pygls: documents come in, diagnostics and responses go out."""
 
 from __future__ import annotations
 
@@ -48,41 +48,44 @@ class RackServer(LanguageServer):
     def __init__(self) -> None:
         super().__init__("scanrack", distribution_version("scanrack"))
         self.trusted = False
-        self._waiting: dict[str, asyncio.Task[None]] = {}
-        self._others: dict[str, set[str]] = {}  # by document: other files with findings of its last check
+        self._pending: dict[str, asyncio.Task[None]] = {}  # scheduled checks, by document
+        self._other_files: dict[
+            str, set[str]
+        ] = {}  # other files with findings of the last check, by document
 
-    def look(self, uri: str, *, rest_s: float = REST_S) -> None:
-        """Schedule a check of a document after `REST_S`, replacing a pending check."""
-        if (before := self._waiting.pop(uri, None)) is not None:
-            before.cancel()
+    def schedule_check(self, uri: str, *, rest_s: float = REST_S) -> None:
+        """Schedule a check of a document after `rest_s` seconds; it replaces a pending check."""
+        self._cancel(uri)
         if _path(uri).suffix in CHECKED:
-            self._waiting[uri] = asyncio.get_running_loop().create_task(self._check(uri, rest_s))
+            self._pending[uri] = asyncio.get_running_loop().create_task(self._check(uri, rest_s))
 
     def forget(self, uri: str) -> None:
         """Clear the findings of a closed document."""
-        if (before := self._waiting.pop(uri, None)) is not None:
-            before.cancel()
-        for address in {uri, *self._others.pop(uri, set())}:
-            self._publish(address, [])
+        self._cancel(uri)
+        for file in {uri, *self._other_files.pop(uri, set())}:
+            self._publish(file, [])
+
+    def _cancel(self, uri: str) -> None:
+        check = self._pending.pop(uri, None)
+        if check is not None:
+            check.cancel()
 
     async def _check(self, uri: str, rest_s: float) -> None:
         await asyncio.sleep(rest_s)
         document = self.workspace.get_text_document(uri)
-        texts = {
-            _path(address): text_document.source
-            for address, text_document in self.workspace.text_documents.items()
-        }
-        number = document.version
-        checked = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
-        by_uri: dict[str, list[LineRemark]] = {uri: []}
-        for remark in checked:
-            by_uri.setdefault(from_fs_path(remark.file) or uri, []).append(remark)
-        for other in self._others.get(uri, set()) - by_uri.keys():
-            self._publish(other, [])
-        self._others[uri] = by_uri.keys() - {uri}
-        for each_uri, remarks in by_uri.items():
-            if each_uri == uri or each_uri not in self.workspace.text_documents:
-                self._publish(each_uri, remarks, number if each_uri == uri else None)
+        documents = self.workspace.text_documents
+        texts = {_path(opened): text_document.source for opened, text_document in documents.items()}
+        version = document.version
+        remarks = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
+        by_file: dict[str, list[LineRemark]] = {uri: []}
+        for remark in remarks:
+            by_file.setdefault(from_fs_path(remark.file) or uri, []).append(remark)
+        self._publish(uri, by_file.pop(uri), version)
+        for file in self._other_files.get(uri, set()) - by_file.keys():
+            self._publish(file, [])
+        self._other_files[uri] = set(by_file)
+        for file in by_file.keys() - self.workspace.text_documents.keys():  # open documents have checks
+            self._publish(file, by_file[file])
 
     def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
         lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
@@ -107,16 +110,16 @@ def _diagnostic(remark: LineRemark, lines: Sequence[str]) -> types.Diagnostic:
 
 
 def _units(text: str) -> int:
-    """Return the length of a text in units of UTF-16, in which the protocol counts."""
+    """Return the length of a text in UTF-16 code units, the unit of the protocol."""
     return len(text.encode("utf-16-le")) // 2
 
 
 def _column(line: str, units: int) -> int:
-    """Return the index in a line that corresponds to a number of UTF-16 units."""
+    """Return the index in a line for a number of UTF-16 code units."""
     return len(line.encode("utf-16-le")[: 2 * units].decode("utf-16-le", "ignore"))
 
 
-def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
+def _position(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
     """Return the file of a request, its text, the line, and the position: line and column from 0."""
     document = server.workspace.get_text_document(params.text_document.uri)
     line_number = params.position.line
@@ -125,7 +128,7 @@ def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
 
 
 def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
-    path, text, line, line_number, column = _spot(server, params)
+    path, text, line, line_number, column = _position(server, params)
     meaning = ""
     if path.suffix == RACK:
         meaning = racks.meaning(text, line_number, column)
@@ -135,7 +138,7 @@ def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
 
 
 def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
-    path, text, line, line_number, column = _spot(server, params)
+    path, text, line, line_number, column = _position(server, params)
     offers: list[rungs.Offer] = []
     if path.suffix == RACK:
         offers = racks.offers(text, line_number, column)
@@ -154,7 +157,7 @@ def _complete(server: RackServer, params: types.CompletionParams) -> types.Compl
 
 
 def _define(server: RackServer, params: types.DefinitionParams) -> types.Location | None:
-    path, text, line, _, column = _spot(server, params)
+    path, text, line, _, column = _position(server, params)
     word = rungs.word_at(line, column) if path.suffix in (SUFFIX, STRUCTURED_SUFFIX) else ""
     declaration = rungs.declared_at(text, word) if word else None
     if declaration is None:
@@ -166,7 +169,7 @@ def _define(server: RackServer, params: types.DefinitionParams) -> types.Locatio
     return types.Location(params.text_document.uri, span)
 
 
-def made() -> RackServer:
+def make_server() -> RackServer:
     """Return the server with its handlers."""
     server = RackServer()
 
@@ -175,14 +178,14 @@ def made() -> RackServer:
         server.trusted = isinstance(options, dict) and options.get("trusted") is True
 
     def opened(params: types.DidOpenTextDocumentParams) -> None:
-        server.look(params.text_document.uri, rest_s=0)
+        server.schedule_check(params.text_document.uri, rest_s=0)
 
     def changed(params: types.DidChangeTextDocumentParams) -> None:
-        server.look(params.text_document.uri)
+        server.schedule_check(params.text_document.uri)
 
     def saved(_params: types.DidSaveTextDocumentParams) -> None:
         for uri in list(server.workspace.text_documents):  # a rack file is checked with its program
-            server.look(uri, rest_s=0)
+            server.schedule_check(uri, rest_s=0)
 
     def closed(params: types.DidCloseTextDocumentParams) -> None:
         server.forget(params.text_document.uri)
@@ -201,10 +204,10 @@ def made() -> RackServer:
 
 def serve() -> None:
     """Serve on standard input and output until the editor ends it; other output goes to standard error."""
-    source, target = os.dup(0), os.dup(1)
+    stdin_fd, stdout_fd = os.dup(0), os.dup(1)
     with (
-        os.fdopen(source, "rb") as questions,
-        os.fdopen(target, "wb") as answers,
+        os.fdopen(stdin_fd, "rb") as requests,
+        os.fdopen(stdout_fd, "wb") as responses,
         redirect_stdout(sys.stderr),
     ):
-        made().start_io(questions, answers)
+        make_server().start_io(requests, responses)

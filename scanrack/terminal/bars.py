@@ -19,10 +19,10 @@ def shown_bar(
     transient: bool = True,
     **fields: Any,
 ) -> Iterator[Callable[..., None]]:
-    """Show a bar, if standard error is a terminal; yield the function that updates it, see `Progress.update`.
+    """Show a bar if standard error is a terminal; yield a function that updates it, see `Progress.update`.
 
     Args:
-        total: returns the value at the end of the bar, None if it is unknown; not called without a bar.
+        total: returns the value at the end of the bar; None if it is unknown. It is not called without a bar.
         transient: whether the bar disappears at the end.
         fields: initial values of the fields that the columns show.
     """

@@ -1,4 +1,4 @@
-"""Ends a command with a message: one line on standard error and an exit status of `terminal.status`."""
+"""Messages of commands that fail: one line on standard error, and an exit status of `terminal.status`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}
 
 @contextmanager
 def reported_mistakes() -> Iterator[None]:
-    """Report a mistake of the user or an error of the disk, and end the command."""
+    """Report an error of the user or the disk, and end the command."""
     try:
         yield
     except TraceLimitError as error:

@@ -13,11 +13,11 @@ from . import as_json, shared_options
 
 
 def grouped(command: Callable[..., None], /, **groups: type[Any]) -> Callable[..., None]:
-    """Return a command that takes the fields of dataclasses as its arguments and options.
+    """Return a command whose arguments and options are the fields of dataclasses.
 
     Args:
-        command: its function, with a parameter for each group.
-        groups: dataclasses by the name of that parameter, with fields annotated for typer.
+        command: the function of the command, with a parameter for each dataclass.
+        groups: the dataclasses by the name of their parameter; their fields are annotated for typer.
 
     >>> from dataclasses import dataclass
     >>> @dataclass
@@ -31,8 +31,8 @@ def grouped(command: Callable[..., None], /, **groups: type[Any]) -> Callable[..
     """
     parameters = [
         parameter
-        for own in signature(command, eval_str=True).parameters.values()
-        for parameter in (_options(groups[own.name]) if own.name in groups else [own])
+        for written in signature(command, eval_str=True).parameters.values()
+        for parameter in (_options(groups[written.name]) if written.name in groups else [written])
     ]
 
     @wraps(command)

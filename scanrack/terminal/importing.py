@@ -8,22 +8,22 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from scanrack.io_images.dataclass import of_libraries_too
 
-_own = False
+_is_own_process = False
 
 
 def own_process() -> None:
     """Note that this process belongs to a command, so that imported modules stay until its end."""
-    global _own
-    _own = True
+    global _is_own_process
+    _is_own_process = True
 
 
 def imported() -> AbstractContextManager[None]:
     """Return a block that imports the modules of a command.
 
-    In a command's own process the garbage collector pauses, and skips imported objects from then on. It would
-    otherwise search all of them at the end.
+    In a command's own process the garbage collector pauses during the import, and then skips the imported
+    objects. Otherwise it would search all of them at the end.
     """
-    return _imported() if _own else nullcontext()
+    return _imported() if _is_own_process else nullcontext()
 
 
 @contextmanager

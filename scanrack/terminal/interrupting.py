@@ -12,9 +12,9 @@ from .status import INTERRUPTED, complain
 
 @contextmanager
 def interrupted() -> Iterator[None]:
-    """Let a signal that ends the process interrupt a command, with one message.
+    """End a command with one message at a signal that ends the process.
 
-    Commands with unfinished work, such as a trace, complete it on their way out.
+    The command completes its work, such as a trace, before it ends.
 
     Raises:
         SystemExit: the command was interrupted.

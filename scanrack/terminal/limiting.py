@@ -29,13 +29,11 @@ def limit_traces(
     ] = False,
     max_chunk: Annotated[
         int,
-        typer.Option("--max-chunk", min=1, metavar="MIB", help="Most that a chunk of a trace unpacks to."),
+        typer.Option("--max-chunk", min=1, metavar="MIB", help="Maximum unpacked size of a trace's chunk."),
     ] = CHUNK_BYTES // MIB,
     max_records: Annotated[
         int,
-        typer.Option(
-            "--max-records", metavar="N", min=1, help="Most records in a chunk that are nearly empty."
-        ),
+        typer.Option("--max-records", metavar="N", min=1, help="Maximum nearly empty records in a chunk."),
     ] = RECORDS,
 ) -> None:
     """Apply the limits for reading traces until the command ends."""

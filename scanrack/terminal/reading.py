@@ -1,4 +1,4 @@
-"""Progress, defects and protection of the file, for all commands that read a trace."""
+"""Progress and notes of commands that read a trace."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:  # a run imports no recordings
 def reading(
     trace: Trace, selection: Selection | None = None, *, quiet: bool
 ) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the processed scans, if standard error is a terminal and not `quiet`."""
-    # a run, which has one of these options, does without
+    """Show a bar of the processed scans if standard error is a terminal; yield a function that adds scans."""
+    # imported late, since a run needs no bar of a trace
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from scanrack.traces.signals import ALL, count
 

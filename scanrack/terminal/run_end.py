@@ -1,4 +1,4 @@
-"""The end of a run of scans, in words and as an exit status."""
+"""The end of a run as a message and an exit status."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from .status import CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 
 
 def run_to_end(cpu: Cpu, run: Callable[[], object], stopped: Callable[[], bool]) -> int:
-    """Run scans to their end, report its cause, and return the exit status; `stopped` means by a signal."""
+    """Run scans, report the cause of their end, and return the exit status.
+
+    Args:
+        stopped: returns whether a signal has ended them.
+    """
     try:
         run()
     except CpuFault as error:

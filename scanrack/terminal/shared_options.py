@@ -1,4 +1,4 @@
-"""Options of several commands, and the ranges of scans and times of --range."""
+"""Options that several commands have, and the parser of --range."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:  # options import no recordings
     from scanrack.traces.signals import Selection
 
 ScanRange = tuple[int, int | None]
-"""First and last scan, both included; None = to the end."""
+"""First and last scan, inclusive; None = to the end."""
 
 
 class UaSecurityWord(StrEnum):
-    """Words of --opc-ua-security; `kinds.OPEN` and `kinds.ENCRYPTED`."""
+    """Values of --opc-ua-security, see `kinds.OPEN` and `kinds.ENCRYPTED`."""
 
     NONE = "none"
     ENCRYPTED = "encrypted"
@@ -46,7 +46,7 @@ ReplaceOption = Annotated[
 ]
 KeepValuesOption = Annotated[
     bool,
-    typer.Option("--keep-values", help="Begin an export in the middle: no prescan resets its values."),
+    typer.Option("--keep-values", help="Keep the values of an export; no prescan resets them."),
 ]
 MemoryOption = Annotated[
     int | None,
@@ -55,7 +55,7 @@ MemoryOption = Annotated[
         metavar="MIB",
         min=1,
         max=EXPORT_MIB_MOST,
-        help=f"Memory that the tags of an export may take, {EXPORT_MIB} MiB without it.",
+        help=f"Maximum memory for the tags of an export [default: {EXPORT_MIB} MiB].",
         show_default=False,
     ),
 ]
@@ -65,8 +65,8 @@ ServerOption = Annotated[
     typer.Option(
         "--server",
         metavar="PROTOCOL[:[HOST:]PORT]",
-        help="Serve the tags to HMIs and scripts: ethernet-ip as a CompactLogix does, opc-ua, modbus-tcp; to "
-        "this machine only.",
+        help="Serve the tags to HMIs and scripts on this machine: ethernet-ip (like a CompactLogix), opc-ua, "
+        "modbus-tcp.",
         show_default=False,
     ),
 ]
@@ -75,7 +75,7 @@ UaSecurityOption = Annotated[
     typer.Option(
         "--opc-ua-security",
         metavar="none|encrypted",
-        help="Secure the OPC UA server; encrypted is Basic256Sha256, certificate in opcua/.",
+        help="Security of the OPC UA server: encrypted = Basic256Sha256, certificate in opcua/.",
         show_default="none on this machine, else encrypted",
     ),
 ]
@@ -84,14 +84,14 @@ UaUsersOption = Annotated[
     typer.Option(
         "--opc-ua-users",
         metavar="FILE",
-        help="Require a login; FILE has lines name:password, private to you.",
+        help="Require a login; FILE has lines name:password, and only you may read it.",
     ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 
 
 def selection(ranges: Sequence[str] | None) -> Selection:
-    """Return the selection of --range: scans, time, or one of each.
+    """Return the selection of --range: a range of scans, of time, or both.
 
     >>> selection(["10:20", "1.5s:"])
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
@@ -104,7 +104,7 @@ def selection(ranges: Sequence[str] | None) -> Selection:
     scans = [text for text in ranges or () if re.fullmatch(r"[\d:\s]*", text)]
     times = [text for text in ranges or () if text not in scans]
     if len(scans) > 1 or len(times) > 1:
-        raise ValueError(f"--range {' and '.join(scans if len(scans) > 1 else times)}: give one of them")
+        raise ValueError(f"--range {' and '.join(scans if len(scans) > 1 else times)}: give only one")
     first, last = parse_range(scans[0]) if scans else (0, None)
     start_ns, end_ns = parse_time_range(times[0]) if times else (0, None)
     return Selection(first, last, start_ns, end_ns)
@@ -125,7 +125,7 @@ def parse_range(text: str) -> ScanRange:
     first = int(match[1] or 0)
     last = first if not match[2] else int(match[3]) if match[3] else None
     if last is not None and last < first:
-        raise ValueError(f"--range {text!r}: it ends before it begins")
+        raise ValueError(f"--range {text!r}: ends before it begins")
     return first, last
 
 
@@ -137,11 +137,11 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
     """
     from scanrack.io_images.times import parse_time
 
-    start, colon, end = (part.strip() for part in text.partition(":"))
+    start, colon, end = map(str.strip, text.partition(":"))
     if not colon or not (start or end):
         raise ValueError(f"--range {text!r}: must be A:B, A: or :B, as in 1.5s:3s")
     start_ns = parse_time(start) if start else 0
     end_ns = parse_time(end) if end else None
     if end_ns is not None and end_ns < start_ns:
-        raise ValueError(f"--range {text!r}: it ends before it begins")
+        raise ValueError(f"--range {text!r}: ends before it begins")
     return start_ns, end_ns

@@ -1,16 +1,16 @@
-"""The exit status of every command, in one table.
+"""The exit statuses of all commands.
 
     status  name           meaning
-    0       DONE           done; or the answer is yes: the same, found, everything held
-    1       NO             the answer is no: it differs, nothing found, something broke, the CPU faulted
+    0       DONE           done; or the result is yes: equal, found, everything is true
+    1       NO             the result is no: different, nothing found, something is false, the CPU faulted
     2       BAD_INPUT      a file, a key or an option can't be used
     3       CANNOT_WRITE   a file or standard output can't be written
-    3       NO_HELPER      a process that `watch` or `--server` needs never began
-    3       NOT_SEEN       `fuzz --strict`: something that should be seen sometimes never was
+    3       NO_HELPER      a process that `watch` or `--server` needs has not started
+    3       NOT_SEEN       `fuzz --strict`: a `sometimes` condition was never true
     130     INTERRUPTED    Ctrl-C, SIGTERM or SIGHUP ended it
-    141     PIPE_CLOSED    the reader of standard output has gone; no message
+    141     PIPE_CLOSED    the reader of standard output has closed it; no message
 
-130 and 141 are a shell's statuses of a command that SIGINT or SIGPIPE ended: 128 and the signal's number.
+130 and 141 are the statuses of a shell for a command that SIGINT or SIGPIPE ended: 128 + signal number.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ PIPE_CLOSED = 141
 
 
 def complain(text: str, status: int = DONE) -> int:
-    """Print the program's own message on standard error; return its exit status."""
+    """Print a message of scanrack on standard error; return the exit status."""
     say(f"scanrack: {text}", err=True)
     return status
 
 
 def ignore(_text: str) -> None:
-    """Print nothing, in place of `complain`."""
+    """Print nothing, instead of `complain`."""
 
 
 def size_of(path: Path) -> str:

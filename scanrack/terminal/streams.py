@@ -1,9 +1,8 @@
-"""Standard input and output that may be closed, full, or a pipe whose reader has gone.
+"""Standard streams that may be closed or full, or a pipe without a reader.
 
-Commands write as if writing always worked. On a failure `LostOutput` ends the command, past
-every handler of errors of other files; after that, writing has no effect, so that no further message
-appears when the interpreter ends. Writes to a closed terminal are dropped,
-and its SIGHUP ends the command.
+Commands write without checks. If a write fails, `LostOutput` ends the command; no handler for errors of other
+files catches it. Later writes have no effect, so that no further message appears when the interpreter ends.
+Writes to a closed terminal are dropped, and its SIGHUP ends the command.
 
 Files and pipes get UTF-8 with line feeds, the same bytes on every system, unless PYTHONIOENCODING chooses an
 encoding. A terminal gets the characters that it can show, and ? for all others.
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 class LostOutput(Ending):
     """Standard output can't be written.
 
-    It is no Exception, so that no command takes it for an error of one of its files.
+    It is not an Exception, so that no command handles it as an error of one of its files.
     """
 
     def __init__(self, error: OSError) -> None:
@@ -43,7 +42,7 @@ class LostOutput(Ending):
 
 
 class _GuardedFile(io.FileIO):
-    """A file descriptor that fails once, and accepts all later writes."""
+    """A file descriptor that fails once, and then drops all writes."""
 
     def __init__(self, fd: int, *, reported: bool) -> None:
         super().__init__(fd, "w", closefd=False)
@@ -62,9 +61,9 @@ class _GuardedFile(io.FileIO):
 
 
 def closed_streams_plugged() -> None:
-    """Keep the numbers of closed standard streams from files that are opened later.
+    """Occupy the numbers of closed standard streams, so that files that are opened later do not get them.
 
-    A socket with number 0 would be closed with standard input. Writing to the plug of an output fails.
+    A socket with number 0 would be closed with standard input. Writing to such a number fails.
     """
     while (fd := os.open(os.devnull, os.O_RDONLY)) < 3:
         pass
@@ -75,12 +74,11 @@ def closed_streams_plugged() -> None:
 def guarded_output() -> Iterator[None]:
     """End the block with `LostOutput` if standard output can't be written.
 
-    Failed writes to standard error and to a terminal are dropped. Standard input is also UTF-8. Closed
-    streams, streams of other owners and the console of Windows, which has a file of its own kind, are left
-    unchanged.
+    Failed writes to standard error and to a terminal are dropped. Standard input is also UTF-8. Streams
+    without a file descriptor and the console of Windows are left unchanged.
     """
-    before = sys.stdout, sys.stderr
-    if isinstance(sys.stdin, io.TextIOWrapper) and _is_ours(sys.stdin):
+    original_streams = sys.stdout, sys.stderr
+    if isinstance(sys.stdin, io.TextIOWrapper) and _has_our_encoding(sys.stdin):
         sys.stdin.reconfigure(encoding="utf-8")
     sys.stdout, sys.stderr = (
         _guarded(sys.stdout or _closed(1), reported=True),
@@ -90,7 +88,7 @@ def guarded_output() -> Iterator[None]:
         yield
     finally:
         streams = sys.stdout, sys.stderr
-        sys.stdout, sys.stderr = before
+        sys.stdout, sys.stderr = original_streams
         for stream in streams:
             if stream is not None:
                 stream.flush()
@@ -106,7 +104,7 @@ def _guarded(stream: Any, *, reported: bool) -> Any:
     if fd is None or (is_terminal and sys.platform == "win32"):
         return stream
     stream.flush()
-    is_own = _is_ours(stream)
+    is_own = _has_our_encoding(stream)
     return io.TextIOWrapper(
         io.BufferedWriter(_GuardedFile(fd, reported=reported and not is_terminal)),
         encoding="utf-8" if is_own else stream.encoding,
@@ -116,8 +114,8 @@ def _guarded(stream: Any, *, reported: bool) -> Any:
     )
 
 
-def _is_ours(stream: IO[str]) -> bool:
-    """Return whether we choose the encoding: neither a terminal nor the user does."""
+def _has_our_encoding(stream: IO[str]) -> bool:
+    """Return whether scanrack chooses the encoding, and neither a terminal nor the user."""
     return not stream.isatty() and "PYTHONIOENCODING" not in os.environ
 
 

@@ -1,4 +1,4 @@
-"""Tables of texts from files and lines."""
+"""Tables of one-line texts, which may come from files."""
 
 from __future__ import annotations
 

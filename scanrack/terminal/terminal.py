@@ -1,4 +1,4 @@
-"""The output of commands: the only way to the terminal, with control characters made visible."""
+"""The output of all commands, with control characters made visible."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.io_images.visible_text import visible
 
 
 def on_a_line(text: str) -> str:
-    r"""Return a text with visible line feeds, so that a file's text can't begin a line of the output.
+    r"""Return a text with visible line feeds, so that text from a file can't begin a line of the output.
 
     >>> on_a_line("line\nnote: all is well")
     'line\\nnote: all is well'
@@ -21,8 +21,7 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """Print a text.
 
     Args:
-        whole: print the complete text, which is for programs or written by scanrack. Otherwise long lines and
-            long messages are shortened.
+        whole: whether to print the complete text; otherwise long lines and long messages are shortened.
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
     stream = sys.stderr if err else sys.stdout

@@ -1,1 +1,1 @@
-"""Parts of the pytest plugin: recordings of failed tests, their reports, and test routines."""
+"""Parts of the pytest plugin: recordings and reports of failed tests, test routines, and a test kit."""

@@ -1,4 +1,4 @@
-"""The artifacts of a test: the recordings of its benches, and its report's lines about them."""
+"""The artifacts of a test: the recordings of its benches, and the lines of its report about them."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class OpenedBench(NamedTuple):
     name: str  # of the rack file
     bench: Bench
     trace: Path | None
-    since_s: float  # processor time when it was open
+    since_s: float  # processor time after it was opened, s
 
 
 class TestArtifacts:
@@ -55,63 +55,66 @@ class TestArtifacts:
     def __init__(self, item: pytest.Item, base: Path) -> None:
         self._test = item.nodeid
         self._config = item.config
-        self._near = item.config.invocation_params.dir
+        self._invocation_folder = item.config.invocation_params.dir
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtifactFolder(base, item.nodeid)
-        self._opened: list[OpenedBench] = []
-        self._failed: BaseException | None = None  # the first failure, of a subtest or else of the test
-        self._ended = False  # by a failure, so that its recordings are complete
+        self._benches: list[OpenedBench] = []
+        self._failure: BaseException | None = None  # the first one, of a subtest or of the test
+        self._is_recording_complete = False  # whether a failure has ended the recordings
 
     def open(self, rack: Path) -> Bench:
         """Open a rack on a bench, recorded if the recording may be kept; see `open_bench`."""
         return self.add(rack.stem, partial(open_bench, rack))
 
-    def add(self, name: str, opened: Callable[[Path | None], Bench]) -> Bench:
+    def add(self, name: str, open_with: Callable[[Path | None], Bench]) -> Bench:
         """Open a bench with a name, recorded if the recording may be kept.
 
         Args:
-            opened: opens the bench with its recording.
+            open_with: opens the bench with the path of its recording.
         """
         trace = None if self._keep == "never" else self._new_trace(name)
-        bench = opened(trace)
+        bench = open_with(trace)
         if (debug := self._config.pluginmanager.get_plugin(DEBUGGER)) is not None:
             debug(bench)
-        self._opened.append(OpenedBench(name, bench, trace, process_time()))
+        self._benches.append(OpenedBench(name, bench, trace, process_time()))
         return bench
 
     def _new_trace(self, stem: str) -> Path:
         stem = file_name(stem) or "rack"
-        used_paths = {opened.trace for opened in self._opened}
-        names = [stem, *(f"{stem}-{number}" for number in range(2, len(used_paths) + 2))]
-        return next(path for name in names if (path := self.folder.path / f"{name}.mcap") not in used_paths)
+        used_paths = {opened.trace for opened in self._benches}
+        path, number = self.folder.path / f"{stem}.mcap", 1
+        while path in used_paths:
+            number += 1
+            path = self.folder.path / f"{stem}-{number}.mcap"
+        return path
 
     def close(self) -> None:
         """Close all benches, the last one first, even if one of them raises."""
         with ExitStack() as stack:
-            for opened in self._opened:
+            for opened in self._benches:
                 stack.callback(opened.bench.close)
 
     def reported(
         self, report: pytest.TestReport, call: pytest.CallInfo[None], *, of_subtest: bool = False
     ) -> None:
-        """Extend the report of a failure; after the teardown, remove artifacts that are not to be kept.
+        """Extend the report of a failure; after the teardown, remove artifacts that are not kept.
 
         Args:
-            of_subtest: the test continues, and so do the recordings of its benches.
+            of_subtest: whether it is the report of a subtest; the test and its recordings then continue.
         """
         error: BaseException | None = None
         if report.failed:
             error = AssertionError() if call.excinfo is None else call.excinfo.value
-            self._failed = self._failed or error
+            self._failure = self._failure or error
         elif report.when == "call" and not of_subtest:
-            error = self._failed  # of a subtest: the test fails with it
-        if error is not None and not self._ended:
-            self._ended = not of_subtest
-            if self._opened:
+            error = self._failure  # a failed subtest also fails the test
+        if error is not None and not self._is_recording_complete:
+            self._is_recording_complete = not of_subtest
+            if self._benches:
                 report.sections.append((SECTION, "\n".join(self._explanations(error))))
         if report.when == "teardown":
-            if self._keep == "all" or (self._keep == "failed" and self._failed):
-                if not self._failed:
+            if self._keep == "all" or (self._keep == "failed" and self._failure):
+                if not self._failure:
                     self.folder.keep_passed()
                 self.folder.remove_if_unused()
             else:
@@ -119,25 +122,22 @@ class TestArtifacts:
 
     def _explanations(self, error: BaseException) -> Iterator[str]:
         now_s = process_time()
-        yield from self._whys(error)
-        for opened in self._opened:
-            if self._ended:
+        yield from self._explanations_of_tags(error)
+        for opened in self._benches:
+            if self._is_recording_complete:
                 opened.bench.end_recording()
-            yield from self._places(opened, error, now_s - opened.since_s)
+            yield from self._scan_lines(opened, error, now_s - opened.since_s)
 
-    # --- why
-
-    def _whys(self, error: BaseException) -> Iterator[str]:
+    def _explanations_of_tags(self, error: BaseException) -> Iterator[str]:
         explained = 0
-        for opened in reversed(self._opened):
+        for opened in reversed(self._benches):
             for tag in tags_of(error, opened.bench):
-                if explained < MOST_WHYS and (answer := _answer(opened.bench, tag)):
+                if explained < MOST_WHYS and (answer := _why(opened.bench, tag)):
                     explained += 1
                     yield answer
 
-    # --- where
-
-    def _places(self, opened: OpenedBench, error: BaseException, run_s: float) -> Iterator[str]:
+    def _scan_lines(self, opened: OpenedBench, error: BaseException, run_s: float) -> Iterator[str]:
+        """Yield the last scan of a bench, and the commands and pages that show it."""
         name, bench, trace, _ = opened
         fault = bench.cpu.fault
         scan, now_ns = (bench.scans - 1, bench.now_ns) if fault is None else (fault.scan, fault.now_ns)
@@ -146,10 +146,10 @@ class TestArtifacts:
             return
         yield f"{name}: scan {scan:,}, {seconds(now_ns)} s"
         if trace is not None:
-            path = relative(trace, self._near)
+            path = relative(trace, self._invocation_folder)
             yield f"  scanrack watch {shlex.quote(f'{path}#scan={scan}')}"
-            if not self._ended:
-                return  # a page has the whole recording
+            if not self._is_recording_complete:
+                return  # a page needs the complete recording
             test = FailedTest(self._test, _message(error), self.folder.passed_trace(trace))
             yield f"  {page_line(trace, path, scan, tags_of(error, bench), run_s, test)}"
 
@@ -161,10 +161,10 @@ def _message(error: BaseException) -> str:
 
 
 def tags_of(error: BaseException, bench: Bench) -> list[str]:
-    """Return the tags that a failure is about, two at most, the most relevant first.
+    """Return the tags of a failure, at most `MOST_WHYS`, the most relevant first.
 
-    These are the tags of a `NotReachedError` or of a false ASSERT, or else the tags that the test has read
-    since the latest scan, those in the message first.
+    These are the tags of a `NotReachedError` or of a false ASSERT. For other failures they are the tags that
+    the test has read since the latest scan, first the tags in the message.
     """
     cause = error.__cause__ if isinstance(error, CpuFault) else error
     if isinstance(cause, (NotReachedError, LadderFault)):
@@ -184,8 +184,8 @@ def _is_one_value(bench: Bench, tag: str) -> bool:
         return False
 
 
-def _answer(bench: Bench, tag: str) -> str:
-    """Return why a tag has its value; "" if the bench can't tell, since a report must not fail itself."""
+def _why(bench: Bench, tag: str) -> str:
+    """Return why a tag has its value; "" if the explanation fails, since a report must not fail itself."""
     try:
         return bench.why(tag)
     except Exception:

@@ -1,11 +1,11 @@
 """The folder of a test's artifacts.
 
-scanrack-artifacts/                     with a .gitignore, which says that scanrack made it
+scanrack-artifacts/                     with a .gitignore that marks it as made by scanrack
 test_feeder.py--test_strokes/         of test_feeder.py::test_strokes
-.scanrack-test                      its test; only folders with this file are ever emptied
+.scanrack-test                      the test; only folders with this file are emptied
 feeder.mcap, feeder.html
-.scanrack-passed                    if that test has passed
-passed/feeder.mcap                  of its last run that passed, while later ones fail
+.scanrack-passed                    if the test has passed
+passed/feeder.mcap                  of the last run that passed, while later runs fail
 """
 
 from __future__ import annotations
@@ -78,34 +78,34 @@ class ArtifactFolder:
         """
         if self._path is None:
             _make_base(self._base)
-            self._path = self._made()
+            self._path = self._create()
         return self._path
 
-    def _made(self) -> Path:
+    def _create(self) -> Path:
         for name in folder_names(self._test):
             path = self._base / name
-            if self._may_take(path):
+            if self._claim(path):
                 path.mkdir(parents=True, exist_ok=True)
                 (path / MARK).write_text(self._test, "utf-8", "backslashreplace", newline="\n")
                 return path
         raise OwnedError(
-            f"{path} was not made by scanrack for {self._test}: move it away, or give --scanrack-artifacts "
-            "another folder"
+            f"{path} was not made by scanrack for {self._test}: move it, or choose another folder with "
+            "--scanrack-artifacts"
         )
 
-    def _may_take(self, path: Path) -> bool:
+    def _claim(self, path: Path) -> bool:
         """Empty the folder if it belongs to this test; return whether the test may use it."""
         if path.is_symlink() or (path.exists() and not path.is_dir()):
             return False
         if not path.exists() or not any(path.iterdir()):
             return True
-        if not self._is_own(path):
+        if not self._belongs_to_test(path):
             return False
         for trace in path.glob("*.mcap"):
             if is_being_recorded(trace):
                 raise OwnedError(
                     f"{trace} is being recorded by another run of the test: "
-                    "give --scanrack-artifacts another folder"
+                    "choose another folder with --scanrack-artifacts"
                 )
         _empty(path)
         return True
@@ -116,12 +116,12 @@ class ArtifactFolder:
         return path if path.is_file() else None
 
     def keep_passed(self) -> None:
-        """Keep the folder, marked as that of a run that has passed."""
+        """Keep the folder of a run that has passed, with a mark."""
         if self._path is not None:
             (self._path / PASSED_MARK).touch()
             _remove(self._path / PASSED)
 
-    def _is_own(self, path: Path) -> bool:
+    def _belongs_to_test(self, path: Path) -> bool:
         try:
             marked = (path / MARK).read_bytes()
         except OSError:
@@ -131,27 +131,27 @@ class ArtifactFolder:
     def remove(self) -> None:
         """Remove the folder and its contents, if it was created."""
         path, self._path = self._path, None
-        if path is not None and not path.is_symlink() and self._is_own(path):
+        if path is not None and not path.is_symlink() and self._belongs_to_test(path):
             shutil.rmtree(path)
 
     def remove_if_unused(self) -> None:
         """Remove the folder if the test left nothing in it."""
-        own = {MARK, PASSED_MARK, PASSED}
-        if self._path is not None and all(path.name in own for path in self._path.iterdir()):
+        marks = {MARK, PASSED_MARK, PASSED}
+        if self._path is not None and all(path.name in marks for path in self._path.iterdir()):
             self.remove()
 
 
 def _empty(path: Path) -> None:
     """Empty a test's folder, except for the traces of the last run that passed."""
-    kept = path / PASSED
-    if (path / PASSED_MARK).exists():  # the run before this one
-        _remove(kept)
-        kept.mkdir()
+    passed = path / PASSED
+    if (path / PASSED_MARK).exists():  # the previous run has passed
+        _remove(passed)
+        passed.mkdir()
         for trace in path.glob("*.mcap"):
-            trace.replace(kept / trace.name)
-    for path_ in path.iterdir():
-        if path_ != kept or path_.is_symlink():
-            _remove(path_)
+            trace.replace(passed / trace.name)
+    for entry in path.iterdir():
+        if entry != passed or entry.is_symlink():
+            _remove(entry)
 
 
 def _remove(path: Path) -> None:

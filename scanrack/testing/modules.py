@@ -1,4 +1,4 @@
-"""A test kit for authors of modules: checks the contract in docs/own-module.md.
+"""A test kit for authors of modules: checks the contract in docs/words_of_record-module.md.
 
     from scanrack.testing.modules import check_module, record_in
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 STEPS = 12
 LONGEST_NS = (2_000_000, 100_000_000, 1_000_000_000)
-"""Maximum lengths of a step: a scan, the answer of a device, or a motion."""
+"""Maximum lengths of a step, ns: of a scan, of a device's response, or of a motion."""
 
 NO_MACHINE = MachineSpec()
 
@@ -38,7 +38,7 @@ Act: TypeAlias = Callable[[Any, int, int], None]
 """Acts on a module at the start of a step; called with the module, and the step's start and end, ns."""
 
 Pieces: TypeAlias = Callable[[int, int], Sequence[int]]
-"""Takes the start and end of a step, ns; returns extra times in it at which to call `update`."""
+"""Returns extra times at which to call `update`, from the start and end of a step; all in ns."""
 
 Draw: TypeAlias = Callable[[Random], Sequence[int]]
 """Draws output words."""
@@ -83,9 +83,9 @@ def check_module(
 
     Args:
         record: record of the module.
-        options: by name; the others are drawn, their defaults or ends of their ranges.
+        options: fixed options by name; the others are drawn: their defaults, or ends of their ranges.
         seeds: each seed draws options and a script of a dozen steps.
-        words: draws output words that reach deep into the module's functions; `any_words` if left out.
+        words: draws output words that use the module's functions; None = `any_words`.
         machine: the machine that the module moves.
 
     Raises:
@@ -93,27 +93,27 @@ def check_module(
     """
     for seed in seeds:
         drawn = _drawn_options(record, options or {}, Random(seed))
-        where = f"{record.name} with options {dict(drawn)}"
-        own = record.words(drawn)
-        _check_names(where, record, own)
-        sizes = len(own.outputs), len(own.inputs)
-        script = any_script(seed, words or partial(any_words, size=sizes[0]))
-        shown = []
+        head = f"{record.name} with options {dict(drawn)}"
+        module_words = record.words(drawn)
+        _check_names(head, record, module_words)
+        output_count, input_count = len(module_words.outputs), len(module_words.inputs)
+        script = any_script(seed, words or partial(any_words, size=output_count))
+        runs = []
         for pieces in (at_once, at_once, at_random(seed)):
             module = record.make(firmware="4.1", machine=machine, seed=seed, options=drawn, wiring=None)
             try:
-                shown.append(play(module, script, pieces, sizes[0]))
+                runs.append(play(module, script, pieces, output_count))
             except Exception as error:
                 note = " ".join(getattr(error, "__notes__", ()))
                 raise ContractError(
-                    f"{where}: any words must be survived; seed {seed}: {error!r} {note}"
+                    f"{head}: any words must be survived; seed {seed}: {error!r} {note}"
                 ) from error
-        once, repeated, in_pieces = shown
-        for inputs, _ in once:
-            if len(inputs) != sizes[1]:
-                raise ContractError(f"{where}: it names {sizes[1]} input words and returns {len(inputs)}")
-        _compare(f"{where}: two runs must be equal; seed {seed}", once, repeated)
-        _compare(f"{where}: calls between must not matter; seed {seed}", once, in_pieces)
+        first, repeated, in_pieces = runs
+        for inputs, _ in first:
+            if len(inputs) != input_count:
+                raise ContractError(f"{head}: it names {input_count} input words and returns {len(inputs)}")
+        _compare(f"{head}: two runs must be equal; seed {seed}", first, repeated)
+        _compare(f"{head}: calls between must not matter; seed {seed}", first, in_pieces)
 
 
 def record_in(path: Path, name: str = "RECORD") -> ModuleRecord:
@@ -137,7 +137,7 @@ def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WOR
             module.plc_run(step.running)
             if step.act is not None:
                 step.act(module, now_ns, end_ns)
-            outputs.load(Image(step.words, size=size))  # in the same memory, as the scan loop has it
+            outputs.load(Image(step.words, size=size))  # in the same memory, as in the scan loop
             for at_ns in pieces(now_ns, end_ns):
                 module.update(at_ns, outputs)
             shown.append(_shown(module, end_ns, outputs))
@@ -159,12 +159,12 @@ def every(period_ns: int) -> Pieces:
 
 
 def at_random(seed: int) -> Pieces:
-    """Return up to five instants of each step; its beginning and its end may be among them."""
+    """Return up to five instants of each step; its start and its end may be among them."""
     dice = Random(seed)
 
     def pieces(begin_ns: int, end_ns: int) -> Sequence[int]:
-        drawn = [dice.choice((begin_ns, end_ns, *[dice.randint(begin_ns, end_ns)] * 4)) for _ in range(5)]
-        return sorted(drawn[: dice.randint(0, 5)])
+        instants = [dice.choice((begin_ns, end_ns, *[dice.randint(begin_ns, end_ns)] * 4)) for _ in range(5)]
+        return sorted(instants[: dice.randint(0, 5)])
 
     return pieces
 
@@ -185,11 +185,11 @@ def any_script(seed: int, words: Draw = any_words) -> list[Step]:
     dice = Random(seed)
     script: list[Step] = []
     for _ in range(STEPS):
-        stays = bool(script) and dice.randrange(3) == 0
+        repeats_words = bool(script) and dice.randrange(3) == 0
         script.append(
             Step(
                 dice.randint(1, dice.choice(LONGEST_NS)),
-                script[-1].words if stays else words(dice),
+                script[-1].words if repeats_words else words(dice),
                 running=dice.randrange(8) > 0,
                 act=_fail_power if dice.randrange(12) == 0 else None,
             )
@@ -208,8 +208,8 @@ def _shown(module: Module, now_ns: int, outputs: Image) -> Shown:
     return words, events
 
 
-def _compare(promise: str, once: Sequence[Shown], other: Sequence[Shown]) -> None:
-    for step, ((words, events), (words_2, events_2)) in enumerate(zip(once, other, strict=True)):
+def _compare(promise: str, first_run: Sequence[Shown], second_run: Sequence[Shown]) -> None:
+    for step, ((words, events), (words_2, events_2)) in enumerate(zip(first_run, second_run, strict=True)):
         for number, (word, word_2) in enumerate(zip(words, words_2, strict=True)):
             if word != word_2:
                 raise ContractError(f"{promise}, step {step}: input word {number} is {word}, then {word_2}")
@@ -217,16 +217,14 @@ def _compare(promise: str, once: Sequence[Shown], other: Sequence[Shown]) -> Non
             raise ContractError(f"{promise}, step {step}: events are {events}, then {events_2}")
 
 
-def _check_names(where: str, record: ModuleRecord, words: ModuleWords) -> None:
+def _check_names(head: str, record: ModuleRecord, words: ModuleWords) -> None:
     for image, names in (("output", words.outputs), ("input", words.inputs)):
         if not 1 <= len(names) <= WORDS_MAX:
-            raise ContractError(f"{where}: {len(names)} {image} words are named: must be 1 to {WORDS_MAX}")
+            raise ContractError(f"{head}: {len(names)} {image} words have names: must be 1 to {WORDS_MAX}")
         if len(set(names)) != len(names) or not all(map(_is_name, names)):
-            raise ContractError(f"{where}: {image} words need different names in small letters: {names}")
-    for group, bits in words.groups.items():
-        for name, place in bits.items():
-            if group == "status":
-                _check_decoded(f"{where}: slot1.{group}.{name}", name, place, record, words)
+            raise ContractError(f"{head}: {image} words need different names in small letters: {names}")
+    for name, signal in words.groups.get("status", {}).items():
+        _check_decoded(f"{head}: slot1.status.{name}", name, signal, record, words)
     for value in (0, -1):
         size = len(words.inputs)
         str(record.status(Image([value] * size, size=size), words))
@@ -236,30 +234,30 @@ def _is_name(name: str) -> bool:
     return re.fullmatch(r"[a-z][a-z0-9_]*", name) is not None
 
 
-def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
-    """Check that a view of an image with one bit set shows its name, and no other."""
+def _check_decoded(bit: str, name: str, signal: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
+    """Check that an image with one status bit set is shown with the name of that bit alone."""
     image = Image(size=len(words.inputs))
-    image.set_bit(at.word, at.bit, True)
+    image.set_bit(signal.word, signal.bit, True)
     shown = str(record.status(image, words))
     decoded = set(re.findall(r"\w+", shown)) & set(words.groups["status"])
-    if at.image != "I" or decoded != {name}:
-        raise ContractError(f"{bit} must decode to its name; {at} alone is shown as {shown!r}")
+    if signal.image != "I" or decoded != {name}:
+        raise ContractError(f"{bit} must decode to its name; {signal} alone is shown as {shown!r}")
 
 
-def _drawn_options(record: ModuleRecord, given: Options, dice: Random) -> Options:
-    """Draw the options that are not given; return only the given ones if the module refuses the result."""
+def _drawn_options(record: ModuleRecord, fixed: Options, dice: Random) -> Options:
+    """Return the fixed and the drawn options; only the fixed ones if the module refuses the drawn ones."""
     if record.option_table is None:
-        return given
+        return fixed
     table = record.option_table()
-    ends = {name: _ends(field) for name, field in table.model_fields.items() if name not in given}
+    ends = {name: _ends(field) for name, field in table.model_fields.items() if name not in fixed}
     drawn: dict[str, Any] = {
         name: dice.choice(values) for name, values in ends.items() if values and dice.randrange(2)
     }
     try:
-        table(**given, **drawn)
+        table(**fixed, **drawn)
     except ValueError:  # options that exclude each other
-        return given
-    return {**given, **drawn}
+        return fixed
+    return {**fixed, **drawn}
 
 
 def _ends(field: FieldInfo) -> Sequence[Any]:

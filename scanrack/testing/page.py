@@ -10,13 +10,13 @@ from typing import NamedTuple
 from scanrack.io_images.text_limits import shortened
 
 MOST_SCANS = 20_000
-"""A longer recording gets no page by default, since it would take more than three seconds."""
+"""A recording with more scans gets no page by default, since it would take more than 3 s."""
 
 MOST_RUN_S = 2.0
-"""A run with more processor time gets no page either: the page takes a bit longer than the run."""
+"""A run with more processor time (s) gets no page by default: the page takes a bit longer than the run."""
 
-WITH_ANSWERS = 8_000
-"""A longer recording has no explanations of tags in its page, only in the report."""
+MOST_EXPLAINED_SCANS = 8_000
+"""The page of a recording with more scans explains no tags; the report still does."""
 
 SHOWN = 4_000
 """Maximum scans in the page, up to the failure."""
@@ -46,10 +46,10 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     from scanrack.watch.share.failure import Failure
 
     page = trace.with_suffix(".html")
-    answers = tags if scan < WITH_ANSWERS else ()
-    failure = Failure(test.name, test.message, next(iter(answers), None), test.passed)
+    explained = tags if scan < MOST_EXPLAINED_SCANS else ()
+    failure = Failure(test.name, test.message, next(iter(explained), None), test.passed)
     options = ShareOptions(
-        scan, before=SHOWN, most=SHOWN, latest_answers=0, trust=True, tags=answers, failure=failure
+        scan, before=SHOWN, most=SHOWN, latest_answers=0, trust=True, tags=explained, failure=failure
     )
     try:
         share(trace, page, options)

@@ -26,8 +26,8 @@ class RoutineFile(pytest.File):
         artifacts_of: returns the artifacts of a test.
     """
 
-    def __init__(self, artifacts_of: Callable[[pytest.Item], TestArtifacts], **others: Any) -> None:
-        super().__init__(**others)
+    def __init__(self, artifacts_of: Callable[[pytest.Item], TestArtifacts], **arguments: Any) -> None:
+        super().__init__(**arguments)
         self._artifacts_of = artifacts_of
 
     def collect(self) -> Iterator[pytest.Item]:
@@ -47,14 +47,14 @@ class RoutineTest(pytest.Item):
     """
 
     def __init__(
-        self, file: TestFile, artifacts_of: Callable[[pytest.Item], TestArtifacts], **others: Any
+        self, file: TestFile, artifacts_of: Callable[[pytest.Item], TestArtifacts], **arguments: Any
     ) -> None:
-        super().__init__(**others)
+        super().__init__(**arguments)
         self._file, self._artifacts_of = file, artifacts_of
         self._picture = ""
 
     def runtest(self) -> None:
-        """Run it; AssertionError, or the fault of the CPU."""
+        """Run the routine; an AssertionError or a fault of the CPU fails the test."""
         job, name = load_test(self._file, self.name)
         bench = self._artifacts_of(self).add(self._file.rack.stem, lambda trace: bench_of(job, trace))
         try:
@@ -83,7 +83,7 @@ class RoutineTest(pytest.Item):
         return str(error) if has_message else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Return file, line from 0, and the heading of a report."""
+        """Return the file, the line from 0, and the heading of the report."""
         return self.path, self._file.routines[self.name] - 1, self.name
 
 

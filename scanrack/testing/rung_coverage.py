@@ -1,7 +1,7 @@
-"""`pytest --rung-coverage`: how much the tests covered of the programs that they opened on the bench.
+"""`pytest --rung-coverage`: the coverage of the programs that tests opened on the bench.
 
-The page `rung-coverage.html` goes into the folder of pytest's configuration. Under pytest-xdist each process
-collects coverage, and the first process combines it.
+The page `rung-coverage.html` is written to the folder of pytest's configuration. Under pytest-xdist each
+process collects coverage, and the first process combines it.
 """
 
 from __future__ import annotations
@@ -19,30 +19,30 @@ KEY = "scanrack_rung_coverage"
 
 
 class CoverageReport:
-    """The plugin's part that pytest calls while the option is given."""
+    """The part of the plugin for the option `--rung-coverage`."""
 
     def __init__(self, config: Any) -> None:
-        self._config, self._gathered, self._before = config, BenchCoverage(), OBSERVER.get()
-        OBSERVER.set(self._gathered)
+        self._config, self._coverage, self._earlier_observer = config, BenchCoverage(), OBSERVER.get()
+        OBSERVER.set(self._coverage)
 
     def pytest_unconfigure(self) -> None:
         """Stop collecting coverage."""
-        OBSERVER.set(self._before)
+        OBSERVER.set(self._earlier_observer)
 
     def pytest_sessionfinish(self, session: Any) -> None:
         """Send the coverage of a worker to the first process."""
         output = getattr(self._config, "workeroutput", None)
         if output is not None:
-            output[KEY] = self._gathered.row()
+            output[KEY] = self._coverage.row()
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any, error: object) -> None:
-        """Add the coverage that a worker has sent; a killed worker has sent nothing."""
-        self._gathered.merge(getattr(node, "workeroutput", {}).get(KEY, {}))
+        """Add the coverage of a worker; a killed worker has sent nothing."""
+        self._coverage.merge(getattr(node, "workeroutput", {}).get(KEY, {}))
 
     def pytest_terminal_summary(self, terminalreporter: Any) -> None:
         """Write the page, and print a line with the coverage."""
-        programs = list(self._gathered.programs())
+        programs = list(self._coverage.programs())
         page = Path(self._config.rootpath) / PAGE
         terminalreporter.section("rung coverage")
         for name, lines in programs:

@@ -175,7 +175,7 @@ def test_after_a_reset_actuate_has_to_rise():
     [
         (
             "DCS(Stop,SAFETY GATE,EQUIVALENT - ACTIVE HIGH,2,MANUAL,MANUAL,A,B,Status,Reset);",
-            "2 ms is not 5 to 3000",
+            "time 2 ms is out of range; must be 5 to 3000 ms",
         ),
         ("DCS(Relay,SAFETY GATE,COMPLEMENTARY,50,MANUAL,MANUAL,A,B,Status,Reset);", "a DCI_STOP is needed"),
         (

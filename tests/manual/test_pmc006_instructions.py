@@ -156,19 +156,6 @@ def test_4_3_11_the_solenoid_is_driven_with_its_duty() -> None:
     assert duties == [(100, 100), (30, 30), (0, 0)]
 
 
-@pytest.mark.parametrize(("factor", "rest_ma"), [(0, 2000), (1, 1000), (2, 500), (3, 250)])
-def test_4_3_7_the_current_decays_at_rest_if_it_is_told_to(factor: int, rest_ma: float) -> None:
-    bench = Bench006()
-    bench.set(peak_current=2000, current_attenuation=factor)
-    assert bench.controller.phase_current_ma == 2000
-    bench.set(auto_current_decay=1)
-    assert bench.controller.phase_current_ma == rest_ma
-    bench.ask("s", 5000)
-    assert bench.controller.phase_current_ma == 2000
-    bench.set(free_run=1)
-    assert bench.controller.phase_current_ma == 0
-
-
 def test_4_3_14_of_the_gpio_word_only_three_bits_do_anything() -> None:
     bench = Bench006()
     assert bench.ask("y", 0xFFF) == 0

@@ -232,7 +232,7 @@ def test_chapter_4_registration_with_just_the_steps_that_it_takes_to_stop() -> N
     under_way = register(running, SECOND + 100_000, 1200, 1000, 10, Shape.CONSTANT)
     assert under_way.final_steps == 5800
     assert under_way.end_ns == SECOND + 100_000 + -(-1199_500_000_000 // 3000)
-    with pytest.raises(ValueError, match="1199 registration steps are too few to stop in: must be 1200"):
+    with pytest.raises(ValueError, match="1199 registration steps are too few to stop: must be 1200"):
         register(running, SECOND, 1199, 1000, 10, Shape.CONSTANT)
 
 

@@ -171,7 +171,7 @@ def placed(language: str, folder: Path) -> Language:
 
 FIXED = {
     "live": "no tags that can be set",
-    "test": "not an order of a test",
+    "test": "the test does everything else",
     "trace": "this is a recording",
 }
 """Why a value can't be set."""

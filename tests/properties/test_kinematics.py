@@ -363,8 +363,8 @@ def test_what_is_over_stays_over(motion: Motion, speed: int, rate: int, shape: S
     ("wrong", "message"),
     [
         (lambda: move(0, 0, 0, Profile(1, 1, 0, 0)), "distance must not be 0"),
-        (lambda: run(0, 0, 0, Profile(1, 1, 0, 0)), "direction 0 is not allowed"),
-        (lambda: single_step(0, 0, 2, 1000), "direction 2 is not allowed"),
+        (lambda: run(0, 0, 0, Profile(1, 1, 0, 0)), "direction 0: must be 1"),
+        (lambda: single_step(0, 0, 2, 1000), "direction 2: must be 1"),
         (lambda: single_step(0, 0, 1, 0), "speed 0 steps/s: must be 1 or more"),
         (lambda: Profile(0, 1000, 1, 1), "speeds 0 and 1000 steps/s"),
         (lambda: Profile(1, 2, 0, 5), "rates 0 and 5 steps/ms/s"),

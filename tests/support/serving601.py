@@ -67,7 +67,7 @@ class Serving:
         try:
             yield self
         finally:
-            self._stop.ask()
+            self._stop.request()
             self._thread.join(120)
             assert not self._thread.is_alive()
 

@@ -8,7 +8,7 @@ from bench3601 import Bench
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import WORDS
 from scanrack.runtime.loop.module_fault import ModuleFault
-from scanrack.runtime.modules.amci3601.trouble import ANSWERS, EVERY_BIT
+from scanrack.runtime.modules.amci3601.trouble import EVERY_BIT, FAULT_IMAGES
 
 PAGE = Path(__file__).parents[2] / "docs/incidents.md"
 REMEDY = "python -m tests.tools.generate answers"
@@ -28,12 +28,12 @@ def lines() -> Iterator[str]:
     for first, last in ((1, 1), (2, WORDS - 1)):
         name = f"word {first}" if first == last else f"words {first} to {last}"
         yield row(name, [*(masked(fault, first, EVERY_BIT) for fault in FAULTS), "0", AS_EVER])
-    faults = ["0" if ANSWERS[fault].linked else "-1" for fault in FAULTS]
+    faults = ["0" if FAULT_IMAGES[fault].linked else "-1" for fault in FAULTS]
     yield row("`Fault` of a CompactLogix", [*faults, "0", "0"])
 
 
 FAULTS = (ModuleFault.LINK_LOST, ModuleFault.REMOVED, ModuleFault.FATAL_ERROR)
-assert ANSWERS[ModuleFault.LINK_LOST][:2] == ANSWERS[ModuleFault.ASIC_LOST][:2]
+assert FAULT_IMAGES[ModuleFault.LINK_LOST][:2] == FAULT_IMAGES[ModuleFault.ASIC_LOST][:2]
 
 
 def row(name: str, cells: list[str]) -> str:
@@ -41,7 +41,7 @@ def row(name: str, cells: list[str]) -> str:
 
 
 def masked(fault: ModuleFault, word: int, bits: int) -> str:
-    kept = ANSWERS[fault].kept[word] & bits
+    kept = FAULT_IMAGES[fault].kept[word] & bits
     assert kept in (0, bits), "a part of a word has a row of its own"
     return STAYS if kept else "0"
 

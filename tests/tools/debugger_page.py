@@ -15,7 +15,7 @@ def written(page: str) -> str:
     """Return the page with all arguments and requests."""
     arguments = "".join(f"| `{name}` | {says} |\n" for name, (_kind, says) in LAUNCH.items())
     requests = "".join(
-        f"| `{name}` | {each.says} | {f'`{each.capability}`' if each.capability else ''} |\n"
+        f"| `{name}` | {each.description} | {f'`{each.capability}`' if each.capability else ''} |\n"
         for name, each in REQUESTS.items()
     )
     for head, rows in (("argument | value", arguments), ("request | does | announced as", requests)):

@@ -1,11 +1,12 @@
-"""Operands of motion instructions on ideal axes and coordinate systems [MOTION-RM002]."""
+"""Operands of motion instructions [MOTION-RM002]."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from ...interpreter import Interpreter
+from ...model.operands import DOUBLE
 from ...model.predefined.motion_words import (
     JERK_UNITS,
     MERGE_SPEEDS,
@@ -14,7 +15,9 @@ from ...model.predefined.motion_words import (
     RATE_UNITS,
     SPEED_UNITS,
 )
-from .motion_control import OUT_OF_RANGE, MotionControl, MotionError, MotionOperand, number_of, word_of
+from ...model.predefined.words import plain
+from ...model.types import DINT
+from .motion_control import ILLEGAL, OUT_OF_RANGE, Argument, MotionControl, MotionError
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
@@ -22,12 +25,12 @@ LARGEST = 1e15
 
 
 class MotionCall(NamedTuple):
-    """An instruction that begins, with its operands after the axis, group or system and the control."""
+    """A motion instruction that begins; its operands follow the axis, group or system and the control."""
 
     machine: Interpreter
     motion: MotionControl
     name: str
-    operands: Sequence[MotionOperand]
+    operands: Sequence[Argument]
 
     @property
     def now_ns(self) -> int:
@@ -35,12 +38,17 @@ class MotionCall(NamedTuple):
         return self.machine.now_ns
 
     def number(self, index: int) -> float:
-        """Return a numeric operand; 0 if it is omitted."""
-        return number_of(self.machine, self.operands[index]) if index < len(self.operands) else 0.0
+        """Return a numeric operand; 0 if it is omitted or a keyword."""
+        operand = self.operands[index] if index < len(self.operands) else ""
+        return 0.0 if isinstance(operand, str) else float(self.machine.number(operand, DOUBLE))
 
     def keyword(self, index: int, keywords: tuple[str, ...]) -> str:
-        """Return a keyword operand."""
-        return word_of(self.machine, self.operands[index], keywords) if index < len(self.operands) else ""
+        """Return a keyword operand in the form of `plain`; "" if it is omitted or a number out of range."""
+        operand = self.operands[index] if index < len(self.operands) else ""
+        if isinstance(operand, str):
+            return operand
+        number = int(self.machine.number(operand, DINT.bits))
+        return plain(keywords[number]) if 0 <= number < len(keywords) else ""
 
     def says_yes(self, index: int) -> bool:
         """Return whether a keyword operand is Yes."""
@@ -52,7 +60,35 @@ class MotionCall(NamedTuple):
 
     def show_begun(self) -> None:
         """Set the bits that show that the motion has begun."""
-        self.motion.set(DN=True, IP=True, AC=True)
+        self.motion.set(IP=True, AC=True)
+
+
+class Starter(NamedTuple):
+    """How an instruction begins on an axis or a coordinate system."""
+
+    begin: Callable[[Any, MotionCall], None]  # raises a MotionError for a refused instruction
+    moves: bool = False  # whether it needs an axis that accepts motion
+
+
+Starters = Mapping[str, Starter]
+"""Starters by names of instructions."""
+
+
+def start(starters: Starters, axis: Any, call: MotionCall, check_ready: Callable[[Any], object]) -> None:
+    """Begin an instruction by its starter, or raise a MotionError.
+
+    Args:
+        starters: the instructions of the kind of axis or coordinate system.
+        axis: the axis or coordinate system.
+        call: the instruction.
+        check_ready: raises a MotionError if the axis accepts no motion at present.
+    """
+    if call.name not in starters:
+        raise MotionError(ILLEGAL)
+    starter = starters[call.name]
+    if starter.moves:
+        check_ready(axis)
+    starter.begin(axis, call)
 
 
 Maxima = Callable[[str], float]

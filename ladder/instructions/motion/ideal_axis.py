@@ -240,7 +240,8 @@ class IdealAxis(MotionSpot):
             InPositionStatus=kinds <= {Kind.GEAR},
             PowerStructureEnabledStatus=on,
         )
-        self.put(CIPAxisState=SHUT if shut else RUNNING if on else STOPPED)
+        state = RUNNING if on else STOPPED
+        self.put(CIPAxisState=SHUT if shut else state)
         self.set_hidden(position=position, active=bool(kinds or self["~watch"]))
 
 

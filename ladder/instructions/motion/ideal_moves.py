@@ -2,16 +2,16 @@
 
 | instruction | ideal axis |
 |---|---|
-| MSO, MSF, MASD, MASR, MAFR | at once; DN |
-| MAM, MAJ | a profile of its own planner, trapezoidal or S-curve; with Merge, it ends all others |
-| MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
-| MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
-| MRP | at once, also in motion |
-| MAG | the slave follows the master's position, locked at once; IP until it ends; no axis leads itself |
-| MAW, MDW | PC when the axis reaches the position in that direction; for a rotary axis, in any turn |
-| MAR, MDR | armed; there is no registration input |
-| MRAT, MAAT, MRHD, MAHD | take one scan; PC |
-| MGS, MGSD, MGSR, MGSP | act on all axes: there is one group |
+| MSO, MSF, MASD, MASR, MAFR | act immediately; DN |
+| MAM, MAJ | a profile of a separate planner, trapezoidal or S-curve; with Merge, it ends all other motion |
+| MCD, MAS | change or stop the planner that they name; MAS of All stops the sum of all planners |
+| MAH | HomePosition immediately, as active homing "immediate"; PC a scan later |
+| MRP | acts immediately, also in motion |
+| MAG | the slave follows the master's position immediately; IP until it ends; no axis is its own master |
+| MAW, MDW | PC when the axis reaches the position in the given direction; for a rotary axis, in any turn |
+| MAR, MDR | armed; an ideal axis has no registration input |
+| MRAT, MAAT, MRHD, MAHD | one scan; PC |
+| MGS, MGSD, MGSR, MGSP | act on all axes, which are one group |
 | all others | ER, ERR 25 |
 """
 
@@ -30,7 +30,7 @@ from ...model.predefined.motion_words import (
     SPEED_UNITS,
     STOP_TYPES,
 )
-from .calls import MotionCall, dynamics_at, in_range, merge_at, scaled
+from .calls import MotionCall, Starter, Starters, dynamics_at, in_range, merge_at, scaled, start
 from .courses import Kind
 from .ideal_axis import BITS, IdealAxis, all_axes, forward_distance
 from .motion_control import (
@@ -38,11 +38,8 @@ from .motion_control import (
     OUT_OF_RANGE,
     SERVO_OFF,
     SHUT_DOWN,
+    Argument,
     MotionError,
-    MotionOperand,
-    Starter,
-    Starters,
-    start,
 )
 from .ramps import Dynamics
 from .spots import Ideal, report
@@ -59,11 +56,10 @@ def check_ready(axis: IdealAxis) -> None:
         raise MotionError(SERVO_OFF)
 
 
-def _servo_on(axis: IdealAxis, call: MotionCall) -> None:
+def _servo_on(axis: IdealAxis, _call: MotionCall) -> None:
     if axis.is_on("ShutdownStatus"):
         raise MotionError(SHUT_DOWN)
     _switch(axis, on=True)
-    call.motion.set(DN=True)
 
 
 def _switch(axis: IdealAxis, *, on: bool) -> None:
@@ -87,13 +83,11 @@ def restart(axis: IdealAxis) -> None:
 
 def _switch_off(axis: IdealAxis, call: MotionCall) -> None:
     servo_off(axis, call.now_ns, shut_down=call.name == "MASD")
-    call.motion.set(DN=True)
 
 
 def _reset(axis: IdealAxis, call: MotionCall) -> None:
     if call.name == "MASR":
         restart(axis)
-    call.motion.set(DN=True)
 
 
 def _profile(axis: IdealAxis, call: MotionCall, index: int) -> tuple[Dynamics, bool]:
@@ -161,7 +155,7 @@ def _stop(axis: IdealAxis, call: MotionCall) -> None:
         raise MotionError(OUT_OF_RANGE)
     has_course = stop_type == "ALL" or axis.courses[planner].kind in (kind, Kind.STOP)
     moving = has_course and stop(axis, call.now_ns, planner, deceleration, call.motion.claim)
-    call.motion.set(DN=True, IP=moving, PC=not moving)
+    call.motion.set(IP=moving, PC=not moving)
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
@@ -189,37 +183,34 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
     relative = call.keyword(0, REDEFINITIONS) == "RELATIVE"
     axis.redefine(units if relative else units - axis.position(call.now_ns))
     axis.set_hidden(active=True)
-    call.motion.set(DN=True)
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move, whose instruction continues."""
+    """Change speed and rates of a jog or a move; the instruction of the motion continues."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.keyword(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
         raise MotionError(ILLEGAL_CHANGE)
-    dynamics = course.dynamics
-    units = (
-        (1, 11, "Speed", dynamics.speed),
-        (3, 12, "Acceleration", dynamics.up),
-        (5, 13, "Deceleration", dynamics.down),
-    )
-    speed, up, down = (
-        scaled(call.number(index + 1), call.keyword(unit, SPEED_UNITS), axis.maximum(name))
-        if call.says_yes(index)
-        else unchanged
-        for index, unit, name, unchanged in units
-    )
-    changed = Dynamics(speed, up, down, dynamics.up_share, dynamics.down_share)
+    present = course.dynamics
+
+    def value(index: int, unit_index: int, maximum: str, unchanged: float) -> float:
+        """Return the value after the yes-or-no operand at `index` if it is Yes."""
+        if not call.says_yes(index):
+            return unchanged
+        unit = call.keyword(unit_index, SPEED_UNITS)
+        return scaled(call.number(index + 1), unit, axis.maximum(maximum))
+
+    speed = value(1, 11, "Speed", present.speed)
+    up, down = value(3, 12, "Acceleration", present.up), value(5, 13, "Deceleration", present.down)
+    changed = Dynamics(speed, up, down, present.up_share, present.down_share)
     goal = course.goal - course.instant(call.now_ns).travel
     if kind is Kind.JOG:
         goal = speed if course.goal > 0 else -speed
     axis.begin(call.now_ns, course.planner, kind, changed, course.claim, goal=goal)
-    call.motion.set(DN=True)
 
 
 def _gear(axis: IdealAxis, call: MotionCall) -> None:
-    number, master_position = position_of(call.machine, call.operands[0])
+    number, position = position_of(call.machine, call.operands[0])
     ratio = call.number(2)
     if call.keyword(6, ("Real", "Fraction")).startswith("FRACTION"):
         ratio = call.number(3) / call.number(4) if call.number(4) else 0.0
@@ -232,15 +223,13 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
     if number in (0, axis.number):
         raise MotionError(OUT_OF_RANGE)
     in_range(ratio)
-    axis.begin(
-        call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=master_position
-    )
+    axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=position)
     axis.set_hidden(master=number, ratio=ratio)
     axis.catch_up(call.now_ns, {})
-    call.motion.set(DN=True, IP=True)
+    call.motion.set(IP=True)
 
 
-def position_of(machine: Interpreter, operand: MotionOperand) -> tuple[int, float]:
+def position_of(machine: Interpreter, operand: Argument) -> tuple[int, float]:
     """Return the number and position of a master axis; 0 for other operands."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0, 0.0
@@ -252,29 +241,27 @@ def position_of(machine: Interpreter, operand: MotionOperand) -> tuple[int, floa
 
 def _watch(axis: IdealAxis, call: MotionCall) -> None:
     report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
-    axis.set_hidden(
-        watch=call.direction_sign(0), watched=call.number(1), watch_claim=call.motion.claim, active=True
-    )
+    axis.set_hidden(watch=call.direction_sign(0), watched=call.number(1))
+    axis.set_hidden(watch_claim=call.motion.claim, active=True)
     axis.set_bits(BITS, WatchEventArmedStatus=True, WatchEventStatus=False)
-    call.motion.set(DN=True, IP=True)
+    call.motion.set(IP=True)
 
 
-def _unwatch(axis: IdealAxis, call: MotionCall) -> None:
+def _unwatch(axis: IdealAxis, _call: MotionCall) -> None:
     report(axis.memory, axis.ideal, int(axis["~watch_claim"]), IP=False)
     axis.set_hidden(watch=0, watch_claim=0)
     axis.set_bits(BITS, WatchEventArmedStatus=False)
-    call.motion.set(DN=True)
 
 
 def _arm(axis: IdealAxis, call: MotionCall) -> None:
-    second = call.number(4 if call.name == "MAR" else 0) == 2
-    armed = "RegEvent2ArmedStatus" if second else "RegEvent1ArmedStatus"
-    axis.set_bits(BITS, **{armed: call.name == "MAR"})
-    call.motion.set(DN=True, IP=call.name == "MAR")
+    arms = call.name == "MAR"
+    event = 2 if call.number(4 if arms else 0) == 2 else 1
+    axis.set_bits(BITS, **{f"RegEvent{event}ArmedStatus": arms})
+    call.motion.set(IP=arms)
 
 
 def _finish_at_once(_axis: IdealAxis, call: MotionCall) -> None:
-    call.motion.set(DN=True, PC=True)
+    call.motion.set(PC=True)
 
 
 STARTERS: Starters = {
@@ -322,12 +309,12 @@ GROUP_ACTIONS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal axis, or raise a MotionError."""
-    axis = IdealAxis(call.machine.memory, ideal, number)
-    start(STARTERS, call.name, lambda: check_ready(axis), axis, call)
+    start(STARTERS, IdealAxis(call.machine.memory, ideal, number), call, check_ready)
+    call.motion.set(DN=True)
 
 
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
-    """Begin an instruction on the motion group; it is done at once."""
+    """Begin an instruction on the motion group; it is done immediately."""
     for axis in all_axes(call.machine.memory, ideal):
         GROUP_ACTIONS[call.name](axis, call)
     call.motion.set(DN=True, PC=True)

@@ -24,11 +24,11 @@ from ...model.errors import LadderError
 from ...model.operands import Group, Place
 from ...model.types import Elementary, Structure
 from ...state.memory import Memory
-from .calls import MotionCall, allowed, dynamics_at, in_range, merge_at
+from .calls import MotionCall, Starter, Starters, allowed, dynamics_at, in_range, merge_at, start
 from .courses import DYNAMICS, Course, Kind
 from .ideal_axis import IdealAxis, all_axes
 from .ideal_moves import check_ready, restart, servo_off
-from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, MotionError, Starter, Starters, start
+from .motion_control import ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL, MotionError
 from .ramps import Dynamics
 from .spots import ENDED, Ideal, MotionSpot, report
 
@@ -164,11 +164,8 @@ class IdealSystem(MotionSpot):
         path, origin, destination = self.path(now_ns), self.end("from"), self.end("to")
         speed = self.course.instant(now_ns).speed / (math.dist(origin, destination) or 1.0)
         for coordinate, axis in self._following_axes():
-            axis.shift(
-                axis.courses["whole"].follow(
-                    path[coordinate], speed * (destination[coordinate] - origin[coordinate])
-                )
-            )
+            axis_speed = speed * (destination[coordinate] - origin[coordinate])
+            axis.shift(axis.courses["whole"].follow(path[coordinate], axis_speed))
 
     def _end(self, now_ns: int) -> None:
         self.course.report(PC=True)
@@ -257,11 +254,9 @@ def _begin_or_store(
     """Begin a path, or store it until the present path ends."""
     now_ns, claim = call.now_ns, call.motion.claim
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
-    if begins:
-        start_position = system.positions(now_ns)
-    else:
-        start_position = system.end("next" if system["~waiting"] else "to")
-    goal = _destination(start_position, operand, relative=relative)
+    last_goal = "next" if system["~waiting"] else "to"
+    origin = system.positions(now_ns) if begins else system.end(last_goal)
+    goal = _destination(origin, operand, relative=relative)
     if begins:
         entry = system.course.instant(now_ns).speed
         system.stop_at_once(now_ns)
@@ -271,7 +266,7 @@ def _begin_or_store(
         raise MotionError(QUEUE_FULL)
     else:
         system.store_pending(goal, dynamics, claim)
-        call.motion.set(DN=True, IP=True)
+        call.motion.set(IP=True)
 
 
 # --- instructions
@@ -306,7 +301,7 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
         report(system.memory, system.ideal, int(system["~transform"]), IP=False)
         system.set_hidden(transform=0)
     if motion_type == "COORDINATEDTRANSFORM" or system.kind is Kind.NOTHING:
-        call.motion.set(DN=True, PC=True)
+        call.motion.set(PC=True)
         return
     present = system.course.dynamics
     down = call.number(2) if call.says_yes(1) else present.down
@@ -314,7 +309,7 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
     system.course.report(**ENDED)
     system.drop_pending()
     system.begin_from_here(call.now_ns, Kind.STOP, dynamics, call.motion.claim)
-    call.motion.set(DN=True, IP=True)
+    call.motion.set(IP=True)
 
 
 def _change(system: IdealSystem, call: MotionCall) -> None:
@@ -327,7 +322,6 @@ def _change(system: IdealSystem, call: MotionCall) -> None:
     )
     changed = allowed(Dynamics(speed, up, down, dynamics.up_share, dynamics.down_share))
     system.begin_from_here(call.now_ns, Kind.MOVE, changed, system.course.claim)
-    call.motion.set(DN=True)
 
 
 def _shut(system: IdealSystem, call: MotionCall) -> None:
@@ -335,20 +329,18 @@ def _shut(system: IdealSystem, call: MotionCall) -> None:
     for axis in _axes_of(system):
         servo_off(axis, call.now_ns, shut_down=True)
     system.set_bits(BITS, ShutdownStatus=True)
-    call.motion.set(DN=True)
 
 
-def _restart(system: IdealSystem, call: MotionCall) -> None:
+def _restart(system: IdealSystem, _call: MotionCall) -> None:
     for axis in _axes_of(system):
         restart(axis)
     system.set_bits(BITS, ShutdownStatus=False)
-    call.motion.set(DN=True)
 
 
 def _transform(system: IdealSystem, call: MotionCall) -> None:
     report(system.memory, system.ideal, int(system["~transform"]), IP=False)
     system.set_hidden(transform=call.motion.claim)
-    call.motion.set(DN=True, IP=True)
+    call.motion.set(IP=True)
 
 
 def _calculate(_system: IdealSystem, call: MotionCall) -> None:
@@ -359,7 +351,7 @@ def _calculate(_system: IdealSystem, call: MotionCall) -> None:
         raise MotionError(OUT_OF_RANGE) from None
     for index in range(min(len(source), len(target), SIZE)):
         target[index] = source[index]
-    call.motion.set(DN=True, PC=True)
+    call.motion.set(PC=True)
 
 
 def _axes_of(system: IdealSystem) -> list[IdealAxis]:
@@ -384,7 +376,8 @@ STARTERS: Starters = {
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
     """Begin an instruction on an ideal coordinate system, or raise a MotionError."""
     system = IdealSystem(call.machine.memory, ideal, number)
-    start(STARTERS, call.name, lambda: _check_ready(system), system, call)
+    start(STARTERS, system, call, _check_ready)
+    call.motion.set(DN=True)
 
 
 def _check_ready(system: IdealSystem) -> None:

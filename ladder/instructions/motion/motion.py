@@ -65,7 +65,7 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
         try:
             if axis is not None:
                 motion.begin()
-                begin(axis, motion, name, operands[2:])
+                begin(axis, MotionCall(machine, motion, name, operands[2:]))
             else:
                 _begin_ideal(machine, motion, name, operands, axis_number)
         except MotionError as refused:

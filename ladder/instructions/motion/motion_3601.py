@@ -24,12 +24,10 @@ from collections.abc import Sequence
 
 from scanrack.io_images.thousands import split_thousands
 
-from ...model.operands import Resolved
 from ...model.predefined.motion_words import (
     CHANGED_MOTION,
     DISABLED_ENABLED,
     MERGE_SPEEDS,
-    NO_YES,
     RATE_UNITS,
     REDEFINITIONS,
     SPEED_UNITS,
@@ -48,6 +46,7 @@ from .axis_3601 import (
     VELOCITY,
     Axis,
 )
+from .calls import MotionCall, Starter, Starters, start
 from .motion_control import (
     AXIS_FAULT,
     AXIS_NOT_CONFIGURED,
@@ -57,171 +56,128 @@ from .motion_control import (
     SHUT_DOWN,
     MotionControl,
     MotionError,
-    MotionOperand,
-    Starter,
-    Starters,
-    number_of,
-    start,
-    word_of,
 )
 
 
-def _profile(command: int, target: int, speed: int, rates: Sequence[int], shape: int = 0) -> tuple[int, ...]:
+def _profile(command: int, target: int, speed: int, rates: Sequence[int]) -> tuple[int, ...]:
     """Return the output words of a motion, in the module's units."""
-    return command, shape, *split_thousands(target), *split_thousands(speed), *rates
+    return command, 0, *split_thousands(target), *split_thousands(speed), *rates
 
 
-def _servo_on(axis: Axis, motion: MotionControl) -> None:
+def _servo_on(axis: Axis, call: MotionCall) -> None:
     if axis.tag["ShutdownStatus"]:
         raise MotionError(SHUT_DOWN)
     if axis.status != 0:
         axis.tag.set(ServoActionStatus=True, DriveEnableStatus=True)
-        motion.set(DN=True)
+        call.motion.set(DN=True)
     elif axis.settings.configuration:
-        axis.request(motion, CONFIGURE, *axis.settings.configuration)
+        axis.request(call.motion, CONFIGURE, *axis.settings.configuration)
     else:
         raise MotionError(AXIS_NOT_CONFIGURED)
 
 
-def _servo_off(axis: Axis, motion: MotionControl, *, shut_down: bool = False) -> None:
+def _servo_off(axis: Axis, call: MotionCall) -> None:
     axis.tag.set(ServoActionStatus=False, DriveEnableStatus=False)
-    if shut_down:
+    if call.name == "MASD":
         axis.tag.set(ShutdownStatus=True)
     if axis.state["Running"]:
-        axis.request(motion, HALT)
-        motion.ticket = 0
-    motion.set(DN=True)
+        axis.request(call.motion, HALT)
+        call.motion.ticket = 0
+    call.motion.set(DN=True)
 
 
-def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
-    if restart:
+def _reset(axis: Axis, call: MotionCall) -> None:
+    if call.name == "MASR":
         axis.tag.set(ShutdownStatus=False)
     if axis.status == 0:
         raise MotionError(AXIS_NOT_CONFIGURED)
-    axis.request(motion, RESET, COMMANDS[RESET])
+    axis.request(call.motion, RESET, COMMANDS[RESET])
 
 
-def _move(
-    axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *dynamics_and_merge: MotionOperand
-) -> None:
-    request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
-    target = axis.steps(number_of(axis.machine, position))
-    if request is None:
+def _move(axis: Axis, call: MotionCall) -> None:
+    kind = {0: ABSOLUTE, 1: RELATIVE}.get(int(call.number(0)))
+    target = axis.steps(call.number(1))
+    if kind is None:
         raise MotionError(OUT_OF_RANGE)
-    _begin_motion(axis, motion, request, COMMANDS[request], target, dynamics_and_merge)
+    _begin_motion(axis, call, 2, kind, COMMANDS[kind], target)
 
 
-def _jog(
-    axis: Axis, motion: MotionControl, direction: MotionOperand, *dynamics_and_merge: MotionOperand
-) -> None:
-    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
-    _begin_motion(axis, motion, VELOCITY, 256 if backwards else 128, 0, dynamics_and_merge)
+def _jog(axis: Axis, call: MotionCall) -> None:
+    _begin_motion(axis, call, 1, VELOCITY, 256 if call.direction_sign(0) < 0 else 128, 0)
 
 
 STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
 """Kinds of requests by the stop type of MAS that ends them; other stop types don't apply to a 3601."""
 
 
-def _begin_motion(
-    axis: Axis,
-    motion: MotionControl,
-    kind: int,
-    command: int,
-    target: int,
-    operands: tuple[MotionOperand, ...],
-) -> None:
-    """Request a move or a jog; `operands` begin with the speed, and have the merge at 10 and 11."""
-    kind_under_way = axis.kind_under_way
-    merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
-    if not merge and any(kind_under_way in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
+def _begin_motion(axis: Axis, call: MotionCall, index: int, kind: int, command: int, target: int) -> None:
+    """Request a move or a jog; the operand at `index` is its speed, and the merge is ten operands later."""
+    present = axis.kind_under_way
+    merge = call.keyword(index + 10, DISABLED_ENABLED) == "ENABLED"
+    if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
         raise MotionError(IN_MOTION)
-    speed, *rates = _dynamics(axis, *operands[:6])
-    if merge and kind_under_way and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
+    speed = axis.speed(call.number(index), call.keyword(index + 1, SPEED_UNITS))
+    rates = [
+        axis.rate(call.number(index + offset), call.keyword(index + offset + 1, RATE_UNITS))
+        for offset in (2, 4)
+    ]
+    if merge and present and call.keyword(index + 11, MERGE_SPEEDS) == "CURRENT":
         speed = axis.requested_speed or speed
-    axis.request(motion, kind, *_profile(command, target, speed, rates))
-    motion.set(DN=True, IP=True, AC=True)
+    axis.request(call.motion, kind, *_profile(command, target, speed, rates))
+    call.motion.set(DN=True, IP=True, AC=True)
 
 
-def _dynamics(axis: Axis, *operands: MotionOperand) -> tuple[int, int, int]:
-    """Return speed and both rates in the module's units, from three values with a unit after each."""
-    speed, up, down = (number_of(axis.machine, value) for value in operands[::2])
-    keywords = zip(operands[1::2], (SPEED_UNITS, RATE_UNITS, RATE_UNITS), strict=True)
-    speed_unit, up_unit, down_unit = (word_of(axis.machine, unit, units) for unit, units in keywords)
-    rates = axis.rate(up, up_unit), axis.rate(down, down_unit)
-    return axis.speed(speed, speed_unit), *rates
-
-
-def _stop(axis: Axis, motion: MotionControl, operand: MotionOperand, *_others: MotionOperand) -> None:
-    stop_type = word_of(axis.machine, operand, STOP_TYPES)
+def _stop(axis: Axis, call: MotionCall) -> None:
+    stop_type = call.keyword(0, STOP_TYPES)
     if stop_type == "ALL" or axis.kind_under_way in (*STOPPED_BY.get(stop_type, ()), HALT):
-        motion.set(DN=True, IP=True)
-        axis.request(motion, HALT)
+        call.motion.set(DN=True, IP=True)
+        axis.request(call.motion, HALT)
     else:
-        motion.set(DN=True, PC=True)
+        call.motion.set(DN=True, PC=True)
 
 
-def _home(axis: Axis, motion: MotionControl) -> None:
+def _home(axis: Axis, call: MotionCall) -> None:
     settings = axis.settings
     if axis.status != STANDSTILL:
         raise MotionError(IN_MOTION)
     speed = axis.speed(settings.home_speed or float(axis.tag["HomeSpeed"]), "")
     rate = axis.rate(settings.home_acceleration or axis.max_acceleration(), "")
     command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit is CCW
-    axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
-    motion.set(DN=True, IP=True, AC=True)
+    axis.request(call.motion, HOME, *_profile(command, 0, speed, (rate, rate)))
+    call.motion.set(DN=True, IP=True, AC=True)
 
 
-def _redefine(
-    axis: Axis, motion: MotionControl, kind: MotionOperand, _select: MotionOperand, position: Resolved
-) -> None:
-    units = number_of(axis.machine, position)
-    if word_of(axis.machine, kind, REDEFINITIONS) == "RELATIVE":
+def _redefine(axis: Axis, call: MotionCall) -> None:
+    units = call.number(2)
+    if call.keyword(0, REDEFINITIONS) == "RELATIVE":
         units += float(axis.tag["ActualPosition"])
     if axis.status != STANDSTILL:
         raise MotionError(IN_MOTION)
-    axis.request(motion, SET_POSITION, COMMANDS[SET_POSITION], 0, *split_thousands(axis.steps(units)))
+    axis.request(call.motion, SET_POSITION, COMMANDS[SET_POSITION], 0, *split_thousands(axis.steps(units)))
 
 
-def _change(
-    axis: Axis,
-    motion: MotionControl,
-    kind: MotionOperand,
-    change_speed: MotionOperand,
-    speed: Resolved,
-    change_up: MotionOperand,
-    up: Resolved,
-    change_down: MotionOperand,
-    down: Resolved,
-    *others: MotionOperand,
-) -> None:
+def _change(axis: Axis, call: MotionCall) -> None:
     """Change the speed of a manual move; MCD can't change other moves."""
-    words = axis.output_words
-    moving = axis.tag["JogStatus"] and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
-    if not moving:
+    if not axis.tag["JogStatus"] or call.keyword(0, CHANGED_MOTION) != "JOG":
         raise MotionError(ILLEGAL_CHANGE)
-    speed_unit, up_unit, down_unit = (_unit(axis, unit) for unit in others[4:7])
-    changes = [
-        word_of(axis.machine, word, NO_YES) == "YES" for word in (change_speed, change_up, change_down)
-    ]
-    new_speed, new_up, new_down = (
-        axis.speed(number_of(axis.machine, speed), speed_unit) if changes[0] else axis.requested_speed,
-        axis.rate(number_of(axis.machine, up), up_unit) if changes[1] else words[6],
-        axis.rate(number_of(axis.machine, down), down_unit) if changes[2] else words[7],
-    )
-    axis.request(motion, VELOCITY, *_profile(words[0], 0, new_speed, (new_up, new_down)))
-    motion.ticket = 0
-    motion.set(DN=True)
-
-
-def _unit(axis: Axis, operand: MotionOperand) -> str:
-    return word_of(axis.machine, operand, RATE_UNITS)
+    command, *_, up, down = axis.output_words
+    speed = axis.requested_speed
+    if call.says_yes(1):
+        speed = axis.speed(call.number(2), call.keyword(11, SPEED_UNITS))
+    if call.says_yes(3):
+        up = axis.rate(call.number(4), call.keyword(12, RATE_UNITS))
+    if call.says_yes(5):
+        down = axis.rate(call.number(6), call.keyword(13, RATE_UNITS))
+    axis.request(call.motion, VELOCITY, *_profile(command, 0, speed, (up, down)))
+    call.motion.ticket = 0
+    call.motion.set(DN=True)
 
 
 STARTERS: Starters = {
     "MSO": Starter(_servo_on),
     "MSF": Starter(_servo_off),
-    "MASD": Starter(lambda axis, motion: _servo_off(axis, motion, shut_down=True)),
-    "MASR": Starter(lambda axis, motion: _reset(axis, motion, restart=True)),
+    "MASD": Starter(_servo_off),
+    "MASR": Starter(_reset),
     "MAFR": Starter(_reset),
     "MAM": Starter(_move, moves=True),
     "MAJ": Starter(_jog, moves=True),
@@ -232,9 +188,9 @@ STARTERS: Starters = {
 }
 
 
-def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[MotionOperand, ...]) -> None:
-    """Begin an instruction with the operands after the axis and the control, or raise a MotionError."""
-    start(STARTERS, name, axis.check_ready, axis, motion, *operands)
+def begin(axis: Axis, call: MotionCall) -> None:
+    """Begin an instruction on a 3601, or raise a MotionError."""
+    start(STARTERS, axis, call, Axis.check_ready)
 
 
 def follow(axis: Axis, motion: MotionControl, name: str) -> None:

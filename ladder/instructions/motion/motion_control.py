@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
-
-from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Resolved
-from ...model.predefined.words import plain
-from ...model.types import DINT
 
 SERVO_OFF, SHUT_DOWN, AXIS_NOT_CONFIGURED, OUT_OF_RANGE = 5, 7, 11, 13
 AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 20, 22, 23, 25
@@ -37,7 +31,7 @@ class MotionError(Exception):
         self.code = code
 
 
-MotionOperand = Resolved | str
+Argument = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
 
@@ -66,44 +60,3 @@ class MotionControl(Members):
     def refuse(self, error: int) -> None:
         """Set the bits of a refused or failed instruction, with its ERR."""
         self.set(ER=True, IP=False, AC=False, ERR=error)
-
-
-def word_of(machine: Interpreter, operand: MotionOperand, words: tuple[str, ...]) -> str:
-    """Return a keyword operand in the form of `plain`; "" for a number beyond its list."""
-    if isinstance(operand, str):
-        return operand
-    number = int(machine.number(operand, DINT.bits))
-    return plain(words[number]) if 0 <= number < len(words) else ""
-
-
-def number_of(machine: Interpreter, operand: MotionOperand) -> float:
-    """Return a numeric operand; 0 for a keyword."""
-    return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))
-
-
-class Starter(NamedTuple):
-    """How an instruction begins."""
-
-    begin: Callable[..., None]  # raises a MotionError for a refused instruction
-    moves: bool = False  # whether it needs an axis that accepts motion
-
-
-Starters = Mapping[str, Starter]
-"""Starters by names of instructions."""
-
-
-def start(starters: Starters, name: str, check_ready: Callable[[], None], *arguments: Any) -> None:
-    """Begin an instruction by its starter, or raise a MotionError.
-
-    Args:
-        starters: the instructions that the axis or coordinate system has.
-        name: name of the instruction.
-        check_ready: raises a MotionError if the axis accepts no motion at present.
-        arguments: arguments of the starter's function.
-    """
-    if name not in starters:
-        raise MotionError(ILLEGAL)
-    starter = starters[name]
-    if starter.moves:
-        check_ready()
-    starter.begin(*arguments)

@@ -117,14 +117,11 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
     peak = dynamics.speed
     if abs(speed) < peak:
         peak = min(peak, math.sqrt((abs(distance) + speed * speed * up) / (up + down)))
-    ramps = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
-    cruise_distance = abs(distance) - abs(length(ramps[0])) - abs(length(ramps[1]))
-    cruise = (
-        (Phase(cruise_distance / peak, direction * peak, direction * peak),)
-        if peak > 0 and cruise_distance > 0
-        else ()
-    )
-    return (*ramps[0], *cruise, *ramps[1])
+    to_peak, to_rest = ramp(speed, direction * peak, dynamics), ramp(direction * peak, 0.0, dynamics)
+    cruise = abs(distance) - abs(length(to_peak)) - abs(length(to_rest))
+    if peak <= 0 or cruise <= 0:
+        return (*to_peak, *to_rest)
+    return (*to_peak, Phase(cruise / peak, direction * peak, direction * peak), *to_rest)
 
 
 def length(phases: Phases) -> float:
@@ -159,16 +156,14 @@ def _instant_in_phase(phase: Phase, travel: float, seconds: float) -> Instant:
     )
 
 
-def _unit_ramp(fraction: float, share: float) -> tuple[float, float]:
-    """Return the speed and travel of a ramp from speed 0 to 1 in 1 s, at a fraction of its time."""
+def _unit_ramp(time: float, share: float) -> tuple[float, float]:
+    """Return the speed and travel of a ramp from speed 0 to 1 in 1 s, at a time of 0 to 1 s."""
     if share <= 0:
-        return fraction, fraction * fraction / 2
-    if fraction > 0.5:
-        speed, travelled = _unit_ramp(1 - fraction, share)
-        return 1 - speed, fraction - 0.5 + travelled
+        return time, time * time / 2
+    if time > 0.5:
+        speed, travelled = _unit_ramp(1 - time, share)
+        return 1 - speed, time - 0.5 + travelled
     peak = 1 / (1 - share)
-    if fraction < share:
-        return peak * fraction * fraction / (2 * share), peak * fraction**3 / (6 * share)
-    return peak * (fraction - share / 2), peak * (
-        fraction * fraction - share * fraction + share * share / 3
-    ) / 2
+    if time < share:
+        return peak * time * time / (2 * share), peak * time**3 / (6 * share)
+    return peak * (time - share / 2), peak * (time * time - share * time + share * share / 3) / 2

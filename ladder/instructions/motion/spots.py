@@ -125,4 +125,4 @@ def report(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: boo
 
 
 ENDED = {"IP": False, "AC": False, "ACCEL": False, "DECEL": False}
-"""Bits of an instruction whose motion has ended."""
+"""Bits of an instruction after the end of its motion."""

@@ -13,7 +13,7 @@ override by an alarm gives the operator control.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from .function_block import FunctionBlock, block_row
 
@@ -48,64 +48,24 @@ def _has_timed_out(block: FunctionBlock) -> bool:
     return limit > 0 and (late or not block["~timing"])
 
 
-def _device(states: int) -> Callable[[FunctionBlock], None]:
-    """Return the function that runs a device with this number of states."""
-    three = states == 3
-    numbers = range(states)
-    commands = [f"Prog{n}Command" for n in numbers] if three else ["ProgCommand"]
-    feedbacks = ("FB0", "FB1", "FB2", "FB3") if three else ("FB0", "FB1")
+class _Device:
+    """A device with two states (D2SD) or three (D3SD)."""
 
-    def commanded(block: FunctionBlock, *, program: bool) -> int | None:
-        """Return the state that the program or the operator commands; None for no change."""
-        requested = _only_set_bit(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
-        by_program = _only_set_bit(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
-        state = by_program if program else requested
-        return state if state is not None and block[f"State{state}Perm"] else None
+    def __init__(self, states: int) -> None:
+        self._numbers = range(states)
+        self._has_three = states == 3
+        self._commands = [f"Prog{n}Command" for n in self._numbers] if self._has_three else ["ProgCommand"]
+        self._feedbacks = [f"FB{n}" for n in range(4 if self._has_three else 2)]
 
-    def overriding(block: FunctionBlock) -> bool:
-        """Return whether the device must be in its override state; an alarm gives the operator control."""
-        by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
-        begins = block.first and block.on("OverrideOnInit")
-        requested = block.on("ProgOverrideReq") or by_alarm or begins
-        if by_alarm or begins:
-            block.set(ProgOper=False)
-        invalid = three and block.wrong(OverrideStateInv=not 0 <= block["OverrideState"] < states)
-        return requested and not invalid and not block["ProgHandReq"]
-
-    def choose_state(block: FunctionBlock, present_state: int) -> int:
-        """Set the mode; return the commanded state."""
-        program = block.control()
-        hand, override = block.on("ProgHandReq"), overriding(block)
-        block.set(Hand=hand, Override=override)
-        state = commanded(block, program=program and block.on("ProgOper"))
-        if override:
-            state = int(block["OverrideState"])
-        if three:
-            state_by_hand = _only_set_bit(block, [f"HandFB{n}" for n in numbers], "HandCommandInv")
-        else:
-            state_by_hand = int(block["HandFB"])
-        if hand:
-            state = state_by_hand
-        return present_state if state is None else state
-
-    def show(block: FunctionBlock, state: int) -> bool:
-        """Set the outputs of a state; return whether the feedback shows it."""
-        switched = all(block[feedback] == block[f"{feedback}State{state}"] for feedback in feedbacks)
-        block.set(**{f"Device{n}State": switched and n == state for n in numbers})
-        if three:
-            block.set(**{f"Command{n}Status": n == state for n in numbers})
-            block.set(**{f"Out{n}": block[f"Out{n}State{state}"] for n in range(3)})
-        else:
-            block.set(CommandStatus=state == 1, Out=(state == 1) != block.on("OutReverse"))
-        return switched
-
-    def step(block: FunctionBlock) -> None:
+    def step(self, block: FunctionBlock) -> None:
+        """Run one call."""
         if block.first:
             block.set(ModeAlarm=False, FaultAlarm=False)
-            _mode_alarm(block, 0, commands)
+            _mode_alarm(block, 0, self._commands)
         previous_state = int(block["~state"])
-        state = choose_state(block, previous_state)
-        switched = show(block, state)
+        chosen = self._choose_state(block)
+        state = previous_state if chosen is None else chosen
+        switched = self._show(block, state)
         if block.first or state != previous_state:
             block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
         if switched:
@@ -113,10 +73,54 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         fault = _has_timed_out(block) and not switched
         latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
         block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
-        _mode_alarm(block, state, commands)
+        _mode_alarm(block, state, self._commands)
 
-    return step
+    def _choose_state(self, block: FunctionBlock) -> int | None:
+        """Set the mode; return the state that it commands, None for no change."""
+        program = block.control()
+        hand, override = block.on("ProgHandReq"), self._is_overridden(block)
+        block.set(Hand=hand, Override=override)
+        commanded = self._commanded(block, program=program and block.on("ProgOper"))
+        if self._has_three:
+            by_hand = _only_set_bit(block, [f"HandFB{n}" for n in self._numbers], "HandCommandInv")
+        else:
+            by_hand = int(block["HandFB"])
+        if hand:
+            return by_hand
+        return int(block["OverrideState"]) if override else commanded
+
+    def _commanded(self, block: FunctionBlock, *, program: bool) -> int | None:
+        """Return the state that the program or the operator commands; None for no change."""
+        by_operator = _only_set_bit(block, [f"Oper{n}Req" for n in self._numbers], "OperReqInv")
+        if self._has_three:
+            by_program = _only_set_bit(block, self._commands, "ProgCommandInv")
+        else:
+            by_program = int(block["ProgCommand"])
+        state = by_program if program else by_operator
+        return state if state is not None and block[f"State{state}Perm"] else None
+
+    def _is_overridden(self, block: FunctionBlock) -> bool:
+        """Return whether the device must be in its override state; an alarm gives the operator control."""
+        by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
+        at_start = block.first and block.on("OverrideOnInit")
+        requested = block.on("ProgOverrideReq") or by_alarm or at_start
+        if by_alarm or at_start:
+            block.set(ProgOper=False)
+        if self._has_three and block.wrong(OverrideStateInv=block["OverrideState"] not in self._numbers):
+            return False
+        return requested and not block["ProgHandReq"]
+
+    def _show(self, block: FunctionBlock, state: int) -> bool:
+        """Set the outputs of a state; return whether the feedback shows it."""
+        switched = all(block[feedback] == block[f"{feedback}State{state}"] for feedback in self._feedbacks)
+        block.set(**{f"Device{n}State": switched and n == state for n in self._numbers})
+        if self._has_three:
+            block.set(**{f"Command{n}Status": n == state for n in self._numbers})
+            block.set(**{f"Out{n}": block[f"Out{n}State{state}"] for n in range(3)})
+        else:
+            block.set(CommandStatus=state == 1, Out=(state == 1) != block.on("OutReverse"))
+        return switched
 
 
-D2SD = block_row("D2SD", _device(2))
-D3SD = block_row("D3SD", _device(3))
+D2SD = block_row("D2SD", _Device(2).step)
+D3SD = block_row("D3SD", _Device(3).step)

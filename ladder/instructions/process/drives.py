@@ -40,7 +40,7 @@ def _initial(block: FunctionBlock) -> float:
 
 
 def _with_limits(
-    block: FunctionBlock, integral: float, previous_integral: float, other_term: float
+    block: FunctionBlock, integral: float, last_integral: float, other_term: float
 ) -> tuple[float, float]:
     """Limit an integral, and Out, which is the integral plus `other_term` [p. 302-303].
 
@@ -51,14 +51,14 @@ def _with_limits(
     crossed = block.wrong(HighLowLimsInv=not low < high)
     if not math.isfinite(integral + other_term):
         return integral, integral + other_term
-    if block.holds(integral - previous_integral):
-        integral = previous_integral
+    if block.forbids(integral - last_integral):
+        integral = last_integral
     above, below = crossed or integral + other_term >= high, crossed or integral + other_term <= low
     block.set(HighAlarm=above, LowAlarm=below)
     if crossed:
         return low - other_term, low
     if above or below:
-        return previous_integral, high if above else low
+        return last_integral, high if above else low
     return integral, integral + other_term
 
 
@@ -140,9 +140,8 @@ def _pulses(block: FunctionBlock) -> float:
     if initialize:
         block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
         return 0.0
-    previous_in = (
-        int(block["InitialValue"]) if was_initializing else value if block.first else int(block["~before"])
-    )
+    last_in = value if block.first else int(block["~before"])
+    previous_in = int(block["InitialValue"]) if was_initializing else last_in
     remainder = 0 if block.first else int(block["~remainder"])
     half = 1 << (size - 1)
     difference = (value - previous_in + half) % (2 * half) - half if block["Mode"] else value
@@ -214,14 +213,14 @@ def _braking_step(rate: float, limit: float, jerk: float, seconds: float) -> tup
 
 
 def _step_toward(
-    rate: float, distance: float, limit: float, jerk: float, seconds: float
+    rate: float, distance: float, most: float, jerk: float, seconds: float
 ) -> tuple[float, float]:
     """Return how far Out moves toward In in one step, given their distance, and the new rate."""
     change = jerk * seconds
-    if change >= limit:
-        step = min(limit * seconds, distance)
-        return step, limit if step < distance else 0.0
-    new_rate = _highest_rate(rate, distance, limit, jerk, seconds)
+    if change >= most:
+        step = min(most * seconds, distance)
+        return step, most if step < distance else 0.0
+    new_rate = _highest_rate(rate, distance, most, jerk, seconds)
     if new_rate <= 0 <= rate <= change:
         return distance, 0.0
     return (rate + new_rate) / 2 * seconds, new_rate

@@ -228,7 +228,7 @@ def _select_cv(loop: _PidLoop) -> tuple[float, float]:
     if block["CVSetPrevious"]:
         previous_cv = block.limited("CVPrevious", 0.0, 100.0)
     cv = previous_cv + change if block.delta_t > 0 else previous_cv
-    return previous_cv if block.holds(cv - previous_cv, "WindupHIn", "WindupLIn") else cv, previous_cv
+    return previous_cv if block.forbids(cv - previous_cv, "WindupHIn", "WindupLIn") else cv, previous_cv
 
 
 def _limit_change(loop: _PidLoop, cv: float, previous_cv: float) -> tuple[float, bool]:

@@ -198,7 +198,7 @@ def _integrate(block: FunctionBlock) -> float:
         previous_out = block.real("InitialValue")
     elif block.delta_t > 0:
         change = gain * (value + block.real("~x1")) / 2 * block.delta_t
-    if block.holds(change):
+    if block.forbids(change):
         change = 0.0
     out = _within_limits(block, previous_out + change)
     block.set(Out=out)

@@ -82,7 +82,7 @@ class FunctionBlock(Members):
             return value
         return high if value > high else low  # NaN becomes `low`
 
-    def holds(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
+    def forbids(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
         """Return whether a bit forbids a change: `high` forbids an increase, `low` a decrease."""
         return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
 

@@ -1,4 +1,4 @@
-r"""RMPS: a profile of ramps and soaks, such as for the temperature of a batch [1756-RM006K p. 110-126].
+r"""RMPS: a profile of ramps and soaks, for example of a batch's temperature [1756-RM006K p. 110-126].
 
     Out   ____      ramp to SoakValue[n] in RampValue[n] min (TimeRate), or at RampValue[n] units/min,
          /    \     then soak for SoakTime[n] min, then segment n + 1

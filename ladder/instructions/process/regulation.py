@@ -28,12 +28,10 @@ from .function_block import FunctionBlock, block_row
 
 
 def _scale(block: FunctionBlock) -> Any:
-    raw_min, raw_max, eu_min, eu_max = (
-        block[name] for name in ("InRawMin", "InRawMax", "InEUMin", "InEUMax")
-    )
-    if block.wrong(InRawRangeInv=raw_max <= raw_min):
+    in_min, in_max, eu_min, eu_max = (block[name] for name in ("InRawMin", "InRawMax", "InEUMin", "InEUMax"))
+    if block.wrong(InRawRangeInv=in_max <= in_min):
         return None
-    value = (block["In"] - raw_min) * (eu_max - eu_min) / (raw_max - raw_min) + eu_min
+    value = (block["In"] - in_min) * (eu_max - eu_min) / (in_max - in_min) + eu_min
     bottom, top = min(eu_min, eu_max), max(eu_min, eu_max)
     block.set(MaxAlarm=value > top, MinAlarm=value < bottom)
     block.set(Out=min(max(value, bottom), top) if block["Limiting"] else value)
@@ -48,7 +46,9 @@ def _limit(block: FunctionBlock) -> None:
         block.set(Out=low)
         return
     above, below = select != 2 and value >= high, select != 1 and value <= low
-    block.set(HighAlarm=above, LowAlarm=below, Out=high if above else low if below else value)
+    if above or below:
+        value = high if above else low
+    block.set(HighAlarm=above, LowAlarm=below, Out=value)
 
 
 def _select(block: FunctionBlock) -> None:
@@ -123,14 +123,12 @@ def _follow(block: FunctionBlock) -> float:
 
 
 def _distribute(block: FunctionBlock) -> None:
-    source, source_bit, length, target_bit, target = (
+    source, from_bit, length, to_bit, target = (
         block.machine.whole(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
     )
     bits = DINT.bits
-    if 0 <= source_bit < bits and 0 <= target_bit < bits and 1 <= length <= bits:
-        target = arithmetic.distributed(
-            source & (1 << bits) - 1, source_bit, target, target_bit, length, bits
-        )
+    if 0 <= from_bit < bits and 0 <= to_bit < bits and 1 <= length <= bits:
+        target = arithmetic.distributed(source & (1 << bits) - 1, from_bit, target, to_bit, length, bits)
     block.set(Dest=target)
 
 

@@ -80,16 +80,11 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
     channel_a, channel_b, status, reset = _truths(machine, operands[5:])
     complementary = bool(_number(machine, kind, INPUT_TYPES))
     automatic, cold_automatic = bool(_number(machine, restart, STARTS)), bool(_number(machine, cold, STARTS))
-    discrepancy_ms = machine.integer(limit)
+    limit_ms = machine.integer(limit)
     block.set(EnableIn=power, EnableOut=power, ChannelA=channel_a, ChannelB=channel_b)
     block.set(InputStatus=status, Reset=reset)
-    block.set(
-        RestartType=automatic,
-        ColdStartType=cold_automatic,
-        InputType=complementary,
-        DiscrepancyTime=discrepancy_ms,
-    )
-    block.set(SafetyFunction=_number(machine, function, FUNCTIONS))
+    block.set(RestartType=automatic, ColdStartType=cold_automatic, InputType=complementary)
+    block.set(DiscrepancyTime=limit_ms, SafetyFunction=_number(machine, function, FUNCTIONS))
     if not power:
         _forget(machine, group)
         return
@@ -100,7 +95,7 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
         block.set(FP=False, FaultCode=0, **{"~apart": False, "~left": 0})
     _monitor_status(block, status, cold_automatic)
     if status:
-        _monitor_channels(machine, block, channels, discrepancy_ms)
+        _monitor_channels(machine, block, channels, limit_ms)
     if not any(channels):
         block.set(**{"~tested": True, "~free": automatic})
     restarts = bool(block["~free"]) or (rises and not clears)
@@ -116,8 +111,10 @@ def _set_dcs_output(block: Members, *, active: bool, status: bool, restarts: boo
     """Set O1, and DiagnosticCode to the missing condition."""
     ready = active and status and not block["FP"] and bool(block["~tested"])
     on = ready and bool(block["O1"] or restarts)
-    held = ready and not on and reset
-    block.set(O1=on, DiagnosticCode=RESET_HELD if held else 0 if status or block["FP"] else INPUT_OFF)
+    code = 0 if status or block["FP"] else INPUT_OFF
+    if ready and not on and reset:
+        code = RESET_HELD
+    block.set(O1=on, DiagnosticCode=code)
 
 
 def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
@@ -132,7 +129,7 @@ def _monitor_status(block: Members, status: bool, cold_automatic: bool) -> None:
 
 
 def _monitor_channels(
-    machine: Interpreter, block: Members, channels: tuple[bool, bool], discrepancy_ms: int
+    machine: Interpreter, block: Members, channels: tuple[bool, bool], limit_ms: int
 ) -> None:
     """Fault if the channels differ too long, or if one cycles while the other stays active."""
     channel_a, channel_b = channels
@@ -145,7 +142,7 @@ def _monitor_channels(
         block.set(**{"~both": False, "~left": 1 + channel_a})
     if not block["~apart"]:
         block.set(**{"~apart": True, "~since_ns": machine.now_ns})
-    if not block["FP"] and _lasts(machine, block, discrepancy_ms):
+    if not block["FP"] and _lasts(machine, block, limit_ms):
         _fault_until_safe(block, DIFFERED + channel_b)
 
 
@@ -164,21 +161,21 @@ def _fault_until_safe(block: Members, code: int) -> None:
 
 def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
     block = Members(machine, group)
-    positive, reaction_ms = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
-    actuate, feedback_1, feedback_2, inputs, outputs, reset = _truths(machine, operands[2:])
+    positive, limit_ms = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
+    actuate, first, second, inputs, outputs, reset = _truths(machine, operands[2:])
     block.set(EnableIn=power, EnableOut=power, Actuate=actuate, Reset=reset)
-    block.set(Feedback1=feedback_1, Feedback2=feedback_2, InputStatus=inputs, OutputStatus=outputs)
-    block.set(FeedbackType=positive, FeedbackReactionTime=reaction_ms)
+    block.set(Feedback1=first, Feedback2=second, InputStatus=inputs, OutputStatus=outputs)
+    block.set(FeedbackType=positive, FeedbackReactionTime=limit_ms)
     if not power:
         _forget(machine, group)
         return
     rises = _rises(block, "reset", reset)
     off_code = _status_off(inputs, outputs)
     expected = bool(block["O1"]) == positive
-    if rises and block["FP"] and (off_code, feedback_1, feedback_2) == (0, expected, expected):
+    if rises and block["FP"] and (off_code, first, second) == (0, expected, expected):
         block.set(FP=False, FaultCode=0, **{"~held": actuate})
     if not block["FP"]:
-        _monitor(machine, block, (feedback_1, feedback_2), expected, off_code, reaction_ms)
+        _monitor(machine, block, (first, second), expected, off_code, limit_ms)
     must_restart = actuate and bool(block["~held"])
     _set_outputs(machine, block, actuate and not (off_code or block["FP"] or must_restart))
     code = 0 if block["FP"] else off_code or ACTUATE_HELD * must_restart
@@ -202,20 +199,21 @@ def _monitor(
     block: Members,
     feedback: tuple[bool, bool],
     expected: bool,
-    off_code: int,
-    reaction_ms: int,
+    status_off: int,
+    limit_ms: int,
 ) -> None:
     """Fault if a status turns off, or if a feedback does not follow the outputs in time."""
-    if block["~valid"] and off_code:
-        _fault(block, off_code)
+    if block["~valid"] and status_off:
+        _fault(block, status_off)
         return
     if not block["~powered"]:
         block.set(**{"~powered": True, "~since_ns": machine.now_ns})
     if feedback == (expected, expected):
         block.set(**{"~settled": True})
         return
-    reason = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
-    late = _lasts(machine, block, reaction_ms)
+    first, second = feedback
+    reason = _WRONG_FEEDBACK[first == expected, second == expected]
+    late = _lasts(machine, block, limit_ms)
     if block["~settled"] or (late and not block["~moved"]):
         _fault(block, (TURNED_OFF if expected else TURNED_ON) + reason)
     elif late:
@@ -239,14 +237,12 @@ def _forget(machine: Interpreter, group: Group, *_operands: Resolved) -> None:
         members.set(O2=False)
 
 
-def _check_time(name: str, time_index: int, longest_ms: int) -> Callable[..., None]:
+def _check_time(name: str, time_index: int, most_ms: int) -> Callable[..., None]:
     def check(block: Group, *operands: Resolved) -> None:
         require_type(block, SAFETY[name])
         limit = operands[time_index]
-        if isinstance(limit, Constant) and not 5 <= limit.value <= longest_ms:
-            raise OperandError(
-                f"{limit.value} ms is not 5 to {longest_ms} ms", "write a time within this range"
-            )
+        if isinstance(limit, Constant) and not 5 <= limit.value <= most_ms:
+            raise OperandError(f"time {limit.value} ms is out of range", f"must be 5 to {most_ms} ms")
 
     return check
 

@@ -272,7 +272,7 @@ def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 
 def decode(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """Run DCD: set the bit whose number is in the low four bits of the source."""
+    """Run DCD: set the bit that the low four bits of the source number."""
     number = machine.integer(source) & 0xF
     machine.put(target, wrap(sum((number == place) << place for place in range(16)), target.type.bits))
 

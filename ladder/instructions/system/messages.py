@@ -72,7 +72,7 @@ def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ..
 
 
 def _end_messages(waiting: Sequence[Leaf], engine: Any) -> None:
-    """End the messages whose time has elapsed."""
+    """End the messages that are due."""
     machine: Interpreter = engine.interpreter
     machine.now_ns = engine.now_ns
     for leaf in waiting:

@@ -34,7 +34,7 @@ from ...state.regions import End
 from .objects import OBJECTS, StoredValue, stored_value
 
 THIS = "THIS"
-"""Instance name that stands for the program of the instruction."""
+"""Instance name for the program of the instruction."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""

@@ -1,4 +1,4 @@
-"""Exceptions of an await whose command fails or is aborted."""
+"""Exceptions of awaits: a command has failed or was aborted."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import IntFlag
 
 
 class ErrorId(IntFlag):
-    """ErrorID of the function blocks; bits, as the module may report several at once."""
+    """ErrorID of the function blocks, as bits: the module may report several errors."""
 
     COMMAND_ERROR = 1
     INVALID_PROFILE = 2
@@ -61,5 +61,5 @@ class AxisError(Exception):
         self.id = ErrorId(error_id)
 
 
-class CommandAborted(Exception):  # noqa: N818 - what PLCopen calls it
+class CommandAborted(Exception):  # noqa: N818 - the name in PLCopen
     """Another command has taken over the axis."""

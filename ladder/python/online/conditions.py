@@ -36,7 +36,7 @@ def branches_in(wait: Wait[Any]) -> Iterator[Sequence]:
 
 
 Texts = dict[CodeType, str]
-"""The syntax of waiting functions from an earlier edition, whose line numbers differ."""
+"""The syntax of waiting functions from an earlier edition, which has other line numbers."""
 
 
 def check_wait(

@@ -53,7 +53,7 @@ class LogicEdit:
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The names that the edit affects, grouped by what happens to them."""
+        """The names that the edit affects, grouped by effect."""
         return (
             ("new", self.new),
             ("changed", self.changed),
@@ -194,7 +194,7 @@ def _plan_sequences(
 def _continued_text(sequence: Sequence, moves: list[SequenceMove]) -> str:
     """Return text that says where a sequence continues."""
     frames = moves[0].frames
-    line = frames[-1].after.point.node.lineno if frames else sequence.line
+    line = frames[-1].target.point.node.lineno if frames else sequence.line
     return f"{sequence.name} at line {line}"
 
 
@@ -256,11 +256,11 @@ def _apply(plan: EditPlan) -> None:
     logic._logic_codes = tuple(code for move in plan.moves for code in move.move())
 
 
-def _replace_parts(plan: EditPlan, own: dict[str, Any]) -> None:
+def _replace_parts(plan: EditPlan, attributes: dict[str, Any]) -> None:
     logic, slots = plan.logic, plan.logic._logic_slots
     assert slots is not None, "the program has had a scan"
-    for name in [name for name, value in own.items() if isinstance(value, Part)]:
-        del own[name]
+    for name in [name for name, value in attributes.items() if isinstance(value, Part)]:
+        del attributes[name]
     fresh = {fresh_part.name: fresh_part for fresh_part in plan.fresh._logic_parts}
     for name, part in plan.parts.parts.items():
         if name in plan.parts.kept:
@@ -269,12 +269,12 @@ def _replace_parts(plan: EditPlan, own: dict[str, Any]) -> None:
             part.attach(slots, logic._logic_clock)
             part.reset_part()
         if not hasattr(type(part), "__get__"):
-            own[name] = part
+            attributes[name] = part
     logic._logic_parts = tuple(plan.parts.parts.values())
     logic._logic_take_parts(slots)
 
 
-def _replace_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, ...]:
+def _replace_sequences(plan: EditPlan, attributes: dict[str, Any]) -> tuple[Sequence, ...]:
     """Give the instance the sequences of the edited class; close removed sequences."""
     removed = {sequence.name: sequence for sequence in plan.logic._logic_sequences}
     sequences = []
@@ -289,10 +289,10 @@ def _replace_sequences(plan: EditPlan, own: dict[str, Any]) -> tuple[Sequence, .
         sequence._make, sequence.starts = make, method.starts
         if fresh.name in plan.restarts:
             sequence.restart()
-        own[fresh.name] = sequence
+        attributes[fresh.name] = sequence
         sequences.append(sequence)
     for name, dropped in removed.items():
-        own.pop(name, None)
+        attributes.pop(name, None)
         dropped.close()
     return tuple(sequences)
 

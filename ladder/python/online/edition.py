@@ -68,18 +68,14 @@ class Edition:
             name for node in self._nodes() if isinstance(node, ast.Global) for name in node.names
         )
 
-    def changed_from(self, previous_edition: Edition) -> frozenset[str]:
+    def changed_from(self, previous: Edition) -> frozenset[str]:
         """Return the names, and attributes with a dot, that differ from an earlier edition.
 
         They are functions, and constants of the class and its modules. Fields keep their values.
         """
-        constants, old_constants = self._constants(), previous_edition._constants()
-        changed = {
-            name
-            for name in {*constants, *old_constants}
-            if not _same(constants.get(name), old_constants.get(name))
-        }
-        bodies, old_bodies = self._bodies(), previous_edition._bodies()
+        constants, old = self._constants(), previous._constants()
+        changed = {name for name in {*constants, *old} if not _same(constants.get(name), old.get(name))}
+        bodies, old_bodies = self._bodies(), previous._bodies()
         functions = {name for name in {*bodies, *old_bodies} if bodies.get(name) != old_bodies.get(name)}
         return frozenset(changed | functions | {f".{function}" for function in functions})
 

@@ -72,12 +72,10 @@ def body_fields(logic: Logic, edition: Edition) -> dict[str, Any]:
     return {name: value for name, value in values.items() if is_plain(name, value)}
 
 
-def _is_retyped(
-    name: str, old_values: Mapping[str, Any], new_values: Mapping[str, Any], old: Edition
-) -> bool:
+def _is_retyped(name: str, before: Mapping[str, Any], after: Mapping[str, Any], old: Edition) -> bool:
     """Return whether an edit changes the type of a field's initial value."""
     initial = getattr(old.kind, name, None)
-    earlier, later = old_values[name] if initial is None else initial, new_values[name]
+    earlier, later = before[name] if initial is None else initial, after[name]
     return isinstance(earlier, Field) and isinstance(later, Field) and type(earlier) is not type(later)
 
 

@@ -144,7 +144,7 @@ def hold_forces(logic: Logic) -> None:
 
 
 def release(kind: type[Logic], names: list[str]) -> None:
-    """Restore the attributes of a class whose fields were forced."""
+    """Restore the attributes of a class for fields that were forced."""
     for name in names:
         attribute = vars(kind).get(name)
         if isinstance(attribute, ForcedField):

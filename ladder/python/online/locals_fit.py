@@ -174,9 +174,7 @@ def _setting(
         names, read = _in_head(node)
         if names:
             yield head, names, read
-        yield from _setting_in_blocks(
-            node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above
-        )
+        yield from _setting_below(node, end, f"{head} " if isinstance(node, ast.If | ast.Match) else above)
 
 
 def _in_head(node: ast.stmt) -> tuple[Names, Names]:
@@ -186,9 +184,7 @@ def _in_head(node: ast.stmt) -> tuple[Names, Names]:
     return _names(nodes), _loaded(nodes)
 
 
-def _setting_in_blocks(
-    node: ast.stmt, end: tuple[int, int], above: str
-) -> Iterator[tuple[str, Names, Names]]:
+def _setting_below(node: ast.stmt, end: tuple[int, int], above: str) -> Iterator[tuple[str, Names, Names]]:
     """Yield the statements in the blocks of a statement that set names, see `_setting`."""
     for statement in (inner for field in _BLOCKS for inner in getattr(node, field, [])):
         if isinstance(statement, ast.stmt):
@@ -223,8 +219,8 @@ def names_read(node: ast.AST) -> Names:
     return _loaded([node])
 
 
-def check_bound(needed: Collection[str], own: Collection[str], values: Mapping[str, Any]) -> None:
+def check_bound(needed: Collection[str], local_names: Collection[str], values: Mapping[str, Any]) -> None:
     """Raise a LocalsError for a needed local of a function that the frame does not have."""
     for name in sorted(needed):
-        if name in own and name not in values:
+        if name in local_names and name not in values:
             raise LocalsError(f"its local {name} has no value; the edited function sets it before this await")

@@ -30,7 +30,7 @@ from .held import ContinuedAwait, keep_forever
 from .locals_fit import check_bound, check_origins, check_unchanged, names_needed, names_read
 from .points import Function, PlacedAwait, Point, counterpart, points_of
 from .resumed import ResumptionBody, arguments_of, compiled, resume
-from .suspended import Hold, UnknownStackError, WaitingFrame, suspended
+from .suspended import BlockKind, UnknownStackError, WaitingFrame, suspended
 
 Work = Coroutine[Any, Any, object]
 T = TypeVar("T")
@@ -62,10 +62,10 @@ class FrameMove:
 
     frame: WaitingFrame
     function: FunctionType
-    after: PlacedAwait
+    target: PlacedAwait
     resumed: ResumptionBody
-    values: dict[str, Any]
-    held: list[Any]
+    values: dict[str, Any]  # locals
+    block_objects: list[Any]  # objects of open blocks, outermost first
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +84,14 @@ class SequenceMove:
         awaited: Any = ContinuedAwait(self.frames[-1].frame.awaited, wait)
         codes = []
         for frame in reversed(self.frames):
-            function = compiled(frame.after.function, frame.resumed, tuple(frame.values), frame.function)
-            point = frame.after.point
+            function = compiled(frame.target.function, frame.resumed, tuple(frame.values), frame.function)
+            point = frame.target.point
             arguments = arguments_of(
-                frame.resumed, point.holds, frame.held, awaited, entry=isinstance(point.node, ast.AsyncWith)
+                frame.resumed,
+                point.block_kinds,
+                frame.block_objects,
+                awaited,
+                entry=isinstance(point.node, ast.AsyncWith),
             )
             awaited = function(**frame.values, **arguments)
             codes.append(function.__code__)
@@ -99,11 +103,11 @@ class SequenceMove:
 
 def _begin(work: Work, wait: Wait[Any] | None) -> None:
     """Run a rebuilt frame up to its await; this runs no user code."""
-    was_stepping, stepping.now = stepping.now, True
+    was_stepping, stepping.active = stepping.active, True
     try:
         awaited = work.send(None)
     finally:
-        stepping.now = was_stepping
+        stepping.active = was_stepping
     assert awaited is wait, "a rebuilt frame begins at its await"
 
 
@@ -185,13 +189,10 @@ def _is_unchanged(frame: WaitingFrame, context: EditContext) -> bool:
         return False
     if "__class__" in frame.code.co_freevars:
         return False
-    names_read = set(frame.code.co_names)
-    if names_read & (
-        context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}
-    ):
+    names = set(frame.code.co_names)
+    if names & (context.old.rebound | context.new.rebound | {name.lstrip(".") for name in context.names}):
         return False
-    texts = [ast.dump(tree, include_attributes=True) for tree in (old_tree, new_tree)]
-    return texts[0] == texts[1]
+    return ast.dump(old_tree, include_attributes=True) == ast.dump(new_tree, include_attributes=True)
 
 
 def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
@@ -218,7 +219,7 @@ def _loops(point: Point, held: list[Any], context: EditContext) -> tuple[list[An
         LocalsError: the passes differ, or the loop is over another object than a constant tuple.
     """
     loops = [block for block in point.steps if isinstance(block.node, ast.For) and block.field == "body"]
-    iterator_indices = [index for index, hold in enumerate(point.holds) if hold is Hold.ITERATOR]
+    iterator_indices = [index for index, kind in enumerate(point.block_kinds) if kind is BlockKind.ITERATOR]
     iterators, heads = list(held), []
     for index, step in zip(iterator_indices, loops, strict=True):
         node: Any = step.node
@@ -237,17 +238,13 @@ _TUPLE_ITERATOR: type[Any] = type(iter(()))
 
 def _iterator_at_same_pass(iterator: Any, text: str, context: EditContext) -> Any:
     """Return an iterator over the edited tuple, at the same pass; None if the passes so far may differ."""
-    old_tuple, new_tuple = (edition.constant(text) for edition in (context.old, context.new))
-    if (
-        type(iterator) is not _TUPLE_ITERATOR
-        or not isinstance(old_tuple, tuple)
-        or not isinstance(new_tuple, tuple)
-    ):
+    old, new = (edition.constant(text) for edition in (context.old, context.new))
+    if type(iterator) is not _TUPLE_ITERATOR or not isinstance(old, tuple) or not isinstance(new, tuple):
         return None
-    passes = len(old_tuple) - iterator.__length_hint__()
-    if iterator.__reduce__()[1] != (old_tuple,) or old_tuple[:passes] != new_tuple[:passes]:
+    passes = len(old) - iterator.__length_hint__()
+    if iterator.__reduce__()[1] != (old,) or old[:passes] != new[:passes]:
         return None
-    remaining = iter(new_tuple)
+    remaining = iter(new)
     for _ in range(passes):
         next(remaining)
     return remaining
@@ -262,7 +259,7 @@ def _move_of(frame: WaitingFrame, context: EditContext) -> FrameMove:
     old_await, new_await = PlacedAwait(present_tree, point), PlacedAwait(edited_tree, target)
     resume(present_tree, point)  # raises a CannotBeginError if the frame can't be read
     resumed = resume(edited_tree, target)
-    held = frame.held(point.holds)
+    held = frame.block_objects(point.block_kinds)
     _check_held(held, context)
     held, loops = _loops(target, held, context)
     values = _fitting(frame, old_await, new_await, resumed, edited, context, loops)

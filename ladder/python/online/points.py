@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from scanrack.io_images.dataclass import dataclass
 
-from .suspended import Hold, Range
+from .suspended import BlockKind, Range
 
 Function = ast.AsyncFunctionDef
 
@@ -56,19 +56,19 @@ class Point:
         return (*(f"{step.field} {type(step.node).__name__}" for step in self.steps), self.text)
 
     @property
-    def holds(self) -> list[Hold]:
+    def block_kinds(self) -> list[BlockKind]:
         """The kinds of objects of its open blocks on the stack, outermost first."""
-        holds: list[Hold] = []
+        block_kinds: list[BlockKind] = []
         for step in self.steps:
             if isinstance(step.node, ast.For) and step.field == "body":
-                holds.append(Hold.ITERATOR)
+                block_kinds.append(BlockKind.ITERATOR)
             elif isinstance(step.node, ast.With | ast.AsyncWith) and step.field == "body":
-                holds += [Hold.EXIT] * len(step.node.items)
+                block_kinds += [BlockKind.EXIT] * len(step.node.items)
             elif step.field == "handlers":
-                holds.append(Hold.HANDLER)
+                block_kinds.append(BlockKind.HANDLER)
         if isinstance(self.node, ast.AsyncWith):
-            holds.append(Hold.EXIT)
-        return holds
+            block_kinds.append(BlockKind.EXIT)
+        return block_kinds
 
     def is_at(self, position: Range) -> bool:
         """Return whether a position from Python is the position of this point."""
@@ -176,12 +176,10 @@ def counterpart(point: Point, old_points: list[Point], new_points: list[Point]) 
     new_matches = [candidate for candidate in new_points if candidate.key == point.key]
     if len(old_matches) == len(new_matches):
         match = new_matches[old_matches.index(point)]
-        count_before, count_after = (
-            _count_reached(*pair) for pair in ((point, old_points), (match, new_points))
-        )
-        if count_before == count_after:
+        old_count, new_count = (_count_reached(*pair) for pair in ((point, old_points), (match, new_points)))
+        if old_count == new_count:
             return match
-        old_matches, new_matches = [point] * count_before, [match] * count_after
+        old_matches, new_matches = [point] * old_count, [match] * new_count
     if new_matches:
         raise NoCounterpartError(
             f"`{point.text}` occurs {_times(len(new_matches))}, before {_times(len(old_matches))}; "

@@ -28,7 +28,7 @@ from scanrack.io_images.dataclass import dataclass
 from ..line_marks import LINES, mark
 from .held import Entering, OpenBlock, RemainingPasses
 from .points import NESTED, BlockStep, Function, Point
-from .suspended import Hold
+from .suspended import BlockKind
 
 Node = TypeVar("Node", bound=ast.AST)
 
@@ -111,7 +111,7 @@ class _Writer:
     def _entered(self, node: Any) -> ast.stmt:
         if len(node.items) != 1:
             raise CannotBeginError("an `async with` has several objects")
-        held = self._block(Hold.EXIT, node)
+        held = self._block(BlockKind.EXIT, node)
         entered: ast.stmt = _with(node, items=[ast.withitem(held, node.items[0].optional_vars)])
         return entered
 
@@ -138,7 +138,7 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         if step.field != "body":
             return [_with(node, iter=self._first(node.iter))]
-        iterator, first = self._block(Hold.ITERATOR, node), self._once(node)
+        iterator, first = self._block(BlockKind.ITERATOR, node), self._once(node)
         turn = f".turn{len(self._resumption.blocks)}"
         item = _at(ast.Assign([node.target], _at(ast.Name(turn, ast.Load()), node.target)), node.target)
         resumed = self.block(node.body, depth + 1)
@@ -157,7 +157,7 @@ class _Writer:
     def _handler(self, node: Any, step: BlockStep, depth: int) -> ast.stmt:
         """Write a running handler: it raises its exception again, which only this handler catches."""
         inner: Any = step.inner
-        error = self._block(Hold.HANDLER, inner)
+        error = self._block(BlockKind.HANDLER, inner)
         body = self.block(inner.body, depth + 1)
         everything = _at(ast.Name(".everything", ast.Load()), inner)
         handler = _at(ast.ExceptHandler(everything, inner.name, body), inner)
@@ -171,7 +171,7 @@ class _Writer:
     def _with_block(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
         if step.field != "body":
             raise CannotBeginError(_PARTLY_COMPUTED)
-        items = [ast.withitem(self._block(Hold.EXIT, node), None) for _ in node.items]
+        items = [ast.withitem(self._block(BlockKind.EXIT, node), None) for _ in node.items]
         return [_with(node, items=items, body=self.block(node.body, depth + 1))]
 
     def _match(self, node: Any, step: BlockStep, depth: int) -> list[ast.stmt]:
@@ -182,8 +182,8 @@ class _Writer:
 
     # --- parameters
 
-    def _block(self, hold: Hold, node: Any) -> ast.Name:
-        name = f".{hold.value}{len(self._resumption.blocks)}"
+    def _block(self, kind: BlockKind, node: Any) -> ast.Name:
+        name = f".{kind.value}{len(self._resumption.blocks)}"
         self._resumption.blocks.append(name)
         return _at(ast.Name(name, ast.Load()), node)
 
@@ -323,7 +323,7 @@ class _Private(ast.NodeTransformer):
 
 
 def arguments_of(
-    resumed: ResumptionBody, holds: Sequence[Hold], held: Sequence[Any], awaited: Any, *, entry: bool
+    resumed: ResumptionBody, kinds: Sequence[BlockKind], held: Sequence[Any], awaited: Any, *, entry: bool
 ) -> dict[str, Any]:
     """Return the additional arguments of a resumed function.
 
@@ -332,12 +332,12 @@ def arguments_of(
         awaited: an awaitable that continues the wait.
         entry: whether the wait is the entry of the last block.
     """
-    wrap: Mapping[Hold, Callable[[Any], Any]] = {
-        Hold.ITERATOR: RemainingPasses,
-        Hold.EXIT: OpenBlock,
-        Hold.HANDLER: lambda error: error,
+    wrap: Mapping[BlockKind, Callable[[Any], Any]] = {
+        BlockKind.ITERATOR: RemainingPasses,
+        BlockKind.EXIT: OpenBlock,
+        BlockKind.HANDLER: lambda error: error,
     }
-    arguments = [wrap[hold](value) for hold, value in zip(holds, held, strict=True)]
+    arguments = [wrap[kind](value) for kind, value in zip(kinds, held, strict=True)]
     if entry:
         arguments[-1] = Entering(awaited, held[-1])
     once = {name: [True] for name in resumed.once}

@@ -23,8 +23,8 @@ Range = tuple[int, int, int, int]
 """A position: first and last line, first and last column."""
 
 
-class Hold(Enum):
-    """The kinds of object that open `for`, `with` and `except` blocks keep on the stack of a Python frame."""
+class BlockKind(Enum):
+    """The kinds of open blocks that keep an object on the stack of a Python frame."""
 
     ITERATOR = "for"
     EXIT = "with"
@@ -46,11 +46,11 @@ class WaitingFrame:
     values: dict[str, Any]  # its locals
     awaited: Any  # the coroutine or generator that it awaits
 
-    def held(self, holds: Sequence[Hold]) -> list[Any]:
+    def block_objects(self, kinds: Sequence[BlockKind]) -> list[Any]:
         """Return the objects of its open blocks, outermost first; for a handler its exception.
 
         Args:
-            holds: the blocks, outermost first.
+            kinds: kinds of the blocks, outermost first.
 
         Raises:
             UnknownStackError: the stack does not match the blocks.
@@ -61,19 +61,19 @@ class WaitingFrame:
             present = stack.pop()
         if not stack or stack.pop() is not self.work.cr_await:
             raise UnknownStackError
-        if (present is None) is (Hold.HANDLER in holds):
+        if (present is None) is (BlockKind.HANDLER in kinds):
             raise UnknownStackError
         values: list[Any] = []
-        for hold in reversed(holds):
+        for kind in reversed(kinds):
             item = stack.pop() if stack else None
-            if hold is Hold.HANDLER:
+            if kind is BlockKind.HANDLER:  # the stack has the exception before the present one
                 values.append(present)
                 item, present = present, item
-            if hold is Hold.EXIT and not _is(hold, item):
+            if kind is BlockKind.EXIT and not _is(kind, item):
                 item = _bound_exit(stack.pop() if stack else None, item)
-            if not _is(hold, item):
+            if not _is(kind, item):
                 raise UnknownStackError
-            if hold is not Hold.HANDLER:
+            if kind is not BlockKind.HANDLER:
                 values.append(unwrapped(item))
         return values[::-1]
 
@@ -84,10 +84,10 @@ def _bound_exit(function: Any, owner: Any) -> Any:
     return function.__get__(owner) if is_exit else None
 
 
-def _is(hold: Hold, item: Any) -> bool:
-    if hold is Hold.ITERATOR:
+def _is(kind: BlockKind, item: Any) -> bool:
+    if kind is BlockKind.ITERATOR:
         return hasattr(item, "__next__")
-    if hold is Hold.EXIT:
+    if kind is BlockKind.EXIT:
         return getattr(item, "__name__", "") in _EXITS and hasattr(item, "__self__")
     return isinstance(item, BaseException)
 

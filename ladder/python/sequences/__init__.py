@@ -3,7 +3,7 @@
 | file | content |
 |---|---|
 | `waits` | awaitable conditions, times, edges |
-| `watch` | what a wait depends on |
+| `watch` | the dependencies of a wait |
 | `coroutine` | one sequence: a coroutine and its wait |
 | `branches` | several waits as one |
 | `parts`, `places`, `signals` | declared parts; their places; bits and words of the images |

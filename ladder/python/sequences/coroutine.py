@@ -215,7 +215,7 @@ class Sequence:
     def _advance(self, error: BaseException | None) -> object:
         work = self._work
         assert work is not None, "a sequence that continues has begun"
-        was_stepping, stepping.now = stepping.now, True
+        was_stepping, stepping.active = stepping.active, True
         try:
             return work.send(None) if error is None else work.throw(error)
         except StopIteration as stop:
@@ -230,7 +230,7 @@ class Sequence:
                 error = error.with_traceback(error.__cause__.__traceback__)  # with the user's line
             raise error
         finally:
-            stepping.now = was_stepping
+            stepping.active = was_stepping
             stepping.dropped = 0
         self._work = None
         return _OVER

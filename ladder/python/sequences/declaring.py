@@ -88,7 +88,7 @@ def _check_every_scan(function: Any) -> None:
 
 
 def functions_in(cls: type) -> Iterator[FunctionType]:
-    """Yield the functions in the body of a class, including those of its sequences."""
+    """Yield the functions in the body of a class, including its sequences."""
     for value in vars(cls).values():
         function = value.function if isinstance(value, SequenceMethod) else value
         if isinstance(function, FunctionType):

@@ -135,9 +135,7 @@ def _fields(cls: type) -> frozenset[str] | None:
     return None if sets_its_own else frozenset(names)
 
 
-def _unread_wait(
-    scope: _Scope, node: ast.AST, names_read: frozenset[str], attributes_read: frozenset[str]
-) -> str:
+def _unread_wait(scope: _Scope, node: ast.AST, names: frozenset[str], attributes: frozenset[str]) -> str:
     """Return the mistake of a stored wait that nothing reads; "" without a mistake."""
     value = getattr(node, "value", None)
     if value is None or not scope.is_wait(value):
@@ -145,9 +143,9 @@ def _unread_wait(
     for target in _targets(node):
         is_read = True
         if isinstance(target, ast.Name):
-            is_read = target.id in names_read
+            is_read = target.id in names
         elif isinstance(target, ast.Attribute):
-            is_read = target.attr in attributes_read
+            is_read = target.attr in attributes
         if not is_read:
             text = ast.unparse(value)
             return f"`{ast.unparse(target)} = {text}` is never awaited and does nothing: write `await {text}`"
@@ -212,10 +210,8 @@ def _parsed(source: str) -> _File:
     nodes = list(ast.walk(tree))
     functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     unused = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-    attributes = (node for node in nodes if isinstance(node, ast.Attribute) and id(node) not in unused)
-    attributes_read = frozenset(
-        attribute.attr for attribute in attributes if isinstance(attribute.ctx, ast.Load)
-    )
+    loads = (node for node in nodes if isinstance(node, ast.Attribute) and id(node) not in unused)
+    attributes_read = frozenset(attribute.attr for attribute in loads if isinstance(attribute.ctx, ast.Load))
     return _File({(function.name, first_line(function)): function for function in functions}, attributes_read)
 
 

@@ -38,11 +38,11 @@ class SequenceTurn(threading.local):
     so this await ends at once.
 
     Attributes:
-        now: whether a sequence takes its turn.
+        active: whether a sequence takes its turn.
         dropped: awaits ended this way since the last turn.
     """
 
-    now = False
+    active = False
     dropped = 0
 
     def drop(self) -> None:
@@ -99,10 +99,10 @@ class Wait(Generic[T_co]):
         return True
 
     def drop(self) -> None:
-        """End at once, without a scan, and close everything inside."""
+        """End immediately, without a scan, and close all branches inside."""
 
     def __await__(self) -> Generator[Wait[Any], None, T_co]:
-        if not stepping.now:
+        if not stepping.active:
             stepping.drop()
         yield self
         return self.result()
@@ -168,18 +168,19 @@ def _expression(code: CodeType) -> str:
 
 def _source_text(code: CodeType) -> str:
     """Return the source text of code as one line; "" if it is unknown."""
-    spans = [
-        position for position in code.co_positions() if None not in position and position[2] != position[3]
-    ]
-    if not spans:
+    begins, ends = [], []
+    for line, end_line, column, end_column in code.co_positions():
+        if line and end_line and column is not None and end_column is not None and column != end_column:
+            begins.append((line, column))
+            ends.append((end_line, end_column))
+    if not begins:
         return ""
-    begin = min((span[0] or 0, span[2] or 0) for span in spans)
-    end = max((span[1] or 0, span[3] or 0) for span in spans)
+    (first_line, first_column), (last_line, last_column) = min(begins), max(ends)
     linecache.checkcache(code.co_filename)
-    lines = [line.encode() for line in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
+    lines = [line.encode() for line in linecache.getlines(code.co_filename)[first_line - 1 : last_line]]
     if lines:
-        lines[-1] = lines[-1][: end[1]]
-        lines[0] = lines[0][begin[1] :]
+        lines[-1] = lines[-1][:last_column]  # columns count bytes
+        lines[0] = lines[0][first_column:]
     return " ".join(b"".join(lines).decode(errors="replace").split())
 
 
@@ -278,14 +279,14 @@ class steady(Wait[None]):  # noqa: N801
 
 
 class Edge(Wait[None]):
-    """Waits for a change of a signal to the level `to`, after the scan of the await."""
+    """Waits for a change of a signal to a level, after the scan of the await."""
 
-    __slots__ = ("_last_level", "_place", "_read", "_to", "text")
+    __slots__ = ("_last_level", "_level", "_place", "_read", "text")
 
-    def __init__(self, read: Callable[[], bool], to: bool, text: str, place: Place | None = None) -> None:
-        self._read, self._to, self.text = read, to, text
+    def __init__(self, read: Callable[[], bool], level: bool, text: str, place: Place | None = None) -> None:
+        self._read, self._level, self.text = read, level, text
         self._place = place  # everything that `read` reads
-        self._last_level = to
+        self._last_level = level
 
     @override
     def watched(self) -> Watch | None:
@@ -298,7 +299,7 @@ class Edge(Wait[None]):
     @override
     def poll(self, now_ns: int) -> bool:
         last_level, self._last_level = self._last_level, self._read()
-        return self._last_level is self._to and last_level is not self._to
+        return self._last_level is self._level and last_level is not self._level
 
     def __repr__(self) -> str:
         return self.text

@@ -1,4 +1,4 @@
-"""What a wait depends on: a scan need not poll the wait while nothing of this changes.
+"""The dependencies of a wait: a scan need not poll the wait while none of them changes.
 
     Edge, until(input)      a masked word of an input image
     dwell                   the time
@@ -29,7 +29,7 @@ class _NeverEnds:
 
 
 class Watch(NamedTuple):
-    """What a wait depends on; by default nothing."""
+    """The dependencies of a wait; by default none."""
 
     words: Sequence[int] = array("h", [0])  # an image
     word: int = 0  # index of its word
@@ -40,4 +40,4 @@ class Watch(NamedTuple):
 
 
 NOTHING = Watch()
-"""What a sequence without a wait depends on."""
+"""The dependencies of a sequence without a wait."""

@@ -6,9 +6,9 @@ SLEW          endless                                             at a stop or l
 REGISTERED    a slew after its registration mark                  a number of steps after the mark
 STOPPING      a slew or jog that ramps down to base speed         on the first step the ramp allows
 HOME_0        to the soft limit, then at base speed               at the home limit
-HOME_1        to the home limit                                   there, and reverses
-HOME_1_STOP   ramps down past the home limit                      like STOPPING, and reverses
-HOME_1_BACK   back at base speed                                  where the home limit is released
+HOME_1        to the home limit                                   at the home limit; HOME_1_STOP follows
+HOME_1_STOP   ramps down past the home limit                      like STOPPING; HOME_1_BACK follows
+HOME_1_BACK   back at base speed                                  where the home limit opens
 JOG           while a jog input is grounded                       when it is released
 SETTLING      standstill during the encoder's delay               when the position has been checked
 CORRECTION    missing steps of the encoder, at base speed         on its last step, in SETTLING

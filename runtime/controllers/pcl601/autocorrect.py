@@ -2,7 +2,7 @@
 
 expected = encoder at the start + distance * ratio
 |expected - encoder| <= window        done
-else, at most `retries` times         round(missing / ratio) steps at base speed, wait, check again
+else, up to `retries` times           round(missing / ratio) steps at base speed, wait, check again
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ class Autocorrect:
     """The encoder check of one index move.
 
     Attributes:
-        delay_ns: wait between motion and reading the encoder.
-        retries_left: corrections that may still be made.
+        delay_ns: wait between the motion and the read of the encoder.
+        retries_left: remaining corrections.
 
     Args:
-        taken: the registers at the start of the move.
+        registers: the registers at the start of the move.
         distance: steps of the move, with sign.
     """
 
-    def __init__(self, taken: Mapping[Register, int], distance: int) -> None:
-        self.delay_ns = taken[Register.ENCODER_DELAY] * NS_PER_MS
-        self.retries_left = taken[Register.ENCODER_RETRIES]
-        self._ratio = taken[Register.ENCODER_RATIO]
-        self._window = taken[Register.ENCODER_WINDOW]
-        self._expected = taken[Register.ENCODER_POSITION] + distance * self._ratio
+    def __init__(self, registers: Mapping[Register, int], distance: int) -> None:
+        self.delay_ns = registers[Register.ENCODER_DELAY] * NS_PER_MS
+        self.retries_left = registers[Register.ENCODER_RETRIES]
+        self._ratio = registers[Register.ENCODER_RATIO]
+        self._window = registers[Register.ENCODER_WINDOW]
+        self._expected = registers[Register.ENCODER_POSITION] + distance * self._ratio
 
     def missing(self, encoder: int) -> int | None:
-        """Return the motor steps, with sign, that the shaft lacks; None if the error is within the window."""
+        """Return the missing motor steps, with sign; None if the error is within the window."""
         pulses = self._expected - encoder
         if abs(pulses) <= self._window:
             return None

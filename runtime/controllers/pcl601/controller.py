@@ -1,7 +1,7 @@
-"""The controller: registers, command codes, inputs, outputs, errors; everything but its line.
+"""A PCL601 without its line: registers, command codes, inputs, outputs, errors.
 
-Both protocols and the stored program use the same methods. A refusal sets its
-error bit, and the method returns False.
+Both protocols and the stored program use the same methods. A method that refuses sets an error bit and
+returns False.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Protocol(Enum):
 
 
 class Aim(Enum):
-    """Target of the next Go: number of steps or absolute position, whichever was written last."""
+    """Target of the next Go: steps or an absolute position, whichever was written last."""
 
     STEPS = auto()
     POSITION = auto()
@@ -39,6 +39,11 @@ class Aim(Enum):
 class Pcl601Controller:
     """A PCL601 without its line.
 
+    Attributes:
+        outputs: output register; bit 0 is output 1.
+        runner: the stored program, None if the memory is empty.
+        autorun: whether the program starts at power-up; non-volatile.
+
     Args:
         wiring: SW2 and the thumbwheel.
     """
@@ -46,19 +51,19 @@ class Pcl601Controller:
     def __init__(self, encoder: EncoderModel | None = None, wiring: Wiring | None = None) -> None:
         self.values = Values()
         self.pins = Pcl601Pins()
-        self.motor = Motor(encoder)  # the motor that it turns
+        self.motor = Motor(encoder)
         self.inputs = Inputs(self.pins, self.motor, wiring or Wiring(), self.values, self.report)
         self.axis = SimulatedPcl601Axis(self.values, self.pins, self.motor, self.report, self._retries_failed)
         self.protocol = Protocol.MODBUS
-        self.outputs = 0  # output register, bit 0 is output 1
+        self.outputs = 0
         self.errors = NO_ERROR
-        self.runner: ProgramMachine | None = None  # the stored program, None if the memory is empty
-        self.autorun = False  # whether the program starts at power-up; non-volatile
+        self.runner: ProgramMachine | None = None
+        self.autorun = False
         self._aim = Aim.STEPS
-        self._last_distance = 0
-        self._sent = bytearray()
+        self._last_distance = 0  # of the last index, with sign
+        self._sent = bytearray()  # output of the stored program
         self._now_ns = 0
-        self._due_ns: int | None = None
+        self._due_ns: int | None = None  # the next event
         self._codes = self._code_table()
 
     # power and time
@@ -66,7 +71,7 @@ class Pcl601Controller:
     def power_up(self, now_ns: int) -> None:
         """Restart, as after power-up or the reset button: only non-volatile values stay.
 
-        Error bits are cleared, outputs are off, the line is back to Modbus RTU.
+        The restart clears error bits, switches outputs off and selects Modbus RTU.
         """
         self.axis.power_off()
         if self.runner is not None:
@@ -83,11 +88,11 @@ class Pcl601Controller:
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event: a step that reaches a switch, an end, a timer, an instruction."""
+        """Instant of the next event: a switch, the end of a motion, a timer, or an instruction."""
         return self._due_ns
 
     def advance(self, now_ns: int) -> None:
-        """Advance event by event."""
+        """Advance to `now_ns` event by event."""
         while self._due_ns is not None and self._due_ns <= now_ns:
             due_ns = self._due_ns
             self.axis.advance(due_ns)
@@ -97,7 +102,7 @@ class Pcl601Controller:
         self._now_ns = now_ns
 
     def settle(self, now_ns: int) -> None:
-        """Carry out everything that is due now; call it after any change from outside."""
+        """Carry out all events that are due now; call this after any external change."""
         self._now_ns = now_ns
         self._due_ns = None
         while True:
@@ -107,15 +112,15 @@ class Pcl601Controller:
         self._due_ns = self._next_event_ns()
 
     def _run_program(self, now_ns: int) -> bool:
-        due_ns = self.runner.next_wake_ns if self.runner is not None else None
-        if self.runner is None or due_ns is None or due_ns > now_ns:
+        """Carry out an instruction of the stored program; return whether one was due."""
+        if self.runner is None or self.runner.next_wake_ns is None or self.runner.next_wake_ns > now_ns:
             return False
         self.runner.advance(now_ns, self)
         return True
 
     def _next_event_ns(self) -> int | None:
-        times = (self.axis.next_event_ns(), self.runner.next_wake_ns if self.runner is not None else None)
-        return min((time for time in times if time is not None), default=None)
+        instants = (self.axis.next_event_ns(), self.runner.next_wake_ns if self.runner is not None else None)
+        return min((instant for instant in instants if instant is not None), default=None)
 
     @property
     def now_ns(self) -> int:
@@ -126,7 +131,7 @@ class Pcl601Controller:
 
     @property
     def busy(self) -> bool:
-        """Whether motion is in progress; a waiting program is not motion."""
+        """Whether a motion is in progress, even if the stored program waits."""
         return self.axis.busy
 
     @property
@@ -140,13 +145,16 @@ class Pcl601Controller:
         return self.outputs | (ON_FLY_OUTPUT if self.axis.fly.until_ns is not None else 0)
 
     def read(self) -> Values:
-        """Return the registers as they read now; commands run at once, so the command register is 0."""
+        """Update the status registers, and return all registers.
+
+        The command register is 0, since commands run at once.
+        """
         self.values[Register.BUSY] = int(self.busy)
         self.values[Register.ERROR_CODE] = int(self.errors)
         return self.values
 
     def register(self, register: Register) -> int:
-        """Return one register as it reads now."""
+        """Return the present value of a register."""
         return self.read()[register]
 
     def take_sent(self) -> bytes:
@@ -167,14 +175,14 @@ class Pcl601Controller:
         return False
 
     def take_errors(self) -> Error:
-        """Return the error code register and clear it."""
+        """Return and clear the error code register."""
         errors, self.errors = self.errors, NO_ERROR
         return errors
 
     def send_text(self, text: str) -> bool:
-        """Send a text of the stored program with CR after it, unless it ends in a line feed.
+        """Send a text of the stored program, followed by CR unless it ends in a line feed.
 
-        In Modbus mode it sends nothing and sets the mode error.
+        In Modbus mode, refuse it with the mode error.
         """
         if self.protocol is not Protocol.ASCII:
             return self.refuse(Error.MODE)
@@ -182,10 +190,10 @@ class Pcl601Controller:
         return True
 
     def write(self, register: Register, value: int, out_of_range: Error = Error.RANGE) -> bool:
-        """Write a register as a whole.
+        """Write a register; return whether it was accepted.
 
         Args:
-            value: as a signed number.
+            value: a signed number.
             out_of_range: the error for a value outside the map's range.
         """
         row = ROWS[register]
@@ -198,24 +206,24 @@ class Pcl601Controller:
         return True
 
     def written(self, register: Register) -> None:
-        """Handle the write of a register: it may select the target of the next Go."""
+        """Select the target of the next Go if its register was written."""
         if register is Register.STEPS:
             self._aim = Aim.STEPS
         elif register is Register.ABS_TARGET:
             self._aim = Aim.POSITION
 
     def set_outputs(self, outputs: int, mask: int = 0xFF) -> bool:
-        """Set the outputs that the mask names."""
+        """Set the outputs of a mask; return True, as for any command."""
         self.outputs = self.outputs & ~mask | outputs & mask
         return True
 
     def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> bool:
-        """Enable or disable analog functions; None leaves one as it is."""
+        """Enable or disable analog functions; None leaves a function unchanged."""
         self.values.set_analog(speed=speed, position=position)
         return True
 
     def do(self, code: int) -> bool:
-        """Carry out a command code, 1 to 15; 0 does nothing."""
+        """Carry out a command code, 1 to 15, and return whether it was accepted; 0 does nothing."""
         if code == 0:
             return True
         if code not in self._codes:
@@ -225,14 +233,14 @@ class Pcl601Controller:
         return self._codes[Code(code)]()
 
     def command(self, code: int) -> bool:
-        """Carry out a command code of the stored program; its own hard stop does not end the program."""
+        """Carry out a command code of the stored program; its hard stop does not end the program."""
         if code == Code.STOP_MOTION:
             self.axis.stop_hard()
             return True
         return self.do(code)
 
     def stop_everything(self) -> None:
-        """Stop motion, hard, and the stored program: code 5 and `.`."""
+        """Stop the motion without a ramp, and the stored program: code 5 and `.`."""
         self.axis.stop_hard()
         if self.runner is not None:
             self.runner.stop()
@@ -241,26 +249,30 @@ class Pcl601Controller:
         """Switch to a protocol."""
         self.protocol = protocol
 
-    def run_at_power_up(self, on: bool) -> None:
+    def run_at_power_up(self, enabled: bool) -> None:
         """Set the autorun flag, which is non-volatile."""
-        self.autorun = on
+        self.autorun = enabled
 
     def _code_table(self) -> dict[Code, Callable[[], bool]]:
         return {
             Code.GO: self._go,
-            Code.HOME_TYPE_0: lambda: self._seek(lambda: self.axis.home(self._now_ns, AxisActivity.HOME_0)),
-            Code.HOME_TYPE_1: lambda: self._seek(lambda: self.axis.home(self._now_ns, AxisActivity.HOME_1)),
-            Code.GO_SLEW: lambda: self._seek(lambda: self.axis.slew(self._now_ns)),
-            Code.STOP_MOTION: _always(self.stop_everything),
-            Code.STOP_SOFT: _always(lambda: self.axis.stop_soft(self._now_ns)),
-            Code.MAX_SPEED_FROM_ANALOG: self._max_speed_from_analog,
-            Code.POSITION_FROM_ANALOG: self._position_from_analog,
-            Code.STEPS_FROM_THUMBWHEEL: self._steps_from_thumbwheel,
-            Code.CLEAR_ERRORS: _always(self.take_errors),
-            Code.SWITCH_TO_ASCII: _always(lambda: self.speak(Protocol.ASCII)),
+            Code.HOME_TYPE_0: lambda: self._home(AxisActivity.HOME_0),
+            Code.HOME_TYPE_1: lambda: self._home(AxisActivity.HOME_1),
+            Code.GO_SLEW: lambda: self._begin_endless(lambda: self.axis.slew(self._now_ns)),
+            Code.STOP_MOTION: _never_refused(self.stop_everything),
+            Code.STOP_SOFT: _never_refused(lambda: self.axis.stop_soft(self._now_ns)),
+            Code.MAX_SPEED_FROM_ANALOG: lambda: self._write_input(
+                Register.MAX_SPEED, self.inputs.analog_speed()
+            ),
+            Code.POSITION_FROM_ANALOG: lambda: self._write_input(
+                Register.ABS_TARGET, self.inputs.analog_position()
+            ),
+            Code.STEPS_FROM_THUMBWHEEL: lambda: self._write_input(Register.STEPS, self.inputs.thumbwheel()),
+            Code.CLEAR_ERRORS: _never_refused(self.take_errors),
+            Code.SWITCH_TO_ASCII: _never_refused(lambda: self.speak(Protocol.ASCII)),
             Code.RUN_PROGRAM: self._start_program,
-            Code.AUTORUN_OFF: _always(lambda: self.run_at_power_up(False)),
-            Code.AUTORUN_ON: _always(lambda: self.run_at_power_up(True)),
+            Code.AUTORUN_OFF: _never_refused(lambda: self.run_at_power_up(False)),
+            Code.AUTORUN_ON: _never_refused(lambda: self.run_at_power_up(True)),
             Code.ENCODER_RESET: lambda: self.write(Register.ENCODER_POSITION, 0),
         }
 
@@ -272,14 +284,14 @@ class Pcl601Controller:
         return self.move_to(self.values[Register.ABS_TARGET])
 
     def move(self, steps: int) -> bool:
-        """Index a number of steps in the direction that the direction register selects; 0 does not move."""
+        """Index a number of steps in the direction of the direction register; 0 does not move."""
         direction = 1 if self.values[Register.DIRECTION] else -1
         if not ROWS[Register.STEPS].allows(steps):
             return self.refuse(Error.RANGE)
         return self.index(direction * steps)
 
     def move_to(self, position: int) -> bool:
-        """Index to a position of the position register, which determines the direction."""
+        """Index to a position of the position register."""
         distance = position - self.values[Register.POSITION]
         if not ROWS[Register.ABS_TARGET].allows(position) or abs(distance) > POSITION_LIMIT:
             return self.refuse(Error.RANGE_OVERFLOW)
@@ -289,7 +301,7 @@ class Pcl601Controller:
         """Index over a signed distance, to a position within the register's range."""
         if self.busy:
             return self.refuse(Error.BUSY)
-        if distance and abs(distance) > self.axis.room(1 if distance > 0 else -1):
+        if distance and abs(distance) > self.axis.steps_in_range(1 if distance > 0 else -1):
             return self.refuse(Error.RANGE)
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
@@ -299,20 +311,23 @@ class Pcl601Controller:
         return True
 
     def repeat(self) -> bool:
-        """Index again, by the length and direction of the last index."""
+        """Repeat the last index, with its length and direction."""
         return self.index(self._last_distance)
 
-    def _seek(self, begin: Callable[[], None]) -> bool:
-        """Begin an endless motion if the speeds are legal and the position register has room for it."""
-        if self.axis.room(1 if self.values[Register.DIRECTION] else -1) == 0:
+    def _begin_endless(self, begin: Callable[[], None]) -> bool:
+        """Begin an endless motion if the speeds are valid and the position is not at the end of its range."""
+        if self.axis.steps_in_range(1 if self.values[Register.DIRECTION] else -1) == 0:
             return self.refuse(Error.RANGE)
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         begin()
         return True
 
+    def _home(self, activity: AxisActivity) -> bool:
+        return self._begin_endless(lambda: self.axis.home(self._now_ns, activity))
+
     def aim_at(self, position: int) -> bool:
-        """Set the absolute position as P does, with the number of steps and the direction."""
+        """Set the absolute position, the steps and the direction, as ASCII command P does."""
         if not self.write(Register.ABS_TARGET, position, Error.RANGE_OVERFLOW):
             return False
         distance = position - self.values[Register.POSITION]
@@ -329,26 +344,22 @@ class Pcl601Controller:
     # inputs
 
     def inputs_raw(self) -> int:
-        """Return the input register as levels: bit 0 is input 1."""
+        """Return the levels of the inputs; bit 0 is input 1."""
         return self.inputs.raw()
 
     def move_thumbwheel(self) -> bool:
-        """Read the thumbwheel and index by it."""
-        return (steps := self.inputs.thumbwheel()) is not None and self.move(steps)
+        """Read the thumbwheel, and index by its value."""
+        steps = self.inputs.thumbwheel()
+        return steps is not None and self.move(steps)
 
     def move_to_analog(self) -> bool:
-        """Read input 1 and index to that position."""
-        return (position := self.inputs.analog_position()) is not None and self.move_to(position)
-
-    def _max_speed_from_analog(self) -> bool:
-        return (speed := self.inputs.analog_speed()) is not None and self.write(Register.MAX_SPEED, speed)
-
-    def _position_from_analog(self) -> bool:
+        """Read the voltage on input 1, and index to its position."""
         position = self.inputs.analog_position()
-        return position is not None and self.write(Register.ABS_TARGET, position)
+        return position is not None and self.move_to(position)
 
-    def _steps_from_thumbwheel(self) -> bool:
-        return (steps := self.inputs.thumbwheel()) is not None and self.write(Register.STEPS, steps)
+    def _write_input(self, register: Register, value: int | None) -> bool:
+        """Write a value that was read from an input; None is a refused read."""
+        return value is not None and self.write(register, value)
 
     # program
 
@@ -362,9 +373,11 @@ class Pcl601Controller:
         self.outputs |= RETRIES_OUTPUT
 
 
-def _always(action: Callable[[], object]) -> Callable[[], bool]:
-    def carried_out() -> bool:
+def _never_refused(action: Callable[[], object]) -> Callable[[], bool]:
+    """Return a function that carries out an action and returns True."""
+
+    def carry_out() -> bool:
         action()
         return True
 
-    return carried_out
+    return carry_out

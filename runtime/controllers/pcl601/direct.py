@@ -1,11 +1,11 @@
 """AA ASCII: the direct mode of terminal programs [Anaheim Automation ASCII, Direct Talk].
 
-    @1M2000 CR          unit 1: maximum speed 2000; no reply
+    @1M2000 CR          device 1: maximum speed 2000; no reply
     @1VM CR             2000 CR LF
     @% CR               1 CR LF; % and ~ need no address
 
-The unit reads only commands to itself, between @ and CR, and ignores replies of
-other units on the same line. A refusal sets error bits without a reply.
+A device reads only commands with its address, between @ and CR, and ignores the replies of other devices on
+the line. A refusal sets error bits and sends no reply.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ FLAGS = {"0": 0, "1": 1}
 
 
 class Direct:
-    """Reads ASCII lines and answers them."""
+    """Carries out ASCII lines and returns the replies."""
 
     def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
-        self._line: bytearray | None = None
+        self._line: bytearray | None = None  # the characters since @, None outside a line
         self._actions: dict[Action, Callable[[Command, str], str | None]] = {
             Action.SET: self._set,
             Action.DO: self._do,
@@ -54,11 +54,11 @@ class Direct:
             Action.OUTPUTS: self._outputs,
             Action.INPUTS: self._inputs,
             Action.VERIFY: self._verify,
-            Action.ERRORS: self._bare(lambda: str(int(controller.take_errors()))),
-            Action.VERSION: self._bare(lambda: VERSION_TEXT),
-            Action.ADDRESS: self._bare(lambda: str(controller.values[Register.ADDRESS])),
+            Action.ERRORS: self._without_parameters(lambda: str(int(controller.take_errors()))),
+            Action.VERSION: self._without_parameters(lambda: VERSION_TEXT),
+            Action.ADDRESS: self._without_parameters(lambda: str(controller.values[Register.ADDRESS])),
             Action.SET_ADDRESS: self._set_address,
-            Action.TO_MODBUS: self._bare(lambda: controller.speak(Protocol.MODBUS)),
+            Action.TO_MODBUS: self._without_parameters(lambda: controller.speak(Protocol.MODBUS)),
         }
 
     def clear(self) -> None:
@@ -66,29 +66,32 @@ class Direct:
         self._line = None
 
     def receive(self, character: int) -> bytes:
-        """Receive a character; return the reply to the line that it completes, if any."""
+        """Receive a character; return the reply to a line that is now complete, otherwise no bytes."""
         if character == START:
             self._line = bytearray()
         elif self._line is None or character in FLOW_CONTROL:
             return b""
         elif character == END:
             line, self._line = self._line.decode("latin-1"), None
-            return self._hear(line)
-        elif len(self._line) + 1 >= BUFFER_MAX:  # @ is also in the buffer
+            return self._execute_line(line)
+        elif len(self._line) + 1 >= BUFFER_MAX:  # the buffer contains @
             self._line = None
             self._controller.report(Error.RECEIVE_OVERFLOW)
         else:
             self._line.append(character)
         return b""
 
-    def _hear(self, line: str) -> bytes:
-        """Carry out a line to this unit; return the reply."""
+    def _execute_line(self, line: str) -> bytes:
+        """Carry out a line to this device; return the reply."""
         match = LINE.fullmatch(line)
         if match is None:
             return b""
         address, name, parameters = match.group("address", "name", "parameters")
-        own_address = self._controller.values[Register.ADDRESS]
-        if name not in NO_ADDRESS if address is None else int(address) != own_address:
+        if address is None:
+            is_addressed = name in NO_ADDRESS
+        else:
+            is_addressed = int(address) == self._controller.values[Register.ADDRESS]
+        if not is_addressed:
             return b""
         reply = self._carry_out(name, parameters)
         return b"" if reply is None else (reply + END_OF_REPLY).encode("ascii")
@@ -104,19 +107,22 @@ class Direct:
         return self._actions[command.action](command, parameters)
 
     def _refuse(self, error: Error) -> str | None:
-        """Set an error bit; send no reply."""
+        """Set an error bit; return no reply."""
         self._controller.report(error)
         return None
 
-    def _bare(self, act: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
-        def checked(_: Command, parameters: str) -> str | None:
-            return self._refuse(Error.RANGE) if parameters else act()
+    def _without_parameters(self, action: Callable[[], str | None]) -> Callable[[Command, str], str | None]:
+        """Return the action of a command that refuses parameters."""
 
-        return checked
+        def check_and_act(_: Command, parameters: str) -> str | None:
+            return self._refuse(Error.RANGE) if parameters else action()
+
+        return check_and_act
 
     # commands that set
 
     def _set(self, command: Command, parameters: str) -> str | None:
+        """Write a number to the command's register; without a number, do the command's code."""
         register, controller = command.register, self._controller
         if register is None:
             return self._refuse(Error.COMMAND)
@@ -162,7 +168,7 @@ class Direct:
         return None
 
     def _flag(self, parameters: str) -> int | None:
-        """Return 0 or 1; report an error and return None for another value."""
+        """Return 0 or 1; for another value, set an error bit and return None."""
         if parameters not in FLAGS:
             self._refuse(Error.RANGE if parameters else Error.ZERO_PARAMETERS)
         return FLAGS.get(parameters)
@@ -199,14 +205,14 @@ class Direct:
 
     def _verify(self, _: Command, parameters: str) -> str | None:
         controller = self._controller
-        readers: dict[str, Callable[[], int]] = {
-            "L": lambda: controller.inputs.hard_limit | controller.inputs.soft_limit << 1,
-            "O": lambda: controller.output_pins,
-            ":": lambda: controller.values.analog_position,
-            ";": lambda: controller.values.analog_speed,
-        }
         if parameters in VERIFY:
             return str(controller.register(VERIFY[parameters]))
-        if parameters in readers:
-            return str(int(readers[parameters]()))
+        values = {
+            "L": controller.inputs.hard_limit | controller.inputs.soft_limit << 1,
+            "O": controller.output_pins,
+            ":": controller.values.analog_position,
+            ";": controller.values.analog_speed,
+        }
+        if parameters in values:
+            return str(int(values[parameters]))
         return self._refuse(Error.COMMAND if parameters else Error.ZERO_PARAMETERS)

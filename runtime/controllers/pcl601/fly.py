@@ -3,8 +3,8 @@
     first position D, spacing C, number ^:   D, D + C, D + 2C, ...   ^ times
     C = 0 or ^ = 0:                          once
 
-A downward move subtracts the spacing from D. Only positions that the move reaches
-count, none after its start. Pulses of 50 µs that overlap merge.
+A downward move subtracts the spacing from D. Only positions ahead of the move's start count. Overlapping
+pulses of 50 µs merge.
 """
 
 from __future__ import annotations
@@ -16,30 +16,36 @@ from scanrack.io_images.pcl601.terminals import ON_FLY_PULSE_NS
 
 from .register_values import Values
 
-REMEMBERED = 100_000
-"""Number of pulses whose positions are kept; the oldest are dropped."""
+POSITIONS_MAX = 100_000
+"""Number of latest pulses with known positions."""
 
 
 class OutputOnFly:
-    """Output 1 during index moves."""
+    """Output 1 during index moves.
+
+    Attributes:
+        next_position: position of the next pulse, None without one.
+        positions: position register at each pulse so far.
+        until_ns: end of the present pulse, None between pulses.
+    """
 
     def __init__(self) -> None:
-        self.next_position: int | None = None  # position of the next pulse, None if no more are due
-        self.positions: deque[int] = deque(maxlen=REMEMBERED)  # position register at each pulse so far
-        self.until_ns: int | None = None  # end of the present pulse, None between pulses
-        self._spacing = 0
-        self._left = 0
+        self.next_position: int | None = None
+        self.positions: deque[int] = deque(maxlen=POSITIONS_MAX)
+        self.until_ns: int | None = None
+        self._spacing = 0  # with the sign of the direction
+        self._pulses_left = 0
 
     def begin(self, values: Values, direction: int) -> None:
-        """Read the settings for an index move in a direction, +1 or -1."""
+        """Read the registers for an index move in a direction, +1 or -1."""
         first, spacing = values[Register.FIRST_OUTPUT_POSITION], values[Register.STEPS_BETWEEN_OUTPUTS]
         is_ahead = (first - values[Register.POSITION]) * direction > 0
         self.next_position = first if values[Register.OUTPUT_ON_FLY] and is_ahead else None
         self._spacing = direction * spacing
-        self._left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
+        self._pulses_left = max(1, values[Register.NUMBER_OF_OUTPUTS]) if spacing else 1
 
     def end(self) -> None:
-        """End the move; a pulse in progress is completed."""
+        """End the move; the present pulse continues."""
         self.next_position = None
 
     def power_off(self) -> None:
@@ -48,14 +54,14 @@ class OutputOnFly:
         self.until_ns = None
 
     def settle(self, now_ns: int, position: int) -> bool:
-        """Begin or end a pulse, if one is due; return whether one was."""
+        """Begin or end a pulse that is due; return whether one was due."""
         if self.until_ns is not None and now_ns >= self.until_ns:
             self.until_ns = None
             return True
         if position != self.next_position:
             return False
-        self._left -= 1
-        self.next_position = position + self._spacing if self._left else None
+        self._pulses_left -= 1
+        self.next_position = position + self._spacing if self._pulses_left else None
         self.positions.append(position)
         self.until_ns = now_ns + ON_FLY_PULSE_NS
         return True

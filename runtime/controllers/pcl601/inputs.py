@@ -12,17 +12,17 @@ from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 from .register_values import Values
 from .wiring import Wiring
 
-ALL = 0b111111
-WITHOUT_5_AND_6 = 0b001111
+ALL_INPUTS = 0b111111
+INPUTS_1_TO_4 = 0b001111
 
 
 class Inputs:
     """The inputs as Modbus and ASCII report them.
 
     Args:
-        motor: the motor whose position operates contacts.
+        motor: the motor that operates contacts by its position.
         wiring: SW2 and the thumbwheel.
-        values: the registers that enable and scale.
+        values: the registers with enable bits and ranges.
         report: sets an error bit.
     """
 
@@ -33,40 +33,41 @@ class Inputs:
         self._values, self._report = values, report
 
     def grounded(self) -> int:
-        """Return inputs 1 to 6 as contacts: bit 0 is input 1; with SW2 at TWS, 5 and 6 are open."""
-        bits = sum(bit << k for k, bit in enumerate(self._pins.general(self._motor.position)))
-        return bits & (WITHOUT_5_AND_6 if self._wiring.thumbwheel_selected else ALL)
+        """Return the mask of grounded inputs 1 to 6; with SW2 at TWS, 5 and 6 are open."""
+        pins = self._pins.general(self._motor.position)
+        bits = sum(is_grounded << index for index, is_grounded in enumerate(pins))
+        return bits & (INPUTS_1_TO_4 if self._wiring.thumbwheel_selected else ALL_INPUTS)
 
     def raw(self) -> int:
-        """Return inputs 1 to 6 as levels, 1 high; an analog input 1 is high."""
-        return ~self.grounded() & ALL | self._values[Register.ANALOG_ENABLE]
+        """Return the mask of high inputs 1 to 6; an analog input 1 is high."""
+        return ~self.grounded() & ALL_INPUTS | self._values[Register.ANALOG_ENABLE]
 
     def active(self) -> int:
-        """Return the input register of Modbus: inputs 1 to 6 and both limits; an analog input 1 is active."""
+        """Return Modbus's input register: inputs 1 to 6 and both limits; an analog input 1 is active."""
         bits = self.grounded() | self._values[Register.ANALOG_ENABLE]
         return bits | self.hard_limit << HARD_LIMIT_BIT | self.soft_limit << SOFT_LIMIT_BIT
 
     @property
     def hard_limit(self) -> bool:
         """Whether either hard limit is active."""
-        return self._either("hard_plus", "hard_minus")
+        return self._any_grounded("hard_plus", "hard_minus")
 
     @property
     def soft_limit(self) -> bool:
         """Whether either soft limit is active."""
-        return self._either("soft_plus", "soft_minus")
+        return self._any_grounded("soft_plus", "soft_minus")
 
-    def _either(self, *names: str) -> bool:
+    def _any_grounded(self, *names: str) -> bool:
         return any(self._pins.grounded(name, self._motor.position) for name in names)
 
     def analog_speed(self) -> int | None:
-        """Return the maximum speed that the voltage on input 1 selects, None if refused."""
+        """Return the maximum speed for the voltage on input 1, or None with an error bit."""
         if not self._values.analog_speed:
             return self._refuse(Error.ZERO_PARAMETERS)
         return self._analog(Register.ANALOG_SPEED_LOWER, Register.ANALOG_SPEED_UPPER)
 
     def analog_position(self) -> int | None:
-        """Return the position that the voltage on input 1 selects, None if refused."""
+        """Return the position for the voltage on input 1, or None with an error bit."""
         if not self._values.analog_position:
             return self._refuse(Error.ZERO_PARAMETERS)
         position = self._analog(Register.ANALOG_POS_LOWER, Register.ANALOG_POS_UPPER)
@@ -75,16 +76,14 @@ class Inputs:
         return position
 
     def _analog(self, lower: Register, upper: Register) -> int | None:
-        """Return `lower + (upper - lower) * V / 5`, rounded down; refused unless lower < upper."""
-        lower_value, upper_value = self._values[lower], self._values[upper]
-        if lower_value >= upper_value:
+        """Return `lower + (upper - lower) * V / 5`, rounded down; refuse it unless lower < upper."""
+        lowest, highest = self._values[lower], self._values[upper]
+        if lowest >= highest:
             return self._refuse(Error.RANGE)
-        return lower_value + int(
-            (upper_value - lower_value) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS
-        )
+        return lowest + int((highest - lowest) * self._pins.volts(self._motor.position) / FULL_SCALE_VOLTS)
 
     def thumbwheel(self) -> int | None:
-        """Return the value of the seven digits, None if refused."""
+        """Return the value of the seven digits, or None with an error bit."""
         if not self._values[Register.THUMBWHEEL_ENABLE]:
             return self._refuse(Error.ZERO_PARAMETERS)
         if self._wiring.thumbwheel is None or not self._wiring.thumbwheel_selected:

@@ -1,4 +1,4 @@
-"""The jog inputs: the direction that they select [Jog Inputs]."""
+"""The jog inputs, which select a direction [Jog Inputs]."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from .pins import Pcl601Pins
 class JogInputs:
     """Jog +, Jog - and Fast Jog.
 
+    Attributes:
+        allowed: whether the inputs have an effect.
+
     Args:
-        motor: the motor whose position operates contacts.
+        motor: the motor that operates contacts by its position.
     """
 
     def __init__(self, pins: Pcl601Pins, motor: Motor) -> None:
-        self.allowed = True  # whether they have an effect
+        self.allowed = True
         self._pins, self._motor = pins, motor
         self._released = True
 
@@ -25,7 +28,7 @@ class JogInputs:
         self._released = not waiting
 
     def selected(self) -> int:
-        """Return the selected direction if the limits allow it; 0 for none or both."""
+        """Return the selected direction if the limits allow it; 0 for no input or both inputs."""
         position = self._motor.position
         directions = [
             direction for direction, name in JOG_INPUTS.items() if self._pins.grounded(name, position)
@@ -34,9 +37,9 @@ class JogInputs:
             self._released = True
         if len(directions) != 1 or not self._released or not self.allowed:
             return 0
-        way = directions[0]
-        is_blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
-        return 0 if is_blocked else way
+        (direction,) = directions
+        limits = HARD_LIMITS[direction], SOFT_LIMITS[direction]
+        return 0 if any(self._pins.grounded(limit, position) for limit in limits) else direction
 
     @property
     def fast(self) -> bool:

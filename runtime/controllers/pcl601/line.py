@@ -2,8 +2,8 @@
 
     power-up, reset, |  ------->  Modbus RTU, 8E1  ------ code 11 ----->  AA ASCII, 8N1
 
-In Modbus a frame ends with the silence after it, and the reply follows; in ASCII
-a line ends with CR, and the reply follows at once.
+In Modbus a frame ends with the silence after it, and the reply follows. In ASCII a line ends with CR, and the
+reply follows at once.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ FORMATS = {Protocol.MODBUS: pcl601_frames.LINE_FORMAT, Protocol.ASCII: pcl601_as
 
 BROADCAST = 0
 WRITING = frozenset({0x05, 0x06, 0x0F, 0x10})
-"""Functions that write; only these may be broadcast."""
+"""Functions that write; only these functions may be broadcast."""
 
 _BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
-"""3.5 t_char ends a frame, 1.5 t_char within one spoils it [Message Framing]."""
+"""A silence of 3.5 t_char ends a frame; a pause of 1.5 t_char in a frame spoils it [Message Framing]."""
 
 
 class Pcl601:
     """A simulated PCL601 (a `wire.Device`).
 
     Args:
-        address: 1 to 99 (0 to 99 with AA ASCII's `~`), as if saved earlier.
+        address: the saved address, 1 to 99 (0 to 99 with AA ASCII's `~`).
         wiring: SW2 and the thumbwheel.
-        runner: the stored program, as if saved earlier; it does not start by itself.
+        runner: the saved program, which does not start now.
         timing: the silence that separates frames.
 
     Raises:
-        ValueError: an illegal address.
+        ValueError: an invalid address.
     """
 
     def __init__(
@@ -63,17 +63,17 @@ class Pcl601:
         self._direct = Direct(self.controller)
         self._framer = Framer(timing)
         self._format = pcl601_frames.LINE_FORMAT
-        self._out = bytearray()
+        self._output = bytearray()
         self._now_ns = 0
 
     @property
     def line_format(self) -> LineFormat:
-        """The line format; a reply that ends Modbus still uses Modbus's format."""
+        """The line format; the reply to a switch to ASCII still uses Modbus's format."""
         return self._format
 
     @property
     def _present_format(self) -> LineFormat:
-        is_ascii = self.controller.protocol is Protocol.ASCII  # hashing an enumeration key costs a call
+        is_ascii = self.controller.protocol is Protocol.ASCII  # faster than a look-up in `FORMATS`
         return pcl601_ascii.LINE_FORMAT if is_ascii else pcl601_frames.LINE_FORMAT
 
     @property
@@ -89,7 +89,7 @@ class Pcl601:
     @property
     def next_wake_ns(self) -> int | None:
         """Instant of the next event on the line or in the controller."""
-        if self._out:
+        if self._output:
             return self._now_ns
         wake_ns, deadline_ns = self.controller.next_wake_ns, self._framer.deadline_ns
         if wake_ns is None or deadline_ns is None:
@@ -101,11 +101,11 @@ class Pcl601:
         self._format = self._present_format
         self._now_ns = now_ns
         if self.controller.protocol is Protocol.ASCII:
-            self._hear(now_ns, data)
+            self._receive_ascii(now_ns, data)
             return
         start_ns = now_ns - self._format.span_ns(len(data))
         for request in self._framer.receive(start_ns, now_ns, data):
-            self._answer(now_ns, request)
+            self._carry_out(now_ns, request)
 
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes to send at that instant."""
@@ -113,20 +113,20 @@ class Pcl601:
         while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
             self.controller.advance(due_ns)
             for request in self._framer.silence():
-                self._answer(due_ns, request)
+                self._carry_out(due_ns, request)
         self.controller.advance(now_ns)
         self._now_ns = now_ns
-        data = bytes(self._out) + self.controller.take_sent()
-        self._out.clear()
+        data = bytes(self._output) + self.controller.take_sent()
+        self._output.clear()
         if not data:
             self._format = self._present_format
         return data
 
     def answer(self, pdu: bytes) -> bytes | None:
-        """Answer a request from Modbus TCP at the instant of the last `advance`; None in ASCII mode.
+        """Return the reply to a request from Modbus TCP, or None in ASCII mode.
 
         Args:
-            pdu: function code and data, at least one byte.
+            pdu: function code and data, at least one byte; it acts at the instant of the last `advance`.
         """
         if self.controller.protocol is Protocol.ASCII:
             return None
@@ -142,7 +142,7 @@ class Pcl601:
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is running."""
         return self.controller.axis.busy
 
     def power_cycle(self, now_ns: int) -> None:
@@ -150,17 +150,18 @@ class Pcl601:
         self.controller.power_up(now_ns)
         self._framer.clear()
         self._direct.clear()
-        self._out.clear()
+        self._output.clear()
         self._format = self._present_format
 
-    def _answer(self, now_ns: int, request: bytes) -> None:
+    def _carry_out(self, now_ns: int, request: bytes) -> None:
+        """Carry out a frame to this device or a broadcast write."""
         address, pdu = request[0], request[1:-2]
         own_address = self.controller.values[Register.ADDRESS]
         if address == BROADCAST:
             if pdu[0] in WRITING:
                 self._modbus.answer(pdu)
         elif address == own_address:
-            self._out += frame(own_address, self._modbus.answer(pdu))
+            self._output += frame(own_address, self._modbus.answer(pdu))
         else:
             return
         if pdu[0] in WRITING:
@@ -169,9 +170,9 @@ class Pcl601:
             self._framer.clear()
             self._direct.clear()
 
-    def _hear(self, now_ns: int, data: bytes) -> None:
+    def _receive_ascii(self, now_ns: int, data: bytes) -> None:
         for character in data:
-            self._out += self._direct.receive(character)
+            self._output += self._direct.receive(character)
             self.controller.settle(now_ns)
         if self.controller.protocol is Protocol.MODBUS:
             self._framer.clear()

@@ -8,11 +8,10 @@ Frames as printed, less address and CRC:
                   byte count, data
     11            -                                05, address, "1.00"
 
-The reply to a refused request is an exception, which the manual does not print:
-1 unknown function, 2 outside the map or read only, 3 quantity, byte count or
-value, 6 while a program runs or motion locks the register. A request is refused
-as a whole; its quantity and byte count are checked before its address
-[Modbus V1.1b3, 6.11 and 6.12].
+The reply to a refused request is an exception, which the manual does not print: 1 unknown function, 2 outside
+the map or read only, 3 quantity, byte count or value, 6 while a program runs or a motion locks the register.
+A request is refused as a whole. Quantity and byte count are checked before the address [Modbus V1.1b3, 6.11
+and 6.12].
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ from ...line.modbus_pdus import (
 from ...line.pcl601_pdus import Pcl601Identity
 from .controller import Pcl601Controller
 
-PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
+WORD_PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
 """Register and first bit of each data word."""
 
 
 class Modbus:
-    """Answers Modbus requests from the controller's tables."""
+    """Carries out Modbus requests on a controller."""
 
     def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
@@ -79,8 +78,8 @@ class Modbus:
     def _read_registers(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, WORD_COUNT)
         values = self._controller.read()
-        places = PLACES[request.address : request.address + request.count]
-        return reply_with(request, [values[register] >> shift & 0xFFFF for register, shift in places])
+        word_places = WORD_PLACES[request.address : request.address + request.count]
+        return reply_with(request, [values[register] >> shift & 0xFFFF for register, shift in word_places])
 
     def _read_input_register(self, request: ModbusPDU) -> ModbusPDU:
         _check_span(request, 1)
@@ -92,21 +91,16 @@ class Modbus:
     # writing
 
     def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
-        self._set_outputs(request.address, request.bits)
-        return reply_to_write(request)
-
-    def _set_outputs(self, first: int, values: Sequence[bool]) -> None:
-        if first + len(values) > OUTPUT_COUNT:
+        first, bits = request.address, request.bits
+        if first + len(bits) > OUTPUT_COUNT:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        self._not_while_program_runs()
-        self._controller.set_outputs(number_of(values) << first, (1 << len(values)) - 1 << first)
+        self._refuse_while_program_runs()
+        self._controller.set_outputs(number_of(bits) << first, (1 << len(bits)) - 1 << first)
+        return reply_to_write(request)
 
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
-        self._write_words(request.address, request.registers)
-        return reply_to_write(request)
-
-    def _write_words(self, first: int, values: Sequence[int]) -> None:
         """Check all values, then store all; carry out a command last."""
+        first, values = request.address, request.registers
         if first + len(values) > WORD_COUNT:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         targets = WORDS[first : first + len(values)]
@@ -114,7 +108,7 @@ class Modbus:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         is_stop = first == 0 and tuple(values) == (Code.STOP_MOTION,)
         if not is_stop:
-            self._not_while_program_runs()
+            self._refuse_while_program_runs()
         for (row, _), value in zip(targets, values, strict=True):
             self._check_value(row, value)
         if not self._position_fits(first, values):
@@ -125,6 +119,7 @@ class Modbus:
                 self._controller.written(row.register)
         if first == 0:
             self._controller.do(values[0])
+        return reply_to_write(request)
 
     def _check_value(self, row: Row, value: int) -> None:
         if row.locked and self._controller.busy:
@@ -134,16 +129,15 @@ class Modbus:
             self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
 
     def _position_fits(self, first: int, values: Sequence[int]) -> bool:
-        """Whether a position is in range if both of its words are written: the write puts it into effect."""
-        index = PLACES.index((Register.POSITION, 0)) - first
+        """Return whether a position with both words written is in range; other writes are not checked."""
+        index = WORD_PLACES.index((Register.POSITION, 0)) - first
         if not 0 <= index < len(values) - 1:
             return True
-        row, position = ROWS[Register.POSITION], 0
-        for word in (0, 1):
-            position = with_word(row, position, word, values[index + word])
-        return row.allows(position)
+        row = ROWS[Register.POSITION]
+        with_low_word = with_word(row, 0, 0, values[index])
+        return row.allows(with_word(row, with_low_word, 1, values[index + 1]))
 
-    def _not_while_program_runs(self) -> None:
+    def _refuse_while_program_runs(self) -> None:
         if self._controller.program_running:
             self._refuse(DEVICE_BUSY, Error.MODE)
 

@@ -1,10 +1,10 @@
-"""The motor driven by the clock output, and the encoder on its shaft.
+"""The motor that the clock output drives, and the encoder on its shaft.
 
 Encoder models:
 
     ideal             counts every step, including corrections
-    stuck             never counts; the motor turns
-    lose_steps_once   in the first index move the shaft misses some steps, from the 101st on; the
+    stuck             never counts, though the motor turns
+    lose_steps_once   in the first index move the shaft misses some steps from the 101st on, and the
                       encoder counts the shaft's motion
 """
 
@@ -32,40 +32,41 @@ class Motor:
     """The motor's position, and its encoder.
 
     Args:
-        encoder: on its shaft, None without one.
+        encoder: the encoder on its shaft, or None.
     """
 
     def __init__(self, encoder: EncoderModel | None = None) -> None:
         self.position = 0  # physical position, steps; 0 at the start
-        self._ratio = 0
-        self._before = self._losing = 0
-        self._index_losses = 0
+        self._ratio = 0  # counts per step
+        self._steps_before_loss = 0  # remaining steps of this motion before the loss
+        self._steps_to_lose = 0  # remaining steps to lose in this motion
+        self._index_losses = 0  # steps to lose in the next index move
         if encoder is not None:
             self._ratio = 0 if encoder.model == "stuck" else encoder.ratio
             self._index_losses = encoder.steps if encoder.model == "lose_steps_once" else 0
 
     def begin_index(self) -> None:
         """Begin an index move."""
-        self._before, self._losing = STEPS_BEFORE_LOSS, self._index_losses
+        self._steps_before_loss, self._steps_to_lose = STEPS_BEFORE_LOSS, self._index_losses
         self._index_losses = 0
 
     def end_motion(self) -> None:
-        """End the motion: no more steps are lost."""
-        self._losing = 0
+        """End the motion: the shaft loses no more steps."""
+        self._steps_to_lose = 0
 
     def steps_to(self, position: int) -> int:
-        """Return the number of clock pulses to a position, in its direction."""
+        """Return the number of clock pulses to a position."""
         distance = abs(position - self.position)
-        return distance + self._losing if distance > self._before else distance
+        return distance + self._steps_to_lose if distance > self._steps_before_loss else distance
 
     def turn(self, direction: int, steps: int) -> int:
         """Follow a number of clock pulses; return the encoder's counts."""
         steps_made = steps
-        if self._losing:
-            steps_before = min(steps, self._before)
-            steps_lost = min(steps - steps_before, self._losing)
-            self._before -= steps_before
-            self._losing -= steps_lost
+        if self._steps_to_lose:
+            steps_before = min(steps, self._steps_before_loss)
+            steps_lost = min(steps - steps_before, self._steps_to_lose)
+            self._steps_before_loss -= steps_before
+            self._steps_to_lose -= steps_lost
             steps_made -= steps_lost
         self.position += direction * steps_made
         return direction * steps_made * self._ratio

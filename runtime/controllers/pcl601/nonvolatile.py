@@ -1,4 +1,4 @@
-"""What a PCL601 keeps without power: its address [command %], its program, and autorun [codes 13, 14]."""
+"""The non-volatile memory of a PCL601: address [command %], program, and autorun [codes 13, 14]."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .program.machine import ProgramMachine
 
 
 class Pcl601Memory(BaseModel):
-    """The nonvolatile memory of a unit.
+    """The non-volatile memory of a device.
 
     Attributes:
         address: 0 to 99.
         autorun: whether the program starts at power-up.
-        program: lines of the stored program; none if the memory is empty.
+        program: lines of the stored program; empty if the memory is empty.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
@@ -29,7 +29,7 @@ class Pcl601Memory(BaseModel):
 
     @field_validator("program")
     @classmethod
-    def _can_be_stored(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_program(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
         if lines:
             parse_program("\n".join(lines))
         return lines
@@ -39,19 +39,19 @@ class Pcl601Memory(BaseModel):
         return self.model_copy(update={"address": address})
 
     def restore(self, unit: Pcl601) -> None:
-        """Power up a fresh unit with this memory; a program that it already has is newer and stays."""
+        """Power up a new device with this memory; a program already in the device is newer and stays."""
         controller = unit.controller
         controller.values[Register.ADDRESS] = self.address
-        new_program = program_of(unit)
-        if new_program is None and self.program:
+        newer_program = program_of(unit)
+        if newer_program is None and self.program:
             controller.runner = ProgramMachine(parse_program("\n".join(self.program)))
-        if new_program is None or new_program.autostart is None:
+        if newer_program is None or newer_program.autostart is None:
             controller.autorun = self.autorun
         unit.power_cycle(0)
 
 
 class Pcl601MemoryReader:
-    """Reads the present memory of a unit; the text of each program is generated once."""
+    """Reads the present memory of a device, and formats each program only once."""
 
     def __init__(self, unit: Pcl601) -> None:
         self._unit = unit
@@ -71,6 +71,6 @@ class Pcl601MemoryReader:
 
 
 def program_of(unit: Pcl601) -> Program | None:
-    """Return the program in a unit's memory."""
+    """Return the program in a device's memory, or None."""
     runner = unit.controller.runner
     return None if runner is None else runner.program

@@ -1,9 +1,9 @@
-"""The axis: motion from its command to its end, against limits, switches and marks.
+"""The axis: motions from command to end, and their reactions to limits, switches and marks.
 
 `activities` has the table of activities and of their ends.
 
-Nothing is sampled: `next_event_ns` is the instant of the step, end or timer at
-which `settle` has to run again. In between, motion is a closed form of time.
+Nothing is sampled: `next_event_ns` is the instant of the next step at an input, the next end or the next
+timer, at which the caller must call `settle`. Between events, a motion is a closed form of time.
 """
 
 from __future__ import annotations
@@ -24,14 +24,18 @@ from .register_values import Values
 from .speeds import Pcl601Speeds
 
 MSPS = 1000
-"""Speeds of a motion are in 1e-3 step/s."""
+"""Units of a motion's speed, 1e-3 step/s, in a step/s."""
 
 
 class SimulatedPcl601Axis:
-    """One axis.
+    """The axis of a PCL601.
+
+    Attributes:
+        activity: the present activity, None when idle.
+        direction: direction of the present or last motion, +1 or -1.
 
     Args:
-        values: the registers; position and encoder are counted in them.
+        values: the registers, which contain position and encoder count.
         report: sets an error bit.
         retries_failed: switches output 8 on.
     """
@@ -44,75 +48,76 @@ class SimulatedPcl601Axis:
         report: Callable[[Error], None],
         retries_failed: Callable[[], None],
     ) -> None:
-        self.kind: AxisActivity | None = None  # the present activity, None when idle
-        self.direction = 1  # direction of the present or last motion, +1 or -1
+        self.activity: AxisActivity | None = None
+        self.direction = 1
         self.fly = OutputOnFly()
         self.jog = JogInputs(pins, motor)
         self.speeds = Pcl601Speeds(values)
         self._values, self._pins, self._motor = values, pins, motor
         self._report, self._retries_failed = report, retries_failed
         self._motion: Motion | None = None
-        self._registration = 0
-        self._jog_sps = 0
+        self._registration = 0  # steps of a slew after its mark, 0 without a mark
+        self._jog_sps = 0  # present speed of a jog
         self._clear()
 
     def _clear(self) -> None:
-        self._made = 0
-        self._halt_steps: int | None = None
-        self._slowed = False
-        self._timer_ns = 0
-        self._correct: Autocorrect | None = None
-        self._left_home = False
+        """Reset the state of a motion."""
+        self._steps_made = 0
+        self._halt_steps: int | None = None  # steps after which the motion is cut
+        self._slowed = False  # a soft limit or soft stop has slowed the motion
+        self._timer_ns = 0  # end of the encoder's delay
+        self._autocorrect: Autocorrect | None = None
+        self._has_met_home = False  # HOME_1_BACK has seen the home limit closed
 
     # commands
 
     @property
     def busy(self) -> bool:
         """Whether motion is in progress, including the encoder's delay and corrections."""
-        return self.kind is not None
+        return self.activity is not None
 
-    def room(self, direction: int) -> int:
-        """Return the steps that the position register can still count; none if it is out of its range."""
+    def steps_in_range(self, direction: int) -> int:
+        """Return the steps from the position to the end of its range; 0 outside the range."""
         position = self._values[Register.POSITION]
         return POSITION_LIMIT - direction * position if abs(position) <= POSITION_LIMIT else 0
 
     def index(self, now_ns: int, distance: int) -> None:
-        """Begin an index move over a distance in steps, not 0; do nothing against a hard limit."""
+        """Begin an index move over a distance in steps, not 0, unless a hard limit blocks it."""
         direction = 1 if distance > 0 else -1
-        self._face(direction)
+        self._set_direction(direction)
         if self._at_limit(HARD_LIMITS, direction):
             return
         self._begin(AxisActivity.INDEX, direction, move(now_ns, 0, distance, self.speeds.profile()))
         self._motor.begin_index()
         self.fly.begin(self._values, direction)
         if self._values[Register.ENCODER_AUTOCORRECT]:
-            self._correct = Autocorrect(self._values, distance)
+            self._autocorrect = Autocorrect(self._values, distance)
 
     def slew(self, now_ns: int) -> None:
         """Begin to slew in the direction of the direction register."""
-        self._endless(now_ns, AxisActivity.SLEW)
+        self._begin_endless(now_ns, AxisActivity.SLEW)
         values = self._values
         self._registration = values[Register.STEPS] if values[Register.INDEX_ON_FLY] else 0
 
-    def home(self, now_ns: int, kind: AxisActivity) -> None:
+    def home(self, now_ns: int, activity: AxisActivity) -> None:
         """Begin to home, `HOME_0` or `HOME_1`, in the direction of the direction register."""
-        self._endless(now_ns, kind)
+        self._begin_endless(now_ns, activity)
 
     def stop_hard(self) -> None:
         """End any motion at once."""
-        if self.kind is AxisActivity.JOG:
+        if self.activity is AxisActivity.JOG:
             self.jog.wait_for_release()
         self._end()
 
     def stop_soft(self, now_ns: int) -> None:
-        """Slow down to base speed; the activity decides what follows."""
-        if self.kind is AxisActivity.JOG:
+        """Slow down to base speed; the activity decides how the motion ends."""
+        if self.activity is AxisActivity.JOG:
             self.jog.wait_for_release()
-        elif self.kind in SLOWED_ONCE and not self._slowed:
+        elif self.activity in SLOWED_ONCE and not self._slowed:
             self._slow(now_ns)
 
     def power_off(self) -> None:
-        """Stop at the present position; keep only recorded values."""
+        """Stop at the present position, as a loss of power does."""
         self._end()
         self.fly.power_off()
         self.jog.wait_for_release(False)
@@ -120,53 +125,53 @@ class SimulatedPcl601Axis:
     # time
 
     def advance(self, now_ns: int) -> None:
-        """Make the steps up to `now_ns`; no event lies in between."""
+        """Make the steps up to `now_ns`, which is at most `next_event_ns`."""
         if self._motion is not None:
             steps = self._motion.steps_at(now_ns)
             if self._halt_steps is not None:
                 steps = min(steps, self._halt_steps)
-            if steps > self._made:
-                self._turn(steps - self._made)
-                self._made = steps
+            if steps > self._steps_made:
+                self._turn(steps - self._steps_made)
+                self._steps_made = steps
 
     def _turn(self, steps: int) -> None:
         self._values[Register.ENCODER_POSITION] += self._motor.turn(self.direction, steps)
-        if self.kind is not AxisActivity.CORRECTION:  # the register keeps the commanded position
+        if self.activity is not AxisActivity.CORRECTION:  # the register keeps the commanded position
             self._values[Register.POSITION] += self.direction * steps
 
     def next_event_ns(self) -> int | None:
         """Return the instant at which `settle` must run again, or None."""
-        times = [self.fly.until_ns]
-        if self.kind is AxisActivity.SETTLING:
-            times.append(self._timer_ns)
+        instants = [self.fly.until_ns]
+        if self.activity is AxisActivity.SETTLING:
+            instants.append(self._timer_ns)
         elif self._motion is not None:
-            times.append(self._motion.end_ns)
-            times += [self._motion.instant_of(steps) for steps in self._steps_to_watch()]
-        return min((time for time in times if time is not None), default=None)
+            instants.append(self._motion.end_ns)
+            instants += [self._motion.instant_of(steps) for steps in self._steps_with_events()]
+        return min((instant for instant in instants if instant is not None), default=None)
 
-    def _steps_to_watch(self) -> list[int]:
+    def _steps_with_events(self) -> list[int]:
         """Return the steps of the motion at which an event is possible."""
         steps = []
         edge = self._pins.next_edge(self._motor.position, self.direction)
         if edge is not None:
-            steps.append(self._made + self._motor.steps_to(edge))
-        if self.kind is not AxisActivity.CORRECTION:
-            steps.append(self._made + self.room(self.direction))
+            steps.append(self._steps_made + self._motor.steps_to(edge))
+        if self.activity is not AxisActivity.CORRECTION:
+            steps.append(self._steps_made + self.steps_in_range(self.direction))
         if self.fly.next_position is not None:
-            steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
-        if self.kind is AxisActivity.SLEW and self._made == 0:
-            steps.append(1)  # a mark that is active at the start counts from the first step
+            steps.append(self._steps_made + abs(self.fly.next_position - self._values[Register.POSITION]))
+        if self.activity is AxisActivity.SLEW and self._steps_made == 0:
+            steps.append(1)  # a mark that is active at the start acts at the first step
         if self._halt_steps is not None:
             steps.append(self._halt_steps)
         return steps
 
     def settle(self, now_ns: int) -> bool:
-        """Carry out one event that is due; return whether there was one."""
+        """Carry out one event that is due; return whether one was due."""
         if self.fly.settle(now_ns, self._values[Register.POSITION]):
             return True
-        if self.kind is None:
+        if self.activity is None:
             return self._jog_from_rest(now_ns)
-        if self.kind is AxisActivity.SETTLING:
+        if self.activity is AxisActivity.SETTLING:
             return self._check_encoder(now_ns)
         if self._is_over(now_ns):
             self._finish(now_ns)
@@ -174,132 +179,133 @@ class SimulatedPcl601Axis:
         if self._at_limit(HARD_LIMITS, self.direction):
             self._hit_hard_limit(now_ns)
             return True
-        if self.kind is not AxisActivity.CORRECTION and self.room(self.direction) == 0:
+        if self.activity is not AxisActivity.CORRECTION and self.steps_in_range(self.direction) == 0:
             self._report(Error.RANGE)
             self.stop_hard()
             return True
-        return self._watch(now_ns)
+        return self._react_to_inputs(now_ns)
 
     def _is_over(self, now_ns: int) -> bool:
         if self._halt_steps is not None:
-            return self._made >= self._halt_steps
+            return self._steps_made >= self._halt_steps
         end_ns = self._motion.end_ns if self._motion is not None else now_ns
         return end_ns is not None and now_ns >= end_ns
 
-    # events on the way
+    # events during a motion
 
-    def _watch(self, now_ns: int) -> bool:
-        kind = self.kind
-        if kind is AxisActivity.JOG:
-            return self._jog_on(now_ns)
-        if kind in HOMING and self._watch_home(now_ns):
+    def _react_to_inputs(self, now_ns: int) -> bool:
+        activity = self.activity
+        if activity is AxisActivity.JOG:
+            return self._continue_jog(now_ns)
+        if activity in HOMING and self._react_to_home(now_ns):
             return True
-        if kind is AxisActivity.SLEW and not self._slowed and self._mark_seen():
+        if activity is AxisActivity.SLEW and not self._slowed and self._mark_is_active():
             self._register(now_ns)
             return True
-        if kind in SLOWED_ONCE and not self._slowed and self._at_limit(SOFT_LIMITS, self.direction):
+        if activity in SLOWED_ONCE and not self._slowed and self._at_limit(SOFT_LIMITS, self.direction):
             self._slow(now_ns)
             return True
         return False
 
-    def _watch_home(self, now_ns: int) -> bool:
+    def _react_to_home(self, now_ns: int) -> bool:
         at_home = self._pins.grounded("home", self._motor.position)
-        if self.kind is AxisActivity.HOME_0 and at_home:
+        if self.activity is AxisActivity.HOME_0 and at_home:
             self._end()
             return True
-        if self.kind is AxisActivity.HOME_1 and at_home:
+        if self.activity is AxisActivity.HOME_1 and at_home:
             self._stop(now_ns, AxisActivity.HOME_1_STOP)
             return True
-        if self.kind is AxisActivity.HOME_1_BACK:
-            if not at_home and self._left_home:
+        if self.activity is AxisActivity.HOME_1_BACK:
+            if not at_home and self._has_met_home:
                 self._end()
                 return True
-            self._left_home = at_home or self._left_home
+            self._has_met_home = at_home or self._has_met_home
         return False
 
-    def _mark_seen(self) -> bool:
+    def _mark_is_active(self) -> bool:
         grounded = self._pins.grounded("in2", self._motor.position)
-        return grounded and self._registration > 0 and self._made > 0
+        return grounded and self._registration > 0 and self._steps_made > 0
 
     def _register(self, now_ns: int) -> None:
-        """Continue for a number of steps after the mark, ramp included; shorten a ramp that does not fit."""
-        motion = self._running
-        self.kind = AxisActivity.REGISTERED
+        """Continue for a number of steps after the mark, ramp included; cut a ramp that does not fit."""
+        self.activity = AxisActivity.REGISTERED
         try:
-            self._motion = go_on(motion, now_ns, self._registration, self.speeds.profile())
-        except ValueError:
+            self._motion = go_on(self._running, now_ns, self._registration, self.speeds.profile())
+        except ValueError:  # the steps are fewer than the ramp down needs
             self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
-            self._halt_steps = self._made + self._registration
+            self._halt_steps = self._steps_made + self._registration
 
     def _slow(self, now_ns: int) -> None:
         """Ramp down to base speed and continue as the activity requires."""
         self._slowed = True
-        if self.kind is AxisActivity.SLEW:
+        if self.activity is AxisActivity.SLEW:
             self._stop(now_ns, AxisActivity.STOPPING)
-        elif self.kind in HOMING:
+        elif self.activity in HOMING:
             self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
         elif self._halt_steps is None:
             self._motion = self.speeds.creep(self._running, now_ns)
 
-    def _stop(self, now_ns: int, kind: AxisActivity) -> None:
+    def _stop(self, now_ns: int, activity: AxisActivity) -> None:
         """Ramp down to base speed and stop; at base speed, stop at once."""
-        self.kind = kind
+        self.activity = activity
         if self._running.speed_at(now_ns) <= self.speeds.base_sps * MSPS:
-            self._halt_steps = self._made
+            self._halt_steps = self._steps_made
         else:
             self._motion = self.speeds.stop(self._running, now_ns)
 
     def _hit_hard_limit(self, now_ns: int) -> None:
-        if self.kind is AxisActivity.CORRECTION:
-            self._settle_from(now_ns)
+        if self.activity is AxisActivity.CORRECTION:
+            self._begin_settling(now_ns)
         else:
             self._end()
 
     def _finish(self, now_ns: int) -> None:
-        if self.kind is AxisActivity.HOME_1_STOP:
+        if self.activity is AxisActivity.HOME_1_STOP:
             back_off = run(now_ns, 0, -self.direction, self.speeds.at_base())
             self._begin(AxisActivity.HOME_1_BACK, -self.direction, back_off)
-        elif self._correct is not None:
-            self._settle_from(now_ns)
+        elif self._autocorrect is not None:
+            self._begin_settling(now_ns)
         else:
             self._end()
 
     # encoder
 
-    def _settle_from(self, now_ns: int) -> None:
-        correction, delay_ns = self._correct, 0
+    def _begin_settling(self, now_ns: int) -> None:
+        """End the motion, and wait the encoder's delay before the check."""
+        autocorrect = self._autocorrect
         self._end()
-        if correction is not None:
-            self._correct, delay_ns = correction, correction.delay_ns
-            self.kind = AxisActivity.SETTLING
-            self._timer_ns = now_ns + delay_ns
+        if autocorrect is not None:
+            self._autocorrect = autocorrect
+            self.activity = AxisActivity.SETTLING
+            self._timer_ns = now_ns + autocorrect.delay_ns
 
     def _check_encoder(self, now_ns: int) -> bool:
-        if now_ns < self._timer_ns or self._correct is None:
+        """After the delay, end the move or correct it; return whether the delay is over."""
+        if now_ns < self._timer_ns or self._autocorrect is None:
             return False
-        correction = self._correct
-        steps_missing = correction.missing(self._values[Register.ENCODER_POSITION])
+        autocorrect = self._autocorrect
+        steps_missing = autocorrect.missing(self._values[Register.ENCODER_POSITION])
         if steps_missing is None:
             self._end()
-        elif correction.retries_left == 0:
+        elif autocorrect.retries_left == 0:
             self._report(Error.ENCODER_FAILED)
             self._retries_failed()
             self._end()
         else:
-            correction.retries_left -= 1
+            autocorrect.retries_left -= 1
             self._report(Error.ENCODER_CORRECTED)
             self._correct_by(now_ns, steps_missing)
         return True
 
     def _correct_by(self, now_ns: int, steps: int) -> None:
-        correction = self._correct
-        self._values[Register.STEPS] = abs(steps)  # the relative register holds the correction
+        autocorrect = self._autocorrect
+        self._values[Register.STEPS] = abs(steps)  # the STEPS register shows the correction
         direction = 1 if steps > 0 else -1
         if steps == 0 or self._at_limit(HARD_LIMITS, direction):
-            self._settle_from(now_ns)
+            self._begin_settling(now_ns)
             return
         self._begin(AxisActivity.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
-        self._correct = correction
+        self._autocorrect = autocorrect
 
     # jog
 
@@ -307,18 +313,18 @@ class SimulatedPcl601Axis:
         direction = self.jog.selected()
         if direction == 0:
             return False
-        if self.room(direction) == 0:
+        if self.steps_in_range(direction) == 0:
             self._report(Error.RANGE)
             return False
         if not self.speeds.fit(Register.JOG_SPEED):
             self._report(Error.MOTOR)
             return False
-        self._face(direction)
+        self._set_direction(direction)
         self._begin(AxisActivity.JOG, direction, run(now_ns, 0, direction, self.speeds.at_base()))
         self._jog_sps = self.speeds.base_sps
         return True
 
-    def _jog_on(self, now_ns: int) -> bool:
+    def _continue_jog(self, now_ns: int) -> bool:
         if self.jog.selected() != self.direction:
             self._stop(now_ns, AxisActivity.STOPPING)
             return True
@@ -331,22 +337,22 @@ class SimulatedPcl601Axis:
 
     # parts
 
-    def _endless(self, now_ns: int, kind: AxisActivity) -> None:
+    def _begin_endless(self, now_ns: int, activity: AxisActivity) -> None:
         direction = 1 if self._values[Register.DIRECTION] else -1
         if not self._at_limit(HARD_LIMITS, direction):
-            self._begin(kind, direction, run(now_ns, 0, direction, self.speeds.profile()))
+            self._begin(activity, direction, run(now_ns, 0, direction, self.speeds.profile()))
 
-    def _begin(self, kind: AxisActivity, direction: int, motion: Motion) -> None:
+    def _begin(self, activity: AxisActivity, direction: int, motion: Motion) -> None:
         self._clear()
-        self.kind, self.direction, self._motion = kind, direction, motion
+        self.activity, self.direction, self._motion = activity, direction, motion
 
     def _end(self) -> None:
         self._motor.end_motion()
         self.fly.end()
         self._clear()
-        self.kind = self._motion = None
+        self.activity = self._motion = None
 
-    def _face(self, direction: int) -> None:
+    def _set_direction(self, direction: int) -> None:
         self._values[Register.DIRECTION] = int(direction > 0)
 
     def _at_limit(self, limits: dict[int, str], direction: int) -> bool:
@@ -355,5 +361,5 @@ class SimulatedPcl601Axis:
     @property
     def _running(self) -> Motion:
         if self._motion is None:
-            raise AssertionError("nothing is running")
+            raise AssertionError("no motion is running")
         return self._motion

@@ -1,4 +1,4 @@
-"""Wiring of the inputs: contacts that the motor's position operates, and a voltage on input 1."""
+"""Wiring of the inputs: contacts that the motor operates by its position, and a voltage on input 1."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from ...machine.contacts import GROUND, OPEN, Contact, nearest_edge
 
 FULL_SCALE_VOLTS = 5
 HIGH_VOLTS = 2
-"""Voltage from which input 1 counts as high (not stated); without a pull-up an open input is at 0 V."""
+"""Lowest voltage at which input 1 is high; the manual has no figure."""
 
 
 class Pcl601Pins:
-    """The fourteen inputs: at the start input 1 is high, all others are open."""
+    """The fourteen inputs, at first without wires: input 1 is high, all others are open."""
 
     def __init__(self) -> None:
         self._contacts = dict.fromkeys(INPUTS, OPEN)
         self._volts: Fraction | None = None
 
     def connect(self, name: str, contact: Contact) -> None:
-        """Wire a contact to an input; on input 1 it means 0 V closed, 5 V open."""
+        """Wire a contact to an input; on input 1 a closed contact is 0 V, an open contact 5 V."""
         self._contacts[name] = contact
         if name == "in1":
             self._volts = None
 
     def apply_volts(self, volts: Fraction) -> None:
-        """Put a voltage on input 1, 0 to 5."""
+        """Apply a voltage, 0 to 5 V, to input 1."""
         self._contacts["in1"] = GROUND if volts < HIGH_VOLTS else OPEN
         self._volts = volts
 
     def grounded(self, name: str, position: int) -> bool:
-        """Whether an input is grounded with the motor at a position."""
+        """Return whether an input is grounded with the motor at a position."""
         return self._contacts[name].closed(position)
 
     def volts(self, position: int) -> Fraction:
@@ -43,7 +43,7 @@ class Pcl601Pins:
         return Fraction(0 if self.grounded("in1", position) else FULL_SCALE_VOLTS)
 
     def general(self, position: int) -> Iterable[bool]:
-        """Return whether inputs 1 to 6 are grounded."""
+        """Return whether each of inputs 1 to 6 is grounded."""
         return (self.grounded(name, position) for name in GENERAL_INPUTS)
 
     def next_edge(self, position: int, direction: int) -> int | None:

@@ -1,8 +1,8 @@
 """States of an input as text, for command lines and rack files.
 
-ground, open, high      fixed; an open input 1 has no pull-up and is at 0 V
-2.5V                    input 1 only: the analog voltage
-9000..  ..-3000  5..10  a switch to ground, closed at these positions of the motor
+ground, open, high      fixed level; an open input 1 has no pull-up and is at 0 V
+2.5V                    analog voltage on input 1
+9000..  ..-3000  5..10  switch to ground, closed at these positions of the motor
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 
 
 def connect(pins: Pcl601Pins, name: str, state: str) -> None:
-    """Set an input to a state in the notation above; ValueError for an unknown input or state."""
+    """Set an input to a state in the notation above.
+
+    Raises:
+        ValueError: an unknown input or state.
+    """
     if name not in INPUTS:
         raise ValueError(f"no input {name}; choose from {', '.join(INPUTS)}")
     if name == "in1" and state.endswith("V"):
@@ -28,10 +32,8 @@ def connect(pins: Pcl601Pins, name: str, state: str) -> None:
     elif state in LEVELS:
         pins.connect(name, LEVELS[state])
     else:
-        first_step, last_step = range_of(state)
-        pins.connect(
-            name, Contact(-FAR if first_step is None else first_step, FAR if last_step is None else last_step)
-        )
+        first, last = range_of(state)
+        pins.connect(name, Contact(-FAR if first is None else first, FAR if last is None else last))
 
 
 def _volts(state: str) -> Fraction:

@@ -6,9 +6,9 @@ from scanrack.io_images.pcl601 import MAP, ROWS, Register, Row, with_word
 
 
 class Values(dict[Register, int]):
-    """The registers' values, 32-bit ones as one signed number.
+    """The registers' values; a 32-bit register has one signed number.
 
-    The single register for both analog functions writes both flags, and reads as 1 if either is set.
+    ANALOG_ENABLE, the register of both analog functions, sets both flags, and reads 1 if one is set.
 
     Attributes:
         analog_speed: input 1 may set the maximum speed; see `set_analog`.
@@ -20,12 +20,12 @@ class Values(dict[Register, int]):
         self.analog_speed = self.analog_position = False
 
     def reset(self) -> None:
-        """Restore the values of power-up: volatile registers get their defaults."""
+        """Reset the volatile registers to their defaults, as at power-up."""
         self.update({row.register: row.default for row in MAP if not row.kept})
         self.set_analog(speed=False, position=False)
 
     def set_analog(self, *, speed: bool | None = None, position: bool | None = None) -> None:
-        """Enable or disable the analog functions; None leaves one as it is."""
+        """Enable or disable the analog functions; None leaves a function unchanged."""
         self.analog_speed = self.analog_speed if speed is None else speed
         self.analog_position = self.analog_position if position is None else position
         super().__setitem__(Register.ANALOG_ENABLE, int(self.analog_speed or self.analog_position))
@@ -37,9 +37,9 @@ class Values(dict[Register, int]):
             super().__setitem__(register, value)
 
     def set_word(self, row: Row, word: int, bits: int) -> None:
-        """Set one word; a pair is checked only when it is used."""
+        """Set one word of a register without a check; a pair is checked when it is used."""
         self[row.register] = with_word(row, self[row.register], word, bits) if row.words == 2 else bits
 
     def in_range(self, *registers: Register) -> bool:
-        """Whether the values of all these registers are within the map's ranges."""
+        """Return whether the values of registers are within the map's ranges."""
         return all(ROWS[register].allows(self[register]) for register in registers)

@@ -11,13 +11,13 @@ from .register_values import Values
 
 
 class Pcl601Speeds:
-    """Base, maximum and jog speed, and the acceleration; they do not change in motion."""
+    """Base, maximum and jog speed, and the acceleration; none of them changes during a motion."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
 
     def fit(self, high: Register = Register.MAX_SPEED) -> bool:
-        """Whether base speed is below the target speed, and all are in range."""
+        """Return whether the base speed is below the target speed, and all values are in range."""
         in_range = self._values.in_range(Register.BASE_SPEED, high, Register.ACCEL)
         return in_range and self.base_sps < self._values[high]
 
@@ -46,14 +46,14 @@ class Pcl601Speeds:
         return Profile(self.base_sps, self.base_sps, 0, 0)
 
     def change(self, motion: Motion, now_ns: int, speed_sps: int) -> Motion:
-        """Plan a ramp to another speed, then continue at it."""
+        """Plan a ramp to another speed, then constant speed."""
         rate_spmss = self.rate_spmss
         return change_speed(motion, now_ns, speed_sps, rate_spmss, rate_spmss, Shape.CONSTANT)
 
     def creep(self, motion: Motion, now_ns: int) -> Motion:
-        """Plan a ramp down to base speed, then continue at it to the end of the motion."""
+        """Plan a ramp down to base speed, then constant speed to the end of the motion."""
         return creep(motion, now_ns, self.base_sps, self.rate_spmss, Shape.CONSTANT)
 
     def stop(self, motion: Motion, now_ns: int) -> Motion:
-        """Plan a ramp down to base speed, and standstill."""
+        """Plan a ramp down to base speed, then standstill."""
         return stop(motion, now_ns, self.base_sps, self.rate_spmss, Shape.CONSTANT)

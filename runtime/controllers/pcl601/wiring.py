@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Positions of the switch and of the thumbwheel."""
+    """Positions of the switch and the thumbwheel."""
 
-    thumbwheel_selected: bool = False  # SW2 is in position TWS, which disconnects inputs 5 and 6; else IN5/6
+    thumbwheel_selected: bool = False  # SW2 is at TWS, which disconnects inputs 5 and 6, not at IN5/6
     thumbwheel: int | None = None  # the value of its seven digits, None without a thumbwheel

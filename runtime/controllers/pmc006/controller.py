@@ -1,9 +1,8 @@
-"""A simulated PMC006x3s without its serial line: instructions in, answers out, pins and motor.
+"""A simulated PMC006x3s without its serial line: instructions, responses, pins and motor.
 
-An instruction arrives at an instant; everything between two instants follows from
-closed forms and from events in order of time: a pin that the motor passes, the
-end of a motion, a user instruction. The result does not depend on how often
-`advance` is called.
+Between instructions, closed forms of time and events determine the state. An event is a pin that the motor
+passes, the end of a motion, or a user instruction. The result does not depend on the number of calls of
+`advance`.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERROR
-from scanrack.io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, InstructionRow, Kind
+from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, InstructionRow, Kind
 from scanrack.io_images.pmc006.program import UserProgram
 from scanrack.io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
 from scanrack.io_images.site import SettingError
@@ -24,20 +23,25 @@ from .pmc006_controller_options import Pmc006ControllerOptions
 from .pmc006_motor import MotorActivity, SimulatedPmc006Axis
 
 SUPPLY_LIMIT_V = 9.0
-"""Least supply voltage [7]; below it status bit UVL is set."""
+"""Lowest supply voltage [7]; below it, status bit UVL is set."""
 
 Handler = Callable[["Pmc006Controller", int], int]
+"""Carries out an instruction with its data; returns the data of the response."""
 
 
 class Pmc006Controller:
-    """A controller at power-up, at t = 0.
+    """A PMC006x3s without its line.
+
+    Attributes:
+        gpio: the outputs.
+        supply_v: supply voltage, V.
 
     Args:
         address: address in the EEPROM, 1 to 120, or 255, the factory setting.
-        program: in the EEPROM; it does not start by itself.
+        program: program in the EEPROM; it does not start now.
 
     Raises:
-        ValueError: an illegal address.
+        ValueError: an invalid address.
     """
 
     def __init__(
@@ -48,7 +52,7 @@ class Pmc006Controller:
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
             raise SettingError(
-                "address", f"address {address}: must be 1 to 120, or the factory's {FACTORY_ADDRESS}"
+                "address", f"address {address}: must be 1 to 120, or {FACTORY_ADDRESS} (factory setting)"
             )
         self.options = options or Pmc006ControllerOptions()
         self.memory = Memory()
@@ -60,7 +64,7 @@ class Pmc006Controller:
         self.interpreter: Interpreter = Interpreter(self)
         self.pins.on_change = self._on_pins
         self.gpio = Gpio.GPIO8
-        self.supply_v = 24.0  # supply voltage, V
+        self.supply_v = 24.0
         self.overheated = False
         self.now_ns = 0
 
@@ -86,9 +90,9 @@ class Pmc006Controller:
     # -- actions ---------------------------------------------------------------------------
 
     def execute(self, code: int, data: int) -> int:
-        """Carry out an instruction now; return the data of the answer.
+        """Carry out an instruction; return the data of the response.
 
-        It never raises: it answers a refused instruction with error 6, and an unknown one with error 7.
+        The data is error 6 for a refused instruction, and error 7 for an unknown one.
 
         Args:
             data: 32 bits, signed.
@@ -113,12 +117,12 @@ class Pmc006Controller:
         self.pins.sense(self.axis.physical)
 
     def stall(self) -> None:
-        """Report that the motor does not follow; the open-loop type has no encoder and ignores it."""
+        """Stall a moving motor; the open-loop type has no encoder and ignores it."""
         if self.options.closed_loop and self.axis.moving:
             self.axis.stall()
 
     def power_cycle(self) -> None:
-        """Cycle the power: saved parameters stay, all others get their defaults."""
+        """Cycle the power: saved parameters stay, all others return to their defaults."""
         self.memory.load()
         self.gpio = Gpio.GPIO8
         self.axis.power_up()
@@ -146,16 +150,6 @@ class Pmc006Controller:
     def coil_percent(self) -> int:
         """Duty of the solenoid output, in percent of the supply [4.3.11]."""
         return self.memory["solenoid"]
-
-    @property
-    def phase_current_ma(self) -> float:
-        """The phase current: set, reduced at rest, or none while the motor is released [4.3.5, 4.3.7]."""
-        memory = self.memory
-        if memory["free_run"]:
-            return 0.0
-        if self.axis.moving or not memory["auto_current_decay"]:
-            return float(memory["peak_current"])
-        return memory["peak_current"] * ATTENUATION_PERCENT[memory["current_attenuation"]] / 100
 
     @property
     def levels(self) -> Level:
@@ -245,7 +239,7 @@ class Pmc006Controller:
 
     def _set_position(self, position: int) -> int:
         self.axis.position = position
-        return 0  # answered with the position, like an action; 6 and 7 would read as refusals
+        return 0  # like an action: a response with position 6 or 7 would look like a refusal
 
     def _write_io(self, word: int) -> int:
         self.gpio = Gpio(word) & GPIO_EFFECTIVE

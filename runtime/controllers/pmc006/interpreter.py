@@ -1,15 +1,14 @@
 """The interpreter of user programs of a PMC006x3s [5].
 
-An instruction takes 1 ms (reading), so instructions are due on a grid of 1 ms
-from the start, or from the end of a pause. WAIT checks its condition on that
-grid; while the condition is false, nothing is due.
+An instruction takes 1 ms (interpretation), so instructions are due on a grid of 1 ms from the start, or from
+the end of a pause. WAIT checks its condition on this grid; while the condition is false, nothing is due.
 
     start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
     ms      0    1    2    3    4 ...          n    n+1
 
-After the last line the program ends; the motor continues. The reset key stays
-bound ("done once in the program to take effect globally" [5.1.2.7]): it also stops
-the motor then, and the program continues at the key's line.
+After the last line the program ends; the motor continues. The reset key stays bound ("done once in the
+program to take effect globally" [5.1.2.7]): it also stops the motor after the program's end, and the program
+continues at the key's line.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ from .pins import Pin, Pmc006Pins
 from .pmc006_motor import SimulatedPmc006Axis
 
 INSTRUCTION_NS = 1_000_000
-"""Time of a user instruction (reading)."""
+"""Time of a user instruction (interpretation)."""
 
 RESET_PIN, PAUSE_PIN = Pin.FSET, Pin.GPI2
-"""GPI1 and GPI2 of the manual [5.1.2.7], as this hardware has them (reading)."""
+"""This hardware's pins for GPI1 and GPI2 of the manual [5.1.2.7] (interpretation)."""
 
 
 class ProgramHost(Protocol):
-    """The controller as its user program sees it."""
+    """The controller's interface for its user program."""
 
     memory: Memory
     pins: Pmc006Pins
@@ -46,21 +45,21 @@ class ProgramHost(Protocol):
         """The pins, as instruction x reads them."""
 
     def execute(self, code: int, data: int) -> int:
-        """Carry out an instruction of the line."""
+        """Carry out an instruction, as from the line; return the data of the response."""
 
     def abort(self) -> None:
         """End any motion at once."""
 
 
 class Interpreter:
-    """The state of the user program, not running at first.
+    """Runs the user program.
 
     Attributes:
         line: the next line, from 0.
         counter: the internal counter.
         equal: the flag that CMP sets.
         running: whether the program has started and not ended.
-        paused: whether PAUSE_EN's key holds it.
+        paused: whether the key of PAUSE_EN has paused the program.
     """
 
     def __init__(self, host: ProgramHost) -> None:
@@ -69,7 +68,7 @@ class Interpreter:
         self.stop()
 
     def start(self, now_ns: int) -> None:
-        """Run the program from line 0, with counter and flag 0 and no key bound."""
+        """Run the program from line 0, with counter and flag 0, and without keys."""
         self.stop()
         self.running = True
         self._due_ns = now_ns
@@ -88,7 +87,7 @@ class Interpreter:
         if now_ns < self._due_ns:
             return self._due_ns
         line = self._line()
-        if line is not None and line.op == "WAIT" and not self._holds(line):
+        if line is not None and line.op == "WAIT" and not self._is_met(line):
             return FOREVER
         return self._due_ns - (self._due_ns - now_ns) // INSTRUCTION_NS * INSTRUCTION_NS
 
@@ -99,13 +98,13 @@ class Interpreter:
         line = self._line()
         if line is None:
             self.running = False
-        elif line.op != "WAIT" or self._holds(line):
+        elif line.op != "WAIT" or self._is_met(line):
             self.line += 1
             EFFECTS[line.op](self, line)
             self._due_ns = now_ns + INSTRUCTION_NS
 
     def on_pins(self, fallen: int) -> None:
-        """React to pins that went low: the keys bound by RESET_EN and PAUSE_EN."""
+        """React to pins that went low: the keys of RESET_EN and PAUSE_EN."""
         now_ns = self.host.now_ns
         if fallen & RESET_PIN and self._reset_line is not None:
             self.host.abort()
@@ -122,7 +121,8 @@ class Interpreter:
 
     # -- conditions --------------------------------------------------------------------------
 
-    def _holds(self, line: UserInstruction) -> bool:
+    def _is_met(self, line: UserInstruction) -> bool:
+        """Return whether the condition of a WAIT is met."""
         _, condition = WAIT_OPTIONS[line.option]
         return condition(self) == bool(line.data)
 
@@ -134,7 +134,7 @@ class Interpreter:
     # -- effects -----------------------------------------------------------------------------
 
     def send(self, char: str, data: int) -> None:
-        """Carry out an instruction of the line; ignore a refusal."""
+        """Carry out an instruction by its character; ignore a refusal."""
         self.host.execute(ord(char), data)
 
     def count(self) -> None:
@@ -145,33 +145,33 @@ class Interpreter:
         """Set the counter to 0."""
         self.counter = 0
 
-    def jump(self, line: UserInstruction, taken: bool) -> None:
-        """Continue at the line's target if `taken`."""
-        if taken:
+    def jump_if(self, condition: bool, line: UserInstruction) -> None:
+        """Continue at the target of a jump if its condition is true."""
+        if condition:
             self.line = line.data
 
-    def accelerate(self, line: UserInstruction) -> None:
-        """Set both coefficients (reading)."""
+    def set_ramps(self, line: UserInstruction) -> None:
+        """Set both coefficients (interpretation)."""
         self.send("u", line.data)
         self.send("o", line.data)
 
     def set_speed(self, line: UserInstruction) -> None:
-        """Set the maximum speed; ignore 0 (reading)."""
+        """Set the maximum speed; ignore 0 (interpretation)."""
         if line.data:
             self.send("v", line.data)
 
-    def put_out(self, line: UserInstruction) -> None:
-        """Set the level of an output; only port 1 exists (reading)."""
+    def set_output(self, line: UserInstruction) -> None:
+        """Set the level of an output; only port 1 exists (interpretation)."""
         if line.option == 1:
             gpio = self.host.gpio
             self.host.gpio = gpio | Gpio.GPIO8 if line.data else gpio & ~Gpio.GPIO8
 
     def bind_reset(self, line: UserInstruction) -> None:
-        """Bind GPI1, or release it."""
+        """Make GPI1 the reset key, or release it."""
         self._reset_line = line.data if line.option else None
 
     def bind_pause(self, line: UserInstruction) -> None:
-        """Bind GPI2, or release it."""
+        """Make GPI2 the pause key, or release it."""
         self._pause_bound = bool(line.option)
 
 
@@ -184,15 +184,15 @@ EFFECTS: dict[str, Callable[[Interpreter, UserInstruction], None]] = {
     "CLR2": lambda program, line: program.send("l", 0),
     "CLR1": lambda program, line: program.send("b", 0),
     "VSET": Interpreter.set_speed,
-    "ACC": Interpreter.accelerate,
+    "ACC": Interpreter.set_ramps,
     "TRIG": lambda program, line: program.send("J", line.data),
     "CNT1": lambda program, line: program.count(),
     "CNTC": lambda program, line: program.clear_counter(),
-    "JMP": lambda program, line: program.jump(line, True),
-    "JNE": lambda program, line: program.jump(line, not program.equal),
-    "JEQ": lambda program, line: program.jump(line, program.equal),
+    "JMP": lambda program, line: program.jump_if(True, line),
+    "JNE": lambda program, line: program.jump_if(not program.equal, line),
+    "JEQ": lambda program, line: program.jump_if(program.equal, line),
     "WAIT": lambda program, line: None,
-    "OUT": Interpreter.put_out,
+    "OUT": Interpreter.set_output,
     "CMP": Interpreter.compare,
     "RESET_EN": Interpreter.bind_reset,
     "PAUSE_EN": Interpreter.bind_pause,
@@ -217,7 +217,7 @@ WAIT_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], bool]]] = {
     6: ("EXT1 flag", _flag(Status1.EXT1)),
     7: ("EXT2 flag", _flag(Status1.EXT2)),
 }
-"""What WAIT compares with its data, by its option (reading)."""
+"""The value that WAIT compares with its data: its name and its function, by the option (interpretation)."""
 
 
 CMP_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], int]]] = {
@@ -228,4 +228,4 @@ CMP_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], int]]] = {
     5: ("EXT2 flag", _flag(Status1.EXT2)),
     6: ("all inputs, as instruction x reads them", lambda program: int(program.host.levels)),
 }
-"""What CMP compares with its data, by its option (reading)."""
+"""The value that CMP compares with its data: its name and its function, by the option (interpretation)."""

@@ -1,9 +1,8 @@
 """The serial line of a PMC006x3s: bytes and instants in, bytes out.
 
-The controller carries out a valid frame to its own address when its last byte is
-complete, and answers with one frame [4.1]; it ignores everything else. At the
-receive time-out after its latest byte it drops an incomplete frame, so that a
-fragment cannot swallow the start of the next frame.
+The device carries out a valid frame with its address when the last byte is complete, and sends one frame as
+the reply [4.1]. It ignores all other bytes. After the receive time-out it drops an incomplete frame, so that
+a fragment does not spoil the next frame.
 """
 
 from __future__ import annotations
@@ -15,11 +14,11 @@ from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Pmc006Controller
 
 RECEIVE_TIMEOUT_NS = 50_000_000
-"""Silence after which an unfinished frame is dropped (reading: the manual gives no figure [4.1])."""
+"""Silence after which an incomplete frame is dropped (interpretation: the manual has no figure [4.1])."""
 
 
 class Pmc006:
-    """A controller on its serial line, as `wire.Device`.
+    """A PMC006x3s on its serial line (a `wire.Device`).
 
     Attributes:
         line_format: 9,600 baud, 8N1, fixed.
@@ -27,7 +26,7 @@ class Pmc006:
 
     line_format = LINE_FORMAT
     turnaround_ns = 0
-    """It answers at once: the manual gives no time [4.1]."""
+    """The reply follows at once: the manual has no time [4.1]."""
 
     def __init__(
         self, controller: Pmc006Controller | None = None, timeout_ns: int = RECEIVE_TIMEOUT_NS
@@ -36,17 +35,17 @@ class Pmc006:
         self._framer = Framer()
         self._timeout_ns = timeout_ns
         self._latest_ns = 0
-        self._answers = bytearray()
+        self._replies = bytearray()
 
     @property
     def passed_over(self) -> int:
-        """Bytes received so far outside any frame."""
-        return self._framer.passed_over
+        """Number of received bytes outside frames."""
+        return self._framer.skipped
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event; the present if an answer waits."""
-        if self._answers:
+        """Instant of the next event; the present if a reply waits."""
+        if self._replies:
             return self.controller.now_ns
         next_ns = self.controller.next_ns()
         return None if next_ns == FOREVER else next_ns
@@ -59,15 +58,15 @@ class Pmc006:
         self._latest_ns = now_ns
         for frame in self._framer.feed(data):
             if frame.second == self.controller.address:
-                answer = self.controller.execute(frame.third, frame.data)
-                self._answers += reply(self.controller.address, answer)
+                response = self.controller.execute(frame.third, frame.data)
+                self._replies += reply(self.controller.address, response)
 
     def advance(self, now_ns: int) -> bytes:
-        """Advance to `now_ns`; return the answers that go onto the line."""
+        """Advance to `now_ns`; return the bytes to send."""
         self.controller.advance(now_ns)
-        answers = bytes(self._answers)
-        self._answers.clear()
-        return answers
+        replies = bytes(self._replies)
+        self._replies.clear()
+        return replies
 
     @property
     def motor_position(self) -> int:
@@ -76,11 +75,11 @@ class Pmc006:
 
     @property
     def motor_turns(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is running."""
         return self.controller.axis.moving
 
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the power: an incomplete frame or answer is lost."""
+        """Cycle the power: an incomplete frame or reply is lost."""
         self.controller.power_cycle()
         self._framer.drop()
-        self._answers.clear()
+        self._replies.clear()

@@ -1,4 +1,4 @@
-"""Parameters of a PMC006x3s: values in force, and values that survive without power [4.3.17]."""
+"""Parameters of a PMC006x3s: values in force, and saved values [4.3.17]."""
 
 from __future__ import annotations
 
@@ -9,7 +9,11 @@ from scanrack.io_images.pmc006.program import UserInstruction
 
 
 class Memory:
-    """A controller's memory as it leaves the factory, with the user program's lines in the EEPROM."""
+    """A device's memory, at first with the factory settings.
+
+    Attributes:
+        lines: the user program in the EEPROM.
+    """
 
     def __init__(self) -> None:
         self.lines: tuple[UserInstruction, ...] = ()
@@ -23,39 +27,39 @@ class Memory:
         return self._values[name]
 
     def __setitem__(self, name: str, value: int) -> None:
-        """Set a parameter; write it to the EEPROM at once if it is always kept there."""
+        """Set a parameter; some parameters are also written to the EEPROM at once."""
         self._values[name] = value
         if BY_NAME[name].keeping is ParameterStorage.EEPROM:
             self._eeprom[name] = value
 
     @property
-    def kept(self) -> dict[str, int]:
+    def saved(self) -> dict[str, int]:
         """The parameters in the EEPROM."""
         return dict(self._eeprom)
 
-    def restore(self, kept: Mapping[str, int]) -> None:
-        """Write parameters to the EEPROM; they take effect at the next power-up.
+    def restore(self, saved: Mapping[str, int]) -> None:
+        """Write parameters to the EEPROM; they act from the next power-up on.
 
         Raises:
-            ValueError: a parameter that is not in the EEPROM, or a value that it can't have.
+            ValueError: a parameter that is not in the EEPROM, or an invalid value.
         """
-        for name, value in kept.items():
+        for name, value in saved.items():
             if name not in self._eeprom:
-                raise ValueError(f"{name} is no parameter of the EEPROM; allowed: {', '.join(self._eeprom)}")
+                raise ValueError(f"{name} is not in the EEPROM; choose from {', '.join(self._eeprom)}")
             row = BY_NAME[name]
             if not (row.allows(value) or value == row.default):
                 raise ValueError(f"{name} {value}: must be {row.allowed}")
-        self._eeprom |= kept
+        self._eeprom |= saved
 
     def save(self) -> None:
-        """Save all parameters that can be kept: instruction t."""
+        """Save all parameters of the EEPROM: instruction t."""
         self._eeprom = {name: self._values[name] for name in self._eeprom}
 
     def load(self) -> None:
-        """Restore saved values at power-up; all others get their defaults."""
+        """Load the saved values, and the defaults of all others, as at power-up."""
         self._values = {row.name: row.default for row in PARAMETERS} | self._eeprom
 
     def preset(self, name: str, value: int) -> None:
-        """Set a parameter and save it, as if saved earlier."""
+        """Set and save a parameter."""
         self[name] = value
         self._eeprom[name] = value

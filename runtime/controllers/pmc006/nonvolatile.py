@@ -1,4 +1,4 @@
-"""What a PMC006x3s keeps without power: parameters in its EEPROM [4.2, 4.3.17] and its program [5]."""
+"""The non-volatile memory of a PMC006x3s: parameters in its EEPROM [4.2, 4.3.17] and its program [5]."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .memory import Memory
 
 
 class Pmc006Memory(BaseModel):
-    """The EEPROM of a controller.
+    """The EEPROM of a device.
 
     Attributes:
         parameters: parameters by name, as in `scanrack device pmc006 read`.
@@ -26,14 +26,14 @@ class Pmc006Memory(BaseModel):
 
     @field_validator("parameters")
     @classmethod
-    def _fit(cls, parameters: dict[str, int]) -> dict[str, int]:
+    def _complete(cls, parameters: dict[str, int]) -> dict[str, int]:
         memory = Memory()
         memory.restore(parameters)
-        return memory.kept
+        return memory.saved
 
     @field_validator("program")
     @classmethod
-    def _can_be_stored(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
+    def _check_program(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
         assemble("\n".join(lines))
         return lines
 
@@ -41,7 +41,7 @@ class Pmc006Memory(BaseModel):
     def of(cls, controller: Pmc006Controller) -> Self:
         """Return the present memory of a controller."""
         memory = controller.memory
-        return cls.model_construct(parameters=memory.kept, program=tuple(map(str, memory.lines)))
+        return cls.model_construct(parameters=memory.saved, program=tuple(map(str, memory.lines)))
 
     @property
     def address(self) -> int:
@@ -53,7 +53,7 @@ class Pmc006Memory(BaseModel):
         return self.model_copy(update={"parameters": self.parameters | {"device_address": address}})
 
     def restore(self, controller: Pmc006Controller) -> None:
-        """Power up a fresh controller with this memory; a program that it already has is newer and stays."""
+        """Power up a new device with this memory; a program already in the device is newer and stays."""
         memory = controller.memory
         memory.restore(self.parameters)
         memory.lines = memory.lines or assemble("\n".join(self.program)).lines

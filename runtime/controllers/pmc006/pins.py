@@ -1,4 +1,4 @@
-"""The input pins of a PMC006x3s: at a fixed level, or driven by a switch that the motor passes."""
+"""The input pins of a PMC006x3s, each at a fixed level or with a switch that the motor operates."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ class Pin(IntFlag):
     EXT2 = 1 << 0
     EXT1 = 1 << 2
     FSET = 1 << 3
-    """User programs call it GPI1 (reading)."""
+    """GPI1 in user programs (interpretation)."""
     GPI2 = 1 << 4
-    """GPI09; user programs call it GPI2 (reading)."""
+    """Pin GPI09; GPI2 in user programs (interpretation)."""
 
 
 class Pmc006Pins:
@@ -24,25 +24,25 @@ class Pmc006Pins:
 
     Attributes:
         levels: mask of the pins that are high, as of the last `sense`.
-        on_change: called after a change with the masks of the changed pins and of the high pins.
+        on_change: called after a change with the masks of the changed pins and the high pins.
     """
 
     def __init__(self) -> None:
-        self._held: dict[Pin, bool | Contact] = dict.fromkeys(Pin, True)
-        self._fixed = sum(Pin)  # the pins that are held high
+        self._inputs: dict[Pin, bool | Contact] = dict.fromkeys(Pin, True)
+        self._fixed_levels = sum(Pin)  # mask of the pins with a fixed high level
         self._switches: dict[Pin, Contact] = {}
         self.levels = sum(Pin)
         self.on_change: Callable[[int, int], None] | None = None
 
     def hold(self, pin: Pin, level: bool | Contact) -> None:
-        """Set a pin, True for high, or connect a switch, low while closed; `sense` reports the change."""
-        self._held[pin] = level
-        self._fixed = sum(pin for pin, level in self._held.items() if level is True)
-        self._switches = {pin: level for pin, level in self._held.items() if isinstance(level, Contact)}
+        """Set a pin high or low, or connect a switch, which pulls it low; `sense` reports the change."""
+        self._inputs[pin] = level
+        self._fixed_levels = sum(pin for pin, level in self._inputs.items() if level is True)
+        self._switches = {pin: level for pin, level in self._inputs.items() if isinstance(level, Contact)}
 
     def sense(self, position: int) -> None:
-        """Read the pins with the motor at a position; report changes."""
-        levels = self._fixed
+        """Update the levels for the motor's position, and report changes."""
+        levels = self._fixed_levels
         for pin, switch in self._switches.items():
             if not switch.closed(position):
                 levels += pin

@@ -2,17 +2,17 @@
 
     IDLE      at rest
     MOVE      a number of steps                              [4.3.1]
-    SPEED     until it is stopped                            [4.3.8]
+    SPEED     until a stop                                   [4.3.8]
     SLOWING   from SPEED down to the stop speed
     RETREAT   zero-back: forward, away from the switch       [4.3.13]
     SEEK      zero-back: backward, until EXT1 triggers
 
-Motions are closed forms of time; between two events (`next_ns`) nothing is
-computed.
+Motions are closed forms of time, so nothing is computed between two events (`next_ns`).
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from enum import Enum, auto
 
 from scanrack.io_images.pmc006.status import Status1
@@ -22,8 +22,8 @@ from .memory import Memory
 from .pins import Pin, Pmc006Pins
 from .ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 
-RETREAT_PART = 16
-"""The retreat from the switch is the stroke divided by this [4.3.13]."""
+RETREAT_DIVISOR = 16
+"""The length of the stroke divided by the length of a retreat from the switch [4.3.13]."""
 
 
 class MotorActivity(Enum):
@@ -38,7 +38,13 @@ class MotorActivity(Enum):
 
 
 class ExtStop:
-    """One external stop."""
+    """One external stop.
+
+    Attributes:
+        bit: its bit in the values of f and J.
+        flag: its bit in status register 1.
+        blocks: direction, +1 or -1, in which an active stop refuses steps (interpretation).
+    """
 
     __slots__ = ("_memory", "_pins", "bit", "blocks", "flag", "pin")
 
@@ -48,9 +54,9 @@ class ExtStop:
         self._memory = memory
         self._pins = pins
         self.pin = pin
-        self.flag = flag  # bit of status register 1
-        self.bit = bit  # in the values of f and J
-        self.blocks = blocks  # the direction in which steps are refused while it is active (reading)
+        self.flag = flag
+        self.bit = bit
+        self.blocks = blocks
 
     @property
     def armed(self) -> bool:
@@ -59,13 +65,20 @@ class ExtStop:
 
     @property
     def active(self) -> bool:
-        """Whether its pin has the level that follows the edge chosen by J."""
+        """Whether its pin has the level after the edge that J selects."""
         rising = bool(self._memory["ext_trigger_mode"] & self.bit)
         return bool(self._pins.levels & self.pin) == rising
 
 
 class SimulatedPmc006Axis:
-    """The motor, at rest at physical position 0."""
+    """The motor and its motions.
+
+    Attributes:
+        doing: the present activity.
+        physical: steps since power-up, with sign; commands never set it.
+        flags: latched EXT1 and EXT2 emergency stops, as in status register 1.
+        stalled: whether the motor has stalled since the last start.
+    """
 
     def __init__(self, memory: Memory, pins: Pmc006Pins) -> None:
         self._memory = memory
@@ -74,11 +87,11 @@ class SimulatedPmc006Axis:
         self._ext2 = ExtStop(memory, pins, Pin.EXT2, Status1.EXT2, 2, +1)
         self._motion: Motion | None = None
         self._zero = 0  # physical position at which the position register reads 0
-        self._stroke = self._retreated = 0
+        self._stroke = self._retreated = 0  # of a zero-back: steps allowed, and steps away from the switch
         self.doing = MotorActivity.IDLE
-        self.physical = 0  # steps since power-up, signed; only steps change it
-        self.flags = Status1(0)  # latched EXT1 and EXT2 emergency stops, as in status register 1
-        self.stalled = False  # the encoder has reported a stall since the last start
+        self.physical = 0
+        self.flags = Status1(0)
+        self.stalled = False
 
     # -- state -------------------------------------------------------------------------------
 
@@ -93,12 +106,12 @@ class SimulatedPmc006Axis:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is running."""
         return self.doing is not MotorActivity.IDLE
 
     @property
     def homing(self) -> bool:
-        """Whether a zero-back is under way."""
+        """Whether a zero-back is running."""
         return self.doing in (MotorActivity.RETREAT, MotorActivity.SEEK)
 
     @property
@@ -106,27 +119,22 @@ class SimulatedPmc006Axis:
         """+1 or -1, as set by instruction d."""
         return 1 if self._memory["direction"] else -1
 
-    @property
-    def free(self) -> bool:
-        """Whether instruction g has released the motor."""
-        return bool(self._memory["free_run"])
-
     # -- commands ---------------------------------------------------------------------------
 
     @property
     def may_start(self) -> bool:
         """Whether a motion may begin: at rest, not released, no emergency stop latched."""
-        return not (self.moving or self.free or self.flags)
+        return not (self.moving or self._memory["free_run"] or self.flags)
 
     @property
     def speeds_fit(self) -> bool:
-        """Whether start and stop speed are within the maximum speed [4.3.9]."""
+        """Whether start and stop speed are at most the maximum speed [4.3.9]."""
         edge_speeds = self._memory["start_speed"], self._memory["stop_speed"]
         return max(edge_speeds) <= self._memory["max_speed"]
 
     @property
     def against_limit(self) -> bool:
-        """Whether the selected direction leads toward an armed limit that is active [4.1.1, error 07]."""
+        """Whether an armed and active limit is ahead in the selected direction [4.1.1, error 07]."""
         stops = self._ext1, self._ext2
         return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
 
@@ -140,7 +148,7 @@ class SimulatedPmc006Axis:
         self._begin(MotorActivity.SPEED, plan_run(now_ns, self.physical, self.direction, self._speeds()))
 
     def slow_down(self, now_ns: int) -> None:
-        """Leave speed mode by the ramp; do nothing in another mode."""
+        """Ramp down from speed mode; do nothing in another mode."""
         if self.doing is MotorActivity.SPEED and self._motion is not None:
             ramp = self._memory["stop_speed"], self._memory["decel_coefficient"]
             self._begin(MotorActivity.SLOWING, plan_slowing(self._motion, now_ns, *ramp))
@@ -159,7 +167,7 @@ class SimulatedPmc006Axis:
         self.doing = MotorActivity.IDLE
 
     def power_up(self) -> None:
-        """Restart: the motor rests in place, its position register is 0."""
+        """Restart: the motor rests in place, and its position register is 0."""
         self.halt()
         self.position = 0
         self.flags = Status1(0)
@@ -168,7 +176,7 @@ class SimulatedPmc006Axis:
     # -- time --------------------------------------------------------------------------------
 
     def next_ns(self) -> int:
-        """Return the instant of the next pin change or of the motion's end; FOREVER without either."""
+        """Return the instant of the next pin change or of the motion's end, or FOREVER."""
         motion = self._motion
         if motion is None:
             return FOREVER
@@ -199,7 +207,7 @@ class SimulatedPmc006Axis:
                 self._triggered(stop)
 
     def stall(self) -> None:
-        """Stop: the encoder shows that the motor does not follow."""
+        """Stop a motor that does not follow, as the encoder shows."""
         self.halt()
         self.stalled = True
 
@@ -221,20 +229,22 @@ class SimulatedPmc006Axis:
         )
 
     def _zero_speeds(self) -> Pmc006Speeds:
-        """Return the speeds of a zero-back: instruction 9's speed also bounds start and stop speed."""
-        memory, top_sps = self._memory, self._memory["zero_back_speed"]
-        edge_speeds = min(memory["start_speed"], top_sps), min(memory["stop_speed"], top_sps)
-        return Pmc006Speeds(
-            edge_speeds[0], top_sps, edge_speeds[1], memory["accel_coefficient"], memory["decel_coefficient"]
+        """Return the speeds of a zero-back; the speed of instruction 9 also limits start and stop speed."""
+        speeds, top_sps = self._speeds(), self._memory["zero_back_speed"]
+        return replace(
+            speeds,
+            start_sps=min(speeds.start_sps, top_sps),
+            max_sps=top_sps,
+            stop_sps=min(speeds.stop_sps, top_sps),
         )
 
     def _retreat(self, now_ns: int) -> None:
-        distance = max(1, self._stroke // RETREAT_PART)
+        distance = max(1, self._stroke // RETREAT_DIVISOR)
         self._retreated += distance
         self._begin(MotorActivity.RETREAT, plan_move(now_ns, self.physical, distance, self._zero_speeds()))
 
     def _retreat_ended(self, now_ns: int) -> None:
-        """Seek the switch; while it is still active, retreat further, within the stroke."""
+        """Seek the switch; if it is still active, retreat further within the stroke."""
         if not self._ext1.active:
             self._seek(now_ns)
         elif self._retreated < self._stroke:
@@ -246,7 +256,7 @@ class SimulatedPmc006Axis:
         self._begin(MotorActivity.SEEK, plan_move(now_ns, self.physical, -self._stroke, self._zero_speeds()))
 
     def _triggered(self, stop: ExtStop) -> None:
-        """Handle an external stop's edge: the end of a zero-back, or an emergency stop."""
+        """Handle the edge of an external stop: the end of a zero-back, or an emergency stop."""
         is_home = stop is self._ext1 and self.doing is MotorActivity.SEEK
         if is_home or stop.armed:
             self.halt()

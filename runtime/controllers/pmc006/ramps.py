@@ -2,28 +2,27 @@
 
     speed  0 | start | S-curve up | maximum | S-curve down | stop | 0
 
-The S-curve is a raised cosine that takes the time and the distance of a ramp of
-constant rate with the coefficient's acceleration (reading: the manual draws a
-curve without a formula). It is computed as three parabolas of the speed, which
-meet the cosine at 0, 1/3, 1/2, 2/3 and 1 of its time and differ from it by 0.6 %
-of the speed change at most, so that steps have exact instants.
+The S-curve is a raised cosine with the time and the distance of a ramp of constant rate at the coefficient's
+acceleration (interpretation: the manual draws a curve without a formula). It is computed as three parabolas
+of the speed, so that steps have exact instants. The parabolas equal the cosine at 0, 1/3, 1/2, 2/3 and 1 of
+its time and differ from it by at most 0.6 % of the speed change.
 
-Ramps that do not fit the steps are both steepened in the same ratio until they
-do [4.3.3: "the actual acceleration and deceleration coefficient may increase
-automatically"]. A move of fewer than 256 steps has no S-curve: its speed goes
-from the start speed to the stop speed in one straight line.
+If the ramps do not fit the steps, both are shortened, and so steepened, in the same ratio [4.3.3: "the actual
+acceleration and deceleration coefficient may increase automatically"]. A move of fewer than 256 steps has no
+S-curve: its speed changes at a constant rate from the start speed to the stop speed.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from math import ceil
 
 from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOVE_STEPS
 
 from ...kinematics import NANO, Course, Motion, Phase, takeover
 
-RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0), (48, 72, 14, 54, 54, -54))
+RAISED_COSINE = (Phase(0, 24, 0, 0, 0, 54), Phase(24, 48, 2, 18, 54, 0), Phase(48, 72, 14, 54, 54, -54))
 """The S-curve, in the terms of `kinematics.course`."""
 
 
@@ -34,18 +33,18 @@ class Pmc006Speeds:
     start_sps: int  # speed immediately after the start from rest
     max_sps: int  # speed between the ramps
     stop_sps: int  # speed immediately before rest
-    acceleration: int  # coefficient 0 to 8; 0 means no ramp
-    deceleration: int  # coefficient 0 to 8; 0 means no ramp
+    acceleration: int  # coefficient 1 to 8, 0 for no ramp
+    deceleration: int  # coefficient 1 to 8, 0 for no ramp
 
 
 def plan_move(now_ns: int, origin: int, distance: int, speeds: Pmc006Speeds) -> Motion:
-    """Plan a move of `distance` signed steps, not 0, from step count `origin`; it ends exactly."""
+    """Plan a move of exactly `distance` signed steps, not 0, from step count `origin`."""
     steps = abs(distance)
     course = Course(now_ns)
     if steps < SHORT_MOVE_STEPS:
-        _lay_short(course, steps, speeds)
+        _append_short_move(course, steps, speeds)
     else:
-        _lay_long(course, steps, speeds)
+        _append_long_move(course, steps, speeds)
     return course.ended(1 if distance > 0 else -1, origin)
 
 
@@ -53,26 +52,22 @@ def plan_run(now_ns: int, origin: int, direction: int, speeds: Pmc006Speeds) -> 
     """Plan an endless motion [4.3.8]; arguments as for `plan_move`."""
     course = Course(now_ns)
     top_nsps = NANO * speeds.max_sps
-    _lay_ramp(
-        course,
-        ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration),
-        NANO * speeds.start_sps,
-        top_nsps,
-    )
+    up_steps = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
+    _append_ramp(course, up_steps, NANO * speeds.start_sps, top_nsps)
     return course.endless(direction, origin, top_nsps)
 
 
 def plan_slowing(motion: Motion, now_ns: int, stop_sps: int, coefficient: int) -> Motion:
-    """Plan the ramp of a motion down to its stop speed, where it ends on a whole step [4.3.8].
+    """Plan the ramp of a motion down to its stop speed, to end on a whole step [4.3.8].
 
     With coefficient 0, or below the stop speed, the motion ends at once.
     """
     course, speed_nsps = takeover(motion, now_ns)
     ramp = _ramp_steps_fine(speed_nsps, NANO * stop_sps, coefficient)
     if ramp > 0:
-        travel_made = Fraction(course.travel, course.scale * NANO**2)  # in 1e-18 step / scale
-        end = -((-travel_made - ramp) // 1)
-        course.cruise_over(end - travel_made - ramp, speed_nsps)
+        steps_made = Fraction(course.travel, course.scale * NANO**2)
+        end = ceil(steps_made + ramp)
+        course.cruise_over(end - steps_made - ramp, speed_nsps)
         course.ramp_over(ramp, speed_nsps, NANO * stop_sps, RAISED_COSINE)
     return course.ended(motion.direction, motion.origin)
 
@@ -92,26 +87,26 @@ def _ramp_steps_fine(fast_nsps: int, slow_nsps: int, coefficient: int) -> Fracti
     return Fraction(fast_nsps**2 - slow_nsps**2, 2 * ACCELERATIONS_PPS2[coefficient] * NANO**2)
 
 
-def _lay_short(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
-    start, stop = NANO * speeds.start_sps, NANO * speeds.stop_sps
-    if start == stop:
-        course.cruise_to(steps, start)
+def _append_short_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
+    start_nsps, stop_nsps = NANO * speeds.start_sps, NANO * speeds.stop_sps
+    if start_nsps == stop_nsps:
+        course.cruise_to(steps, start_nsps)
     else:
-        course.ramp_over(Fraction(steps), start, stop)
+        course.ramp_over(Fraction(steps), start_nsps, stop_nsps)
 
 
-def _lay_long(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
+def _append_long_move(course: Course, steps: int, speeds: Pmc006Speeds) -> None:
     top_nsps = NANO * speeds.max_sps
     up_steps = ramp_steps(speeds.start_sps, speeds.max_sps, speeds.acceleration)
     down_steps = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
     if up_steps + down_steps > steps:
         scale = steps / (up_steps + down_steps)
         up_steps, down_steps = up_steps * scale, down_steps * scale
-    _lay_ramp(course, up_steps, NANO * speeds.start_sps, top_nsps)
+    _append_ramp(course, up_steps, NANO * speeds.start_sps, top_nsps)
     course.cruise_over(steps - up_steps - down_steps, top_nsps)
-    _lay_ramp(course, down_steps, top_nsps, NANO * speeds.stop_sps)
+    _append_ramp(course, down_steps, top_nsps, NANO * speeds.stop_sps)
 
 
-def _lay_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:
+def _append_ramp(course: Course, steps: Fraction, from_nsps: int, to_nsps: int) -> None:
     if steps:
         course.ramp_over(steps, from_nsps, to_nsps, RAISED_COSINE)

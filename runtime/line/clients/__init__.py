@@ -1,6 +1,5 @@
-"""Clients of real controllers: a PMC006x3s or a PCL601 at the other end of a serial line or a network.
+"""Clients of real devices: a PMC006x3s or a PCL601 on a serial line or a network.
 
-Reads, and writes that may be repeated, are tried again when the answer is missing or
-damaged. A command that starts a motion is never sent twice: when its answer is missing, the
-client reads the controller's state.
+A client repeats a read, or a write without side effects, when the answer is missing or damaged. It never
+repeats a command that starts a motion: when the answer is missing, it reads the device's state.
 """

@@ -1,4 +1,4 @@
-"""A master's view of the line to a controller, and its errors."""
+"""A client's line to a device, and its errors."""
 
 from __future__ import annotations
 
@@ -18,38 +18,43 @@ from ..wire import LineFormat
 Answer = TypeVar("Answer")
 
 ANSWER_S = 0.2
-"""Longest wait for an answer; on the line itself an answer takes 6 to 28 ms."""
+"""Longest wait for an answer, s; on the line an answer takes 6 to 28 ms."""
 
 ANSWER_RANGE_S = (0.01, 60.0)
-"""Allowed range of the answer time that the user sets."""
+"""Allowed range of the user's setting of this time, s."""
 
 SILENCE_S = 0.004
-"""Silence before a request, which reveals a doubled answer: four characters at 9,600 baud."""
+"""Silence before a request, s, four characters at 9,600 baud; it reveals a doubled answer."""
 
 LATE_S = 0.1
-"""Additional wait after a missing answer; a late one is dropped."""
+"""Additional wait after a missing answer, s; a late answer is dropped."""
 
 TRIES = 3
-"""Attempts per request, where repeating it does no harm."""
+"""Attempts per request that may be repeated."""
 
 POLL_S = 0.05
-"""Time between two reads of a motion's state."""
+"""Time between two reads of a motion's state, s."""
 
 Progress = Callable[[int], None]
 """Called with the position while a motion runs."""
 
 
 class LinkError(Exception):
-    """The exchange between this program and the controller failed."""
+    """An exchange with the device failed.
+
+    Attributes:
+        reason: the message without the received bytes.
+        received: the bytes of a missing or damaged answer, as far as they arrived.
+    """
 
     def __init__(self, message: str, received: bytes = b"") -> None:
         super().__init__(f"{message}: {received.hex(' ')}" if received else message)
-        self.reason = message  # the cause, without the bytes
-        self.received = received  # the offending bytes, as far as they arrived
+        self.reason = message
+        self.received = received
 
 
 class NoAnswerError(LinkError):
-    """No answer, or an incomplete one, arrived in time."""
+    """No complete answer arrived in time."""
 
 
 class BadResponseError(LinkError):
@@ -57,40 +62,40 @@ class BadResponseError(LinkError):
 
 
 class RefusedError(LinkError):
-    """The controller understood the request and refused it."""
+    """The device refused the request."""
 
 
 class UnconfirmedMotionError(LinkError):
-    """A motion command was sent, and the motor shows no sign of it; it is not repeated."""
+    """A motion command was sent, but no motion was seen; the command is not repeated."""
 
 
 class StoppedError(LinkError):
-    """A motion ended away from its target."""
+    """A motion did not end at its target."""
 
 
-def until_answered(ask: Callable[[], Answer]) -> Answer:
-    """Call `ask`, up to `TRIES` times while the answer is missing or damaged; return the answer.
+def until_answered(exchange: Callable[[], Answer]) -> Answer:
+    """Call `exchange` up to `TRIES` times, while the answer is missing or damaged; return the answer.
 
     Raises:
-        LinkError: the last attempt failed, or the controller refused.
+        LinkError: the last attempt failed, or the device refused.
     """
     for _ in range(TRIES - 1):
         with suppress(NoAnswerError, BadResponseError):
-            return ask()
-    return ask()
+            return exchange()
+    return exchange()
 
 
 class Link(Protocol):
-    """Bytes to and from a controller, and the time between them. A lost line raises LinkError."""
+    """A line to a device that carries bytes. A lost line raises LinkError."""
 
     def send(self, data: bytes) -> None:
-        """Put bytes on the line."""
+        """Send bytes."""
 
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return `count` bytes as soon as they have arrived, or fewer when the time is up."""
+        """Return `count` bytes as soon as they have arrived, or fewer bytes after `seconds`."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format for sending and receiving; a link with its own format ignores it."""
+        """Change the format for sending and receiving; a link without a format ignores it."""
 
     def pause(self, seconds: float) -> None:
         """Wait."""
@@ -101,7 +106,7 @@ class Link(Protocol):
 
 
 def checked_answer_s(seconds: float) -> float:
-    """Return an answer time after a check of its range; ValueError if it is out of `ANSWER_RANGE_S`."""
+    """Return an answer time; ValueError outside `ANSWER_RANGE_S`."""
     shortest, longest = ANSWER_RANGE_S
     if not shortest <= seconds <= longest:
         raise ValueError(f"timeout {seconds:g} s: must be {shortest:g} to {longest:g}")
@@ -109,10 +114,7 @@ def checked_answer_s(seconds: float) -> float:
 
 
 def drain(link: Link, quiet_s: float) -> bytes:
-    """Drop received bytes until the line is silent for `quiet_s`; return them.
-
-    It gives up after 4096 bytes.
-    """
+    """Drop received bytes until the line is silent for `quiet_s`, or up to 4,096 bytes; return them."""
     dropped = b""
     while len(dropped) < 4096 and (data := link.receive(1, quiet_s)):
         dropped += data
@@ -123,10 +125,10 @@ class SerialLink(Link):
     """A serial port of this machine.
 
     Args:
-        line_format: speed and character format; a pseudo-terminal has no parity and is opened without.
+        line_format: speed and character format; a pseudo-terminal is opened without parity.
 
     Raises:
-        LinkError: it can't be opened.
+        LinkError: the port can't be opened.
     """
 
     def __init__(self, path: str, line_format: LineFormat) -> None:
@@ -143,7 +145,7 @@ class SerialLink(Link):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Change the format; bytes already sent have left the port."""
+        """Change the format; `send` returns after its bytes have left the port."""
         try:
             self._port.apply_settings(settings(self._path, line_format))
         except PORT_ERRORS as error:
@@ -171,10 +173,10 @@ class SerialLink(Link):
 
 
 class TcpLink(Link):
-    """A TCP connection that carries the same bytes.
+    """A TCP connection that carries the line's bytes.
 
     Raises:
-        LinkError: nothing listens there.
+        LinkError: the connection fails.
     """
 
     def __init__(self, host: str, port: int, timeout_s: float = 3.0) -> None:
@@ -187,7 +189,7 @@ class TcpLink(Link):
 
     @override
     def follow(self, line_format: LineFormat) -> None:
-        """Do nothing: the far end sets the format."""
+        """Do nothing: the other end sets the format."""
 
     @override
     def send(self, data: bytes) -> None:

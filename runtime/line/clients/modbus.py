@@ -1,10 +1,10 @@
-"""A Modbus master that accepts only answers that match its request.
+"""A Modbus master that accepts only the answer to its request.
 
     RTU    unit, PDU, CRC                                      serial line, or its bytes over TCP
     TCP    transaction, 0, length, unit, PDU                   Modbus TCP, in `modbus_tcp`
 
-It checks CRC, unit, function, byte count, and in the answer to a write its address and its
-value or quantity. Nothing is repeated here.
+It checks CRC, unit, function and byte count, and in the answer to a write also address and value or quantity.
+It never repeats a request.
 """
 
 from __future__ import annotations
@@ -52,13 +52,13 @@ class ModbusExceptionError(RefusedError):
     """
 
     def __init__(self, function: int, code: int, meaning: str | None = None) -> None:
-        meaning = meaning or MEANINGS.get(code, "not one of the standard")
+        meaning = meaning or MEANINGS.get(code, "not in the standard")
         super().__init__(f"function {function:02x} is refused with exception {code}: {meaning}")
         self.function, self.code = function, code
 
 
 class AnswerDecoder(GuardedDecoder):
-    """Decodes answers; BadResponseError for anything else."""
+    """Decodes answers; BadResponseError for other bytes."""
 
     def __init__(self) -> None:
         super().__init__(is_server=False)
@@ -73,11 +73,11 @@ class AnswerDecoder(GuardedDecoder):
 
 
 def check(request: ModbusPDU, answer: ModbusPDU) -> ModbusPDU:
-    """Return an answer if it matches the request in transaction, unit, function, count, address and value.
+    """Return an answer that matches its request in transaction, unit, function, count, address and value.
 
     Raises:
-        BadResponseError: it does not match the request.
-        ModbusExceptionError: it is an exception.
+        BadResponseError: the answer does not match the request.
+        ModbusExceptionError: the answer is an exception.
     """
     if (answer.transaction_id, answer.dev_id) != (request.transaction_id, request.dev_id):
         raise BadResponseError("a response to a different request", encoded(answer))
@@ -95,7 +95,7 @@ class ModbusLine(Protocol):
         """Send the request once; return the answer.
 
         Raises:
-            LinkError: no answer, one that does not match, or an exception.
+            LinkError: no answer, an answer to another request, or an exception.
         """
 
     def pause(self, seconds: float) -> None:
@@ -110,14 +110,14 @@ class RtuLine(ModbusLine):
     """Modbus RTU over a link.
 
     Args:
-        answer_s: how long an answer may take, 0.01 to 60 s.
+        answer_s: longest time of an answer, 0.01 to 60 s.
     """
 
     def __init__(self, link: Link, answer_s: float = ANSWER_S) -> None:
-        self._answers = AnswerDecoder()
+        self._decoder = AnswerDecoder()
         self._link = link
         self._answer_s = checked_answer_s(answer_s)
-        self._quiet_s = SILENCE_S
+        self._quiet_s = SILENCE_S  # silence before the next request, longer after a missing answer
 
     @override
     def ask(self, unit: int, request: ModbusPDU) -> ModbusPDU:
@@ -126,10 +126,10 @@ class RtuLine(ModbusLine):
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self._link.send(frame(unit, encoded(request)))
-        pdu = self._received(unit, size)
+        pdu = self._receive(unit, size)
         if pdu[0] & EXCEPTION or len(pdu) == size:
             self._quiet_s = SILENCE_S
-        answer = self._answers.decode(pdu)
+        answer = self._decoder.decode(pdu)
         answer.dev_id = unit
         return check(request, answer)
 
@@ -141,13 +141,13 @@ class RtuLine(ModbusLine):
     def close(self) -> None:
         self._link.close()
 
-    def _received(self, unit: int, size: int) -> bytes:
-        """Return the PDU of an answer, of `size` bytes if it is no exception."""
-        bytes_least = 1 + EXCEPTION_BYTES + 2
-        pdu = self._link.receive(bytes_least, self._answer_s)
-        if len(pdu) == bytes_least and not pdu[1] & EXCEPTION:
-            pdu += self._link.receive(1 + size + 2 - bytes_least, self._answer_s)
-        if len(pdu) < bytes_least:
+    def _receive(self, unit: int, size: int) -> bytes:
+        """Return the PDU of an answer, with `size` bytes or an exception's."""
+        bytes_minimum = 1 + EXCEPTION_BYTES + 2
+        pdu = self._link.receive(bytes_minimum, self._answer_s)
+        if len(pdu) == bytes_minimum and not pdu[1] & EXCEPTION:
+            pdu += self._link.receive(1 + size + 2 - bytes_minimum, self._answer_s)
+        if len(pdu) < bytes_minimum:
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", pdu)
         if crc(pdu[:-2]) != pdu[-2:]:
             raise BadResponseError(f"a damaged answer from unit {unit}", pdu)

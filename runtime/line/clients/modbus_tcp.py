@@ -1,7 +1,7 @@
-"""A client of a Modbus TCP device: pymodbus's, with every answer checked against its request.
+"""A client of a Modbus TCP device: pymodbus's client with a check of every answer against its request.
 
-On its own, pymodbus 3.15 to 3.16 takes an answer with another function, number of registers, echoed address
-or echoed value, and it repeats a request three times. Nothing is repeated here: a write that starts a motion
+pymodbus 3.15 to 3.16 accepts an answer with another function, number of registers, echoed address or echoed
+value, and repeats a request three times. This client never repeats a request, so a write that starts a motion
 is sent once.
 """
 
@@ -24,19 +24,19 @@ from .link import ANSWER_S, Link, LinkError, NoAnswerError, checked_answer_s
 from .modbus import AnswerDecoder, ModbusExceptionError, ModbusLine, check
 
 CONNECT_S = 3.0
-"""Longest wait for a connection."""
+"""Longest wait for a connection, s."""
 
-logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # failures are raised, not printed
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # this client raises failures instead
 
 
 class ModbusTcpLine(ModbusLine):
-    """A connection to a Modbus TCP device; one request at a time.
+    """A connection to a Modbus TCP device, for one request at a time.
 
-    It connects at the first request, and again at the first one after a failure: the remains of a failed
-    exchange are never read as an answer.
+    It connects at the first request, and at the first request after a failure, so that it never reads bytes
+    of a failed exchange as an answer.
 
     Args:
-        answer_s: how long an answer may take, 0.01 to 60 s.
+        answer_s: longest time of an answer, 0.01 to 60 s.
 
     Raises:
         ValueError: the time is out of range.
@@ -44,8 +44,8 @@ class ModbusTcpLine(ModbusLine):
 
     def __init__(self, host: str, port: int = 502, answer_s: float = ANSWER_S) -> None:
         self._answer_s = checked_answer_s(answer_s)
-        self._asked = ModbusPDU()
-        self._client = _Client(host, port=port, timeout=answer_s, retries=0, trace_pdu=self._checked)
+        self._request = ModbusPDU()
+        self._client = _Client(host, port=port, timeout=answer_s, retries=0, trace_pdu=self._check_received)
         self._client.framer.decoder = AnswerDecoder()
 
     @override
@@ -63,9 +63,9 @@ class ModbusTcpLine(ModbusLine):
 
         Raises:
             ModbusExceptionError: the device refused it; the connection stays.
-            LinkError: no connection, no answer in time, or one that does not match; the connection is closed.
+            LinkError: no connection, no answer in time, or a wrong answer; the connection is closed.
         """
-        self._asked, request.dev_id = request, unit
+        self._request, request.dev_id = request, unit
         try:
             return self._client.execute(False, request)
         except ModbusExceptionError:
@@ -81,7 +81,7 @@ class ModbusTcpLine(ModbusLine):
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s") from error
 
     def connect(self) -> None:
-        """Connect now; LinkError if that is impossible."""
+        """Connect now; LinkError if the connection fails."""
         self._client.connect()
 
     @override
@@ -89,24 +89,23 @@ class ModbusTcpLine(ModbusLine):
         """Close the connection."""
         self._client.close()  # type: ignore[no-untyped-call]
 
-    def _checked(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
-        return pdu if sending else check(self._asked, pdu)
+    def _check_received(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
+        return pdu if sending else check(self._request, pdu)
 
 
 class ModbusTcpLink(Link):
-    """A connection to a Modbus TCP device as a link, for a master that makes frames of its own.
+    """A connection to a Modbus TCP device as a link, for a master that makes its own frames.
 
-    The client sends the requests of the frames one after the other; `receive` returns the frames of the
-    matching answers.
+    `send` carries out the requests of its frames one after the other; `receive` returns the reply frames.
 
     Raises:
-        LinkError: it can't be connected.
+        LinkError: the connection fails.
     """
 
     def __init__(self, host: str, port: int = 502, answer_s: float = ANSWER_S) -> None:
         self._line = ModbusTcpLine(host, port, answer_s)
         self._line.connect()
-        self._heard: SimpleQueue[bytes] = SimpleQueue()
+        self._reply_frames: SimpleQueue[bytes] = SimpleQueue()
 
     @override
     def follow(self, line_format: LineFormat) -> None:
@@ -124,13 +123,13 @@ class ModbusTcpLink(Link):
                 answer = encoded(self._line.ask(unit, request))
             except ModbusExceptionError as error:
                 answer = bytes((pdu[0] | EXCEPTION, error.code))
-            self._heard.put(reply_frame(frame, answer))
+            self._reply_frames.put(reply_frame(frame, answer))
 
     @override
     def receive(self, count: int, seconds: float) -> bytes:
-        """Return the frame of an answer as soon as there is one, of any length; b"" after `seconds`."""
+        """Return a complete reply frame as soon as it exists, or b"" after `seconds`."""
         try:
-            return self._heard.get(timeout=seconds)
+            return self._reply_frames.get(timeout=seconds)
         except Empty:
             return b""
 
@@ -140,7 +139,7 @@ class ModbusTcpLink(Link):
 
 
 class _Client(ModbusTcpClient):
-    """Raises the reason of a failed connection, which pymodbus's own `connect` only logs."""
+    """A pymodbus client that raises the reason of a failed connection, which pymodbus only logs."""
 
     @property
     def name(self) -> str:

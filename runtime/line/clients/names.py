@@ -1,30 +1,36 @@
-"""The names and allowed values that a client accepts."""
+"""The names and values that a client accepts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Protocol, TypeVar
 
+from .link import RefusedError
+
 
 class Settable(Protocol):
-    """A row of a controller's table that can be set."""
+    """A row of a device's table that can be set."""
 
     @property
     def allowed(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values, as text."""
 
     def allows(self, value: int) -> bool:
-        """Whether a value may be sent."""
+        """Return whether a value is allowed."""
 
 
 RowType = TypeVar("RowType")
 SettableRow = TypeVar("SettableRow", bound=Settable)
 
 
-def known(rows: Mapping[str, RowType], name: str, deed: str) -> RowType:
-    """Return the row of a name that can be "read", or "set"; ValueError if the name is unknown."""
+def row_of(rows: Mapping[str, RowType], name: str, verb: str) -> RowType:
+    """Return the row of a name; ValueError if the name is unknown.
+
+    Args:
+        verb: "read" or "set", for the error.
+    """
     if name not in rows:
-        raise ValueError(f"{name} can't be {deed}: can be {', '.join(rows)}")
+        raise ValueError(f"{name} can't be {verb}; choose from {', '.join(rows)}")
     return rows[name]
 
 
@@ -34,7 +40,13 @@ def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> Settable
     Raises:
         ValueError: the name is unknown, or the value is not allowed.
     """
-    row = known(rows, name, "set")
+    row = row_of(rows, name, "set")
     if not row.allows(value):
         raise ValueError(f"{name} {value}: must be {row.allowed}")
     return row
+
+
+def check_read_back(name: str, value: int, value_read: int) -> None:
+    """Raise RefusedError if a value that was set reads differently."""
+    if value_read != value:
+        raise RefusedError(f"{name} was set to {value}, but reads {value_read}")

@@ -15,7 +15,7 @@ from .. import pcl601_pdus as pdus
 from ..modbus_pdus import number_of
 from .link import BadResponseError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
 from .modbus import ModbusExceptionError, ModbusLine
-from .names import known, settable
+from .names import check_read_back, row_of, settable
 from .watching import ControllerView, MotionClient, stopped_when_lost
 
 READABLE: dict[str, Row] = {row.register.name.lower(): row for row in ROWS.values()}
@@ -26,12 +26,12 @@ SETTABLE: dict[str, Row] = {
 }
 """Registers that can be set; for commands see `Pcl601Client.command`."""
 
-SHOWN = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
-"""Words of one read: everything that a motion changes lies between position and errors."""
+STATE_WORDS = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
+"""Words of one read: the registers from position to errors, which contain all that a motion changes."""
 
 EXCEPTIONS = {
-    1: "it does not know the function",
-    2: "no such register, or it can't be written",
+    1: "unknown function",
+    2: "no such register, or a read-only register",
     3: "the value is out of range",
     6: "a program is running, or the register is locked while the motor moves",
 }
@@ -41,16 +41,16 @@ MOTIONS = frozenset({Code.GO, Code.GO_SLEW, Code.HOME_TYPE_0, Code.HOME_TYPE_1})
 
 @dataclass(frozen=True, slots=True)
 class Registers(ControllerView):
-    """One read of a PCL601: its registers from the position to the errors."""
+    """One read of a PCL601: its registers from position to errors."""
 
     values: Mapping[Register, int] = field(compare=False, default_factory=dict)
 
 
 class Pcl601Client(MotionClient[Registers]):
-    """A PCL601 at the other end of a line.
+    """A client of a PCL601.
 
-    Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
-    motions see `MotionClient`.
+    Every method raises LinkError without a valid answer, and RefusedError if the device refuses; for motions
+    see `MotionClient`.
 
     Args:
         line: Modbus RTU, 38,400 baud 8E1, or Modbus TCP.
@@ -67,13 +67,13 @@ class Pcl601Client(MotionClient[Registers]):
     # -- by name -----------------------------------------------------------------------------
 
     def read(self, name: str) -> int:
-        """Return a register by its name in `READABLE`, signed where its range is.
+        """Return a register by its name in `READABLE`; it is signed if its range is signed.
 
         Raises:
             ValueError: the name is unknown.
         """
-        row = known(READABLE, name, "read")
-        return value_of(row, self._answer_to(pdus.read_registers(row.register, row.words)).registers)
+        row = row_of(READABLE, name, "read")
+        return value_of(row, self._exchange(pdus.read_registers(row.register, row.words)).registers)
 
     def set(self, name: str, value: int) -> None:
         """Set a register by its name in `SETTABLE`, and read it back.
@@ -83,81 +83,81 @@ class Pcl601Client(MotionClient[Registers]):
         """
         row = settable(SETTABLE, name, value)
         if row.register is Register.ADDRESS:
-            self._change_address(value, lambda: self._once(_write(row, value)), "address")
+            self._change_address(value, lambda: self._send_once(_write(row, value)), "address")
             return
-        self._answer_to(_write(row, value))
-        if (value_read := self.read(name)) != value:
-            raise RefusedError(f"{name} was set to {value} and reads {value_read}")
+        self._exchange(_write(row, value))
+        check_read_back(name, value, self.read(name))
 
     @override
     def look(self) -> Registers:
         """Read position, motion and errors in one exchange."""
-        words = self._answer_to(pdus.read_registers(Register.POSITION, len(SHOWN))).registers
-        by_row: dict[Row, list[int]] = {}
-        for (row, _), word in zip(SHOWN, words, strict=True):
-            by_row.setdefault(row, []).append(word)
-        values = {row.register: value_of(row, register_words) for row, register_words in by_row.items()}
+        words = self._exchange(pdus.read_registers(Register.POSITION, len(STATE_WORDS))).registers
+        words_by_row: dict[Row, list[int]] = {}
+        for (row, _), word in zip(STATE_WORDS, words, strict=True):
+            words_by_row.setdefault(row, []).append(word)
+        values = {row.register: value_of(row, row_words) for row, row_words in words_by_row.items()}
         position, is_moving = values[Register.POSITION], bool(values[Register.BUSY])
         return Registers(position, is_moving, values[Register.ERROR_CODE], values)
 
     @property
     def busy(self) -> bool:
-        """Whether the motor moves; reads it from the controller."""
+        """Whether the motor moves; reads it from the device."""
         return bool(self.read("busy"))
 
     @property
     def errors(self) -> Error:
-        """The error code register; reads it from the controller."""
+        """The error code register; reads it from the device."""
         return Error(self.read("error_code"))
 
     @property
     def firmware(self) -> str:
-        """The firmware version as text; reads it from the controller."""
+        """The firmware version as text; reads it from the device."""
         return firmware_text(self.read("firmware"))
 
     @property
     def hard_limit(self) -> bool:
-        """Whether a hard limit is active; reads it from the controller, which does not say which one."""
+        """Whether one of the hard limits is active; reads it from the device."""
         return bool(self.inputs >> HARD_LIMIT_BIT & 1)
 
     @property
     def inputs(self) -> int:
-        """The input bits; reads them by function 02. Bit 0 is input 1, 1 is active."""
-        return number_of(self._answer_to(pdus.read_inputs()).bits)
+        """The input bits; reads them with function 02. Bit 0 is input 1; 1 is active."""
+        return number_of(self._exchange(pdus.read_inputs()).bits)
 
     @property
     def outputs(self) -> int:
-        """The outputs; reads them from the controller. Bit 0 is output 1, 1 is on."""
-        return number_of(self._answer_to(pdus.read_outputs()).bits)
+        """The outputs; reads them from the device. Bit 0 is output 1; 1 is on."""
+        return number_of(self._exchange(pdus.read_outputs()).bits)
 
     def set_output(self, number: int, on: bool) -> None:
         """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
         if not 1 <= number <= OUTPUT_COUNT:
             raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
-        self._answer_to(pdus.write_output(number, on))
+        self._exchange(pdus.write_output(number, on))
         if bool(self.outputs >> number - 1 & 1) != on:
             requested, is_now = ("on", "off") if on else ("off", "on")
-            raise RefusedError(f"output {number} was switched {requested} and reads {is_now}")
+            raise RefusedError(f"output {number} was switched {requested}, but reads {is_now}")
 
     # -- commands ----------------------------------------------------------------------------
 
     def command(self, code: Code) -> None:
-        """Write a command code; one that starts a motion is written once, others until answered.
+        """Write a command code, once if it starts a motion, otherwise until the device answers.
 
         Raises:
-            RefusedError: the controller refuses it, or sets an error bit for it.
+            RefusedError: the device refuses it, or sets an error bit for it.
             UnconfirmedMotionError: a start without a visible motion, or without an answer.
         """
         if code in NEEDS_IDLE:
             self._start(code)
         else:
-            self._answer_to(pdus.command(code))
+            self._exchange(pdus.command(code))
 
     def clear(self) -> None:
         """Clear the error register, and read it; raise RefusedError for errors that stay."""
         self.command(Code.CLEAR_ERRORS)
-        if errors_left := self.errors:
-            raise RefusedError(f"the errors were cleared and are still set{_meanings(errors_left)}")
+        errors_left = self.errors
+        if errors_left:
+            raise RefusedError(f"the errors were cleared, but are still set{_meanings(errors_left)}")
 
     def start_move(self, steps: int) -> int:
         """Start a move over signed steps; return its target.
@@ -172,25 +172,24 @@ class Pcl601Client(MotionClient[Registers]):
         return self._start(Code.GO).position + steps
 
     @override
-    def _check_of_move(self, steps: int) -> Callable[[Registers], None]:
-        """Check the encoder if the controller does."""
+    def _prepare_check(self, steps: int) -> Callable[[Registers], None]:
+        """Check the encoder if the device's autocorrect is on."""
         values_before = self.look().values
         if not values_before[Register.ENCODER_AUTOCORRECT]:
-            return super()._check_of_move(steps)
-        expected_position = (
-            values_before[Register.ENCODER_POSITION] + steps * values_before[Register.ENCODER_RATIO]
-        )
-        return lambda seen: self._check_encoder(seen, expected_position)
+            return super()._prepare_check(steps)
+        counts = steps * values_before[Register.ENCODER_RATIO]
+        expected_position = values_before[Register.ENCODER_POSITION] + counts
+        return lambda state: self._check_encoder(state, expected_position)
 
     def home(self, kind: int, progress: Progress = lambda _: None) -> int:
-        """Search for the home switch by the manual's home type 0 or 1; return the position at the end.
+        """Search for the home switch with the manual's home type 0 or 1; return the position at the end.
 
-        The controller does not set the position to 0 and does not report its home input. A search has
-        succeeded if a motion was seen and has ended without an error and without an active hard limit.
+        The device does not set the position to 0 and does not report its home input. A search succeeds if a
+        motion was seen and ended without an error and without an active hard limit.
 
         Raises:
             ValueError: the type does not exist.
-            StoppedError: it ended on a hard limit, or with an error.
+            StoppedError: the search ended on a hard limit, or with an error.
         """
         if kind not in (0, 1):
             raise ValueError(f"home type {kind}: must be 0 or 1")
@@ -207,8 +206,8 @@ class Pcl601Client(MotionClient[Registers]):
 
     @override
     def halt(self) -> None:
-        """Stop motion and program at once; repeat until answered."""
-        self._answer_to(pdus.command(Code.STOP_MOTION))
+        """Stop motion and program at once; repeat the request until the device answers."""
+        self._exchange(pdus.command(Code.STOP_MOTION))
 
     @override
     def pause(self, seconds: float) -> None:
@@ -220,26 +219,24 @@ class Pcl601Client(MotionClient[Registers]):
         return limit + _meanings(Error(errors))
 
     def _start(self, code: Code) -> Registers:
-        return self.begin(code.name, lambda: self._once(pdus.command(code)), moves=code in MOTIONS)
+        return self.begin(code.name, lambda: self._send_once(pdus.command(code)), moves=code in MOTIONS)
 
-    def _check_encoder(self, seen: Registers, expected: int) -> None:
-        deviation, window = (
-            seen.values[Register.ENCODER_POSITION] - expected,
-            seen.values[Register.ENCODER_WINDOW],
-        )
+    def _check_encoder(self, state: Registers, expected_position: int) -> None:
+        deviation = state.values[Register.ENCODER_POSITION] - expected_position
+        window = state.values[Register.ENCODER_WINDOW]
         if abs(deviation) > window:
-            message = f"the move ended with the encoder {deviation:+} pulses off, its window is ±{window}"
-            raise StoppedError(f"{message}{self.reasons(seen.errors)}")
+            message = f"the move ended with the encoder {deviation:+} pulses off; its window is ±{window}"
+            raise StoppedError(f"{message}{self.reasons(state.errors)}")
 
-    def _answer_to(self, request: ModbusPDU) -> ModbusPDU:
+    def _exchange(self, request: ModbusPDU) -> ModbusPDU:
         """Send a request, up to `TRIES` times; return the answer."""
-        return until_answered(lambda: self._once(request))
+        return until_answered(lambda: self._send_once(request))
 
-    def _once(self, request: ModbusPDU) -> ModbusPDU:
+    def _send_once(self, request: ModbusPDU) -> ModbusPDU:
         try:
             return self._line.ask(self.address, request)
         except ModbusExceptionError as error:
-            meaning = EXCEPTIONS.get(error.code, "not one of its own")
+            meaning = EXCEPTIONS.get(error.code, "not in the manual")
             raise ModbusExceptionError(error.function, error.code, meaning) from None
         except (NoAnswerError, BadResponseError):
             self.faults += 1
@@ -247,13 +244,13 @@ class Pcl601Client(MotionClient[Registers]):
 
 
 def value_of(row: Row, words: Sequence[int]) -> int:
-    """Return the value of a row's words, the low one first; signed where its range is."""
+    """Return the value of a row's words, low word first; it is signed if the row's range is signed."""
     value = sum(word << 16 * index for index, word in enumerate(words))
     return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
 
 def _write(row: Row, value: int) -> ModbusPDU:
-    """Return the request that writes all words of a value at once."""
+    """Return the request that writes all words of a value together."""
     words = [word_of(value, index) for index in range(row.words)]
     if row.words == 1:
         return pdus.write_register(row.register, words[0])
@@ -261,5 +258,5 @@ def _write(row: Row, value: int) -> ModbusPDU:
 
 
 def _meanings(errors: Error) -> str:
-    """Return the meaning of error bits, to follow a sentence."""
+    """Return the meanings of error bits, to append to a sentence."""
     return "".join(f"; {error.name}: {CAUSES[error]}" for error in errors)

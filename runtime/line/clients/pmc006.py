@@ -1,14 +1,12 @@
-"""A client of a PMC006x3s: everything by name, over one line, one request at a time.
+"""A client of a PMC006x3s: parameters and values by name, one request at a time.
 
-A reply does not name its instruction [4.1.1]. The client therefore keeps the line silent
-before every request, and longer after a missing answer, so that late and doubled answers
-are dropped.
+A reply does not identify its instruction [4.1.1]. The client therefore waits for silence before every
+request, and longer after a missing answer, so that it drops late and doubled answers.
 
-Values are read by read instructions. Seven parameters have none; their setting
-instructions may or may not read with data 0: the manual says that "some" do
-[4.1.1]. On a controller without that feature, such a read would set the parameter to 0,
-so it is an option. The address is never read this way: an address out of
-range cuts the controller off [4.1.2], and every answer contains it.
+Seven parameters have no read instruction. With data 0, "some" setting instructions read instead of setting
+[4.1.1], but the manual does not say which ones, and the others would set the parameter to 0. Such a read is
+therefore an option. The address is never read this way: the device would not answer at an invalid address
+[4.1.2], and every answer contains the address.
 """
 
 from __future__ import annotations
@@ -35,28 +33,27 @@ from .link import (
     drain,
     until_answered,
 )
-from .names import settable
+from .names import check_read_back, settable
 from .watching import ControllerView, MotionClient, stopped_when_lost
 
 _ERRORS = {
-    STATE_ERROR: "6: its state does not allow it, or the value is out of range",
-    UNKNOWN_ERROR: "7: it does not know the instruction, or the limit in that direction is reached",
+    STATE_ERROR: "6: wrong state, or value out of range",
+    UNKNOWN_ERROR: "7: unknown instruction, or the limit in this direction is active",
 }
 _MOTIONS = ("step", "zero_back", "speed_mode", "run_user_program")
 
 
 ADDRESS = "device_address"
-"""Every answer contains it."""
 
 READABLE: dict[str, InstructionRow] = {
     row.shows or row.name.removeprefix("read_"): row for row in INSTRUCTIONS if row.kind is Kind.READ
 }
-"""Values with a read instruction, and that instruction."""
+"""Values with a read instruction, and the instruction."""
 
 BY_ZERO: dict[str, InstructionRow] = {
     row.name: row for row in PARAMETERS if row.asks_by_zero and row.name != ADDRESS
 }
-"""Parameters whose setting instruction may read them with data 0; others have no documented read."""
+"""Parameters with a setting instruction that may read them with data 0."""
 
 SETTABLE: dict[str, InstructionRow] = {
     row.name: row
@@ -73,18 +70,18 @@ def _unreadable(name: str, readable: Iterable[str]) -> str:
     """Return why a value can't be read."""
     if name in BY_ZERO:
         return (
-            f"{name} has no read instruction. Its setting instruction with data 0 may read it or set it to 0 "
-            "[4.1.1: some read]; it is sent with --by-zero (by_zero=True) only"
+            f"{name} has no read instruction: its setting instruction with data 0 may read it or set it to 0 "
+            "[4.1.1]; use --by-zero (by_zero=True) to send it"
         )
-    return f"{name} can't be read: can be {', '.join(readable)}"
+    return f"{name} can't be read; choose from {', '.join(readable)}"
 
 
 class _Search:
     """State of the home switch during a zero-back.
 
     Attributes:
-        began_on_switch: it was active at the start.
-        was_free: it was free, or the motor moved back, which it does only from a free switch [4.3.13].
+        began_on_switch: the switch was active at the start.
+        was_free: the switch was free, or the motor moved back, as it does only from a free switch [4.3.13].
     """
 
     def __init__(self, on_switch: Callable[[], bool]) -> None:
@@ -103,10 +100,10 @@ class _Search:
 
 
 class Pmc006Client(MotionClient[ControllerView]):
-    """A PMC006x3s at the other end of a line.
+    """A client of a PMC006x3s.
 
-    Every method raises LinkError without a good answer, and RefusedError if the controller refuses; for
-    motions see `MotionClient`.
+    Every method raises LinkError without a valid answer, and RefusedError if the device refuses; for motions
+    see `MotionClient`.
 
     Args:
         link: the line, 9,600 baud, 8N1.
@@ -120,12 +117,12 @@ class Pmc006Client(MotionClient[ControllerView]):
         self, link: Link, address: int = 255, *, answer_s: float = ANSWER_S, by_zero: bool = False
     ) -> None:
         if not 1 <= address <= 120 and address != 255:
-            raise ValueError(f"address {address}: must be 1 to 120, or 255 as from the factory")
+            raise ValueError(f"address {address}: must be 1 to 120, or 255 (factory setting)")
         super().__init__(address)
         self._link = link
         self._answer_s = checked_answer_s(answer_s)
         self._readable = READABLE | BY_ZERO if by_zero else READABLE
-        self._quiet_s = SILENCE_S
+        self._quiet_s = SILENCE_S  # silence before the next request, longer after a missing answer
 
     # -- by name -----------------------------------------------------------------------------
 
@@ -142,27 +139,30 @@ class Pmc006Client(MotionClient[ControllerView]):
         row = self._readable.get(name)
         if row is None:
             raise ValueError(_unreadable(name, self.readable))
-        return self._answer_to(row.code, 0)
+        return self._exchange(row.code, 0)
 
     def set(self, name: str, value: int) -> None:
-        """Set a parameter by its name in `SETTABLE`, and read it back where possible.
+        """Set a parameter by its name in `SETTABLE`, and read it back if it can be read.
 
-        It is lost at power-off unless `save` keeps it.
+        The value is lost at power-off without `save`.
 
         Raises:
             ValueError: the parameter can't be set, or the value is not allowed.
         """
         row = settable(SETTABLE, name, value)
         if name == ADDRESS:
-            self._change_address(
-                value, lambda: self._check(row, self._once(row.code, value, value), value), "status1"
-            )
+            self._set_address(row, value)
             return
-        answer = self._answer_to(row.code, value)
-        self._check(row, answer, value)
-        shown_name = "position" if name == "set_position" else name
-        if shown_name in self._readable and (value_read := self.read(shown_name)) != value:
-            raise RefusedError(f"{name} was set to {value} and reads {value_read}")
+        self._check(row, self._exchange(row.code, value), value)
+        read_name = "position" if name == "set_position" else name
+        if read_name in self._readable:
+            check_read_back(name, value, self.read(read_name))
+
+    def _set_address(self, row: InstructionRow, address: int) -> None:
+        def send() -> None:
+            self._check(row, self._send_once(row.code, address, address), address)
+
+        self._change_address(address, send, "status1")
 
     def do(self, name: str, data: int = 0) -> None:
         """Carry out an action that may be repeated, such as clearing a flag.
@@ -172,8 +172,8 @@ class Pmc006Client(MotionClient[ControllerView]):
         """
         row = BY_NAME.get(name)
         if row is None or row.kind is not Kind.ACTION or name in _MOTIONS:
-            raise ValueError(f"{name} is not an action that may be carried out twice")
-        self._check(row, self._answer_to(row.code, data), None)
+            raise ValueError(f"{name} is not an action that may be repeated")
+        self._check(row, self._exchange(row.code, data), None)
 
     def clear(self) -> None:
         """Clear and read the emergency stops of EXT1 and EXT2; raise RefusedError for stops that stay."""
@@ -181,33 +181,33 @@ class Pmc006Client(MotionClient[ControllerView]):
         self.do("clear_ext2_flag")
         if stops_left := self.status1 & (Status1.EXT1 | Status1.EXT2):
             raise RefusedError(
-                f"the emergency stops were cleared and are still set{self.reasons(stops_left)}"
+                f"the emergency stops were cleared, but are still set{self.reasons(stops_left)}"
             )
 
     def save(self) -> None:
-        """Save the parameters in the EEPROM, whose write cycles are limited [4.3.17]."""
-        self._check(BY_NAME["save_parameters"], self._once(BY_NAME["save_parameters"].code, 0), None)
+        """Save the parameters in the EEPROM, which has a limited number of writes [4.3.17]."""
+        self._check(BY_NAME["save_parameters"], self._send_once(BY_NAME["save_parameters"].code, 0), None)
 
     @property
     def status1(self) -> Status1:
-        """Status register 1; reads it from the controller."""
+        """Status register 1; reads it from the device."""
         return Status1(self.read("status1") & 0xFF)
 
     @property
     def status2(self) -> Status2:
-        """Status register 2; reads it from the controller."""
+        """Status register 2; reads it from the device."""
         return Status2(self.read("status2") & 0xFF)
 
     @property
     def firmware(self) -> str:
-        """The firmware version as text; reads it from the controller."""
+        """The firmware version as text; reads it from the device."""
         return firmware_text(self.read("firmware"))
 
     # -- motion ------------------------------------------------------------------------------
 
     @override
     def look(self) -> ControllerView:
-        """Read status register 1, then the position, which is final if nothing moved."""
+        """Read status register 1, then the position, which is final if the motor does not move."""
         status = self.status1
         return ControllerView(self.position, bool(status & (Status1.BUSY | Status1.HOME)), status & NAMED)
 
@@ -223,10 +223,10 @@ class Pmc006Client(MotionClient[ControllerView]):
         return self._start(BY_NAME["step"], abs(steps)).position + steps
 
     def home(self, stroke: int, progress: Progress = lambda _: None) -> int:
-        """Go back to the switch on EXT1 and wait for it; return the position there.
+        """Move back to the switch on EXT1, and wait; return the position at the switch.
 
-        The switch is found if EXT1 is active at the end and was free before, or the motor was seen to go
-        back: a stuck switch is always active, and the motor only retreats.
+        The switch is found if EXT1 is active at the end and was free before, or if the motor moved back: with
+        a stuck switch, EXT1 is always active, and the motor only retreats.
 
         Args:
             stroke: longest travel, in steps.
@@ -240,19 +240,19 @@ class Pmc006Client(MotionClient[ControllerView]):
         if not row.allows(stroke):
             raise ValueError(f"stroke {stroke}: must be {row.allowed}")
         search = _Search(self._on_switch)
-        self._start(row, stroke, moves=False)  # a short motion ends before a read; the switch shows the end
+        self._start(row, stroke, moves=False)  # a short motion may end before the first read
 
-        def looked(position: int) -> None:
+        def note_position(position: int) -> None:
             search.look(position)
             progress(position)
 
-        state = self.watch(looked, 0 if search.began_on_switch else POLL_S)
+        state = self.watch(note_position, 0 if search.began_on_switch else POLL_S)
         end_text = f"zero-back ended at {state.position}"
         with stopped_when_lost(self.stop):
             if not self._on_switch() or state.errors & (Status1.EXT2 | Status1.STALL):
                 raise StoppedError(f"{end_text} without the switch{self.reasons(state.errors)}")
             if not search.was_free:
-                switch_text = "with the switch active all the time, as if it were stuck"
+                switch_text = "with the switch active all the time; it may be stuck"
                 raise StoppedError(f"{end_text} {switch_text}{self.reasons(state.errors)}")
         return state.position
 
@@ -261,16 +261,16 @@ class Pmc006Client(MotionClient[ControllerView]):
         self._start(BY_NAME["speed_mode"], 1)
 
     def slow_down(self) -> None:
-        """Leave speed mode by the ramp; raise RefusedError if the motor is still in speed mode."""
-        self._check(BY_NAME["speed_mode"], self._answer_to(BY_NAME["speed_mode"].code, 0), None)
+        """Ramp down from speed mode; raise RefusedError if the motor is still in speed mode."""
+        self._check(BY_NAME["speed_mode"], self._exchange(BY_NAME["speed_mode"].code, 0), None)
         if self.status2 & Status2.SPEED_MODE:
-            raise RefusedError("speed_mode 0 was answered, and the motor is still in speed mode")
+            raise RefusedError("speed_mode 0 was answered, but the motor is still in speed mode")
 
     # -- inside ------------------------------------------------------------------------------
 
     @override
     def halt(self) -> None:
-        """Stop at once, without a ramp; repeat until answered."""
+        """Stop at once, without a ramp; repeat the request until the device answers."""
         self.do("abort")
 
     @override
@@ -283,23 +283,27 @@ class Pmc006Client(MotionClient[ControllerView]):
         return f": {error_names}" if error_names else ""
 
     def _start(self, row: InstructionRow, data: int, *, moves: bool = True) -> ControllerView:
-        return self.begin(row.name, lambda: self._check(row, self._once(row.code, data), None), moves=moves)
+        def send() -> None:
+            self._check(row, self._send_once(row.code, data), None)
+
+        return self.begin(row.name, send, moves=moves)
 
     def _on_switch(self) -> bool:
-        """Return whether EXT1 has the level that follows its configured edge."""
+        """Return whether EXT1 has the level after its configured edge."""
         rising = self.read("ext_trigger_mode") & 1
         return (self.read("levels") >> 2 & 1) == rising
 
-    def _check(self, row: InstructionRow, answer: int, value: int | None) -> None:
-        """Raise a refusal; 6 and 7 are values where 6 or 7 was set."""
-        if answer in _ERRORS and answer != value:
-            raise RefusedError(f"{row.name} is refused with error {_ERRORS[answer]}")
+    def _check(self, row: InstructionRow, response: int, value: int | None) -> None:
+        """Raise RefusedError for response 6 or 7, unless this value was set."""
+        if response in _ERRORS and response != value:
+            raise RefusedError(f"{row.name} is refused with error {_ERRORS[response]}")
 
-    def _answer_to(self, code: int, data: int) -> int:
+    def _exchange(self, code: int, data: int) -> int:
         """Send an instruction, up to `TRIES` times; return the data of the answer."""
-        return until_answered(lambda: self._once(code, data))
+        return until_answered(lambda: self._send_once(code, data))
 
-    def _once(self, code: int, data: int, new_address: int | None = None) -> int:
+    def _send_once(self, code: int, data: int, new_address: int | None = None) -> int:
+        """Send an instruction once; return the data of the answer, which may have a new address."""
         drain(self._link, self._quiet_s)
         self._quiet_s = self._answer_s + LATE_S
         self.faults += 1

@@ -1,16 +1,17 @@
-"""Detection of controllers on a line: read-only requests to one address after the other.
+"""Detection of devices on a line: read-only requests to one address after the other.
 
     PCL601 in Modbus RTU    function 11h, report address and firmware      38,400 8E1
     PCL601 in AA ASCII      @% CR, verify axis number, to any address      38,400 8N1
     PMC006x3s               j, read status register 1                       9,600 8N1
 
-No request changes anything, and none starts a motion.
+No request changes a value or starts a motion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from contextlib import closing
+from dataclasses import dataclass, replace
 
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
 
@@ -23,7 +24,7 @@ from ..wire import LineFormat
 from .link import SILENCE_S, Link, drain
 
 ANSWER_S = 0.1
-"""Longest wait for an answer; USB adapters hold back received bytes for 16 ms."""
+"""Longest wait for an answer, s; USB adapters delay received bytes by 16 ms."""
 
 PCL601_ADDRESSES = range(1, 100)
 PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
@@ -31,7 +32,7 @@ PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """A controller that has answered."""
+    """A device that has answered."""
 
     controller: str
     address: int
@@ -42,34 +43,42 @@ class FoundDevice:
         return f"{self.controller} at address {self.address}, {self.language}, {self.line_format}"
 
 
-Asked = Callable[[str, int], None]
-"""Called before every request with its receiver: a language and an address, 0 for any."""
+OnRequest = Callable[[str, int], None]
+"""Called before every request with its protocol and its address, 0 for any address."""
 
-Opened = Callable[[LineFormat], Link]
+OpenLine = Callable[[LineFormat], Link]
 """Opens the line in a format."""
 
 
-def probe(opened: Opened, addresses: Iterable[int] | None, on_request: Asked) -> Iterator[FoundDevice]:
-    """Ask in one language after the other; yield each controller as soon as it answers.
+def probe(
+    open_line: OpenLine, addresses: Iterable[int] | None, on_request: OnRequest
+) -> Iterator[FoundDevice]:
+    """Probe the addresses in one protocol after the other; yield each device as soon as it answers.
 
     Args:
-        opened: opens the line in a format; it is closed before it is opened in another one.
-        addresses: the addresses to probe; None = all possible addresses.
+        open_line: opens the line in a format; the line is closed between two formats.
+        addresses: the addresses to probe, None for all possible addresses.
         on_request: called before every request.
 
     Raises:
         LinkError: the line can't be opened, or is lost.
     """
-    chosen_addresses = None if addresses is None else tuple(addresses)
-    units = [
-        address for address in PCL601_ADDRESSES if chosen_addresses is None or address in chosen_addresses
-    ]
-    sites = [
-        address for address in PMC006_ADDRESSES if chosen_addresses is None or address in chosen_addresses
-    ]
-    yield from _rtu(opened, units, on_request)
-    yield from _ascii(opened, chosen_addresses, on_request)
-    yield from _pmc006(opened, sites, on_request)
+    chosen = None if addresses is None else frozenset(addresses)
+    yield from _find_in_turn(
+        open_line,
+        FoundDevice("PCL601", 0, "Modbus RTU", rtu.LINE_FORMAT),
+        [address for address in PCL601_ADDRESSES if chosen is None or address in chosen],
+        lambda address: rtu.request(address, report_id()),
+        on_request,
+    )
+    yield from _find_ascii(open_line, chosen, on_request)
+    yield from _find_in_turn(
+        open_line,
+        FoundDevice("PMC006", 0, "its own frames", pmc006.LINE_FORMAT),
+        [address for address in PMC006_ADDRESSES if chosen is None or address in chosen],
+        lambda address: pmc006.reading(address, "read_status1"),
+        on_request,
+    )
 
 
 def questions(addresses: Iterable[int] | None) -> int:
@@ -83,66 +92,43 @@ def questions(addresses: Iterable[int] | None) -> int:
     return 1 + sum((address in PCL601_ADDRESSES) + (address in PMC006_ADDRESSES) for address in addresses)
 
 
-def answer_to(link: Link, request: LineRequest) -> bool:
-    """Ask once; return whether the received bytes are a valid answer."""
+def answers(link: Link, request: LineRequest) -> bool:
+    """Send a request once; return whether a valid answer arrives."""
     drain(link, SILENCE_S)
     link.send(request.frame)
-    answer = b""
-    while len(answer) < request.size and (data := link.receive(1, ANSWER_S)):
-        answer += data
-        if isinstance(request.read(answer), Reply):
+    received = b""
+    while len(received) < request.size and (data := link.receive(1, ANSWER_S)):
+        received += data
+        if isinstance(request.read(received), Reply):
             return True
     return False
 
 
-def _rtu(opened: Opened, units: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
-    line_format = rtu.LINE_FORMAT
-    for unit in _answering(opened, line_format, "Modbus RTU", units, _ask_identity, on_request):
-        yield FoundDevice("PCL601", unit, "Modbus RTU", line_format)
-
-
-def _pmc006(opened: Opened, sites: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
-    for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, on_request):
-        yield FoundDevice("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
-
-
-def _ask_identity(unit: int) -> LineRequest:
-    return rtu.request(unit, report_id())
-
-
-def _ask_status(site: int) -> LineRequest:
-    return pmc006.reading(site, "read_status1")
-
-
-def _answering(
-    opened: Opened,
-    line_format: LineFormat,
-    language: str,
+def _find_in_turn(
+    open_line: OpenLine,
+    device: FoundDevice,
     addresses: Iterable[int],
-    question: Callable[[int], LineRequest],
-    on_request: Asked,
-) -> Iterator[int]:
-    link = opened(line_format)
-    try:
+    request_for: Callable[[int], LineRequest],
+    on_request: OnRequest,
+) -> Iterator[FoundDevice]:
+    """Probe one address after the other; yield `device` with each address that answers."""
+    with closing(open_line(device.line_format)) as link:
         for address in addresses:
-            on_request(language, address)
-            if answer_to(link, question(address)):
-                yield address
-    finally:
-        link.close()
+            on_request(device.language, address)
+            if answers(link, request_for(address)):
+                yield replace(device, address=address)
 
 
-def _ascii(opened: Opened, chosen: tuple[int, ...] | None, on_request: Asked) -> Iterator[FoundDevice]:
-    """Ask units in ASCII for their address; simultaneous answers garble each other."""
+def _find_ascii(
+    open_line: OpenLine, chosen: frozenset[int] | None, on_request: OnRequest
+) -> Iterator[FoundDevice]:
+    """Request the addresses of all devices in AA ASCII; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
-    link = opened(line_format)
-    try:
+    with closing(open_line(line_format)) as link:
         on_request("AA ASCII", 0)
         drain(link, SILENCE_S)
         link.send(ascii.ASK)
-        answer = link.receive(ascii.ANSWER_MAX, ANSWER_S)
-    finally:
-        link.close()
-    digits = answer.removesuffix(b"\r\n")
-    if digits != answer and digits.isdigit() and (chosen is None or int(digits) in chosen):
+        received = link.receive(ascii.ANSWER_MAX, ANSWER_S)
+    digits = received.removesuffix(b"\r\n")
+    if digits != received and digits.isdigit() and (chosen is None or int(digits) in chosen):
         yield FoundDevice("PCL601", int(digits), "AA ASCII", line_format)

@@ -1,12 +1,12 @@
-"""The end of a motion as a client sees it, and the loss of the line during a motion.
+"""Motions through a client: start, end, and the loss of the line during a motion.
 
-    start, sent once --> a sign of motion --> rest, confirmed --> done
-                       > none: the fault says what is missing
-    fault while watching --> stop, repeated --> seen at rest
-                                            --> not seen: it may still be moving
+    start, sent once --> motion seen --> rest, confirmed --> done
+                     --> no motion: the error says what is missing
+    error while watching --> stop, repeated --> at rest
+                                            --> not confirmed: the motor may still be moving
 
-A late answer may describe an earlier state: after missing answers, rest is confirmed only by more
-agreeing reads than there can be late answers.
+A late answer may describe an earlier state, so after missing answers, rest is confirmed only by more equal
+reads than late answers are possible.
 """
 
 from __future__ import annotations
@@ -29,24 +29,29 @@ from .link import (
     UnconfirmedMotionError,
 )
 
-SIGN_LOOKS = 4
-"""Reads for a sign of motion after an answered start, `POLL_S` apart."""
+READS_FOR_MOTION = 4
+"""Maximum reads until a motion is seen after an answered start, `POLL_S` apart."""
 
 
 class MonitoringLostError(LinkError):
-    """A motion was started and can no longer be watched."""
+    """The line failed during a motion.
+
+    Attributes:
+        why: the cause, as text.
+        stopped: whether the motor was read at rest afterward.
+    """
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
         outcome = (
             "the motor was stopped" if stopped else "a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
         )
         super().__init__(f"{why}; {outcome}", received)
-        self.stopped = stopped  # whether the motor was read at rest afterwards
-        self.why = why  # the cause, in words
+        self.stopped = stopped
+        self.why = why
 
 
 def try_to_stop(stop: Callable[[], None]) -> bool:
-    """Stop the motor; return whether it was seen at rest."""
+    """Stop the motor; return whether `stop` has confirmed it."""
     try:
         stop()
     except LinkError:
@@ -67,53 +72,58 @@ def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class ControllerView:
-    """One read of a controller: position in steps, final if it does not move."""
+    """One read of a device: position in steps, final if it does not move; and error bits."""
 
     position: int
     moving: bool
     errors: int
 
 
-SeenType = TypeVar("SeenType", bound=ControllerView)
+StateType = TypeVar("StateType", bound=ControllerView)
 
 
-class MotionClient(ABC, Generic[SeenType]):
-    """A client of a controller that moves.
+class MotionClient(ABC, Generic[StateType]):
+    """A client of a device with a motor.
 
-    Motions raise LinkError if they were refused or are not known to have begun, and MonitoringLostError if
-    the line fails after the start.
+    A motion raises LinkError if it was refused or may not have begun, and MonitoringLostError if the line
+    fails after the start.
+
+    Attributes:
+        harmless: error bits that a successful motion may set.
+        final: error bits that fail a motion, even if they were set before it.
+        faults: number of missing or damaged answers so far.
     """
 
-    harmless: ClassVar[int] = 0  # error bits that a successful motion may leave
-    final: ClassVar[int] = 0  # error bits that fail a motion even if they were set before it
+    harmless: ClassVar[int] = 0
+    final: ClassVar[int] = 0
 
     def __init__(self, address: int) -> None:
         self.address = address
         self.faults = 0
-        self._faults_before = 0
-        self._errors_before = 0
+        self._faults_before = 0  # at the end of the previous motion
+        self._errors_before = 0  # at the start of the present motion
 
     # -- implemented by each client ------------------------------------------------------------
 
     @abstractmethod
     def read(self, name: str) -> int:
-        """Return a value by its name; ValueError for an unknown one."""
+        """Return a value by its name; ValueError for an unknown name."""
 
     @abstractmethod
     def start_move(self, steps: int) -> int:
         """Start a move over signed steps; return its target."""
 
     @abstractmethod
-    def look(self) -> SeenType:
+    def look(self) -> StateType:
         """Read position, motion and errors."""
 
     @abstractmethod
     def reasons(self, errors: int) -> str:
-        """Return the meaning of error bits and limits, to follow a sentence."""
+        """Return the meanings of error bits and limits, to append to a sentence."""
 
     @abstractmethod
     def halt(self) -> None:
-        """Request an immediate stop, repeatedly until it is answered."""
+        """Stop at once; repeat the request until the device answers."""
 
     @abstractmethod
     def pause(self, seconds: float) -> None:
@@ -123,7 +133,7 @@ class MotionClient(ABC, Generic[SeenType]):
 
     @property
     def position(self) -> int:
-        """The position register, steps; reads it from the controller."""
+        """The position register, steps; reads it from the device."""
         return self.read("position")
 
     def move(self, steps: int, progress: Progress = lambda _: None) -> int:
@@ -131,9 +141,9 @@ class MotionClient(ABC, Generic[SeenType]):
 
         Raises:
             ValueError: 0, or too many steps.
-            StoppedError: it ended elsewhere, or with an error; the message says why.
+            StoppedError: the move ended elsewhere, or with an error.
         """
-        check = self._check_of_move(steps)
+        check = self._prepare_check(steps)
         target = self.start_move(steps)
         state = self.watch(progress)
         with stopped_when_lost(self.stop):
@@ -142,115 +152,133 @@ class MotionClient(ABC, Generic[SeenType]):
             self.check_errors("move", state)
         return state.position
 
-    def _check_of_move(self, steps: int) -> Callable[[SeenType], None]:
-        """Return a check of the state at the end of a move, prepared before its start."""
-        return lambda seen: None
+    def _prepare_check(self, steps: int) -> Callable[[StateType], None]:
+        """Prepare a check before a move; return a function that checks the state at its end."""
+        return lambda state: None
 
     def stop(self) -> None:
         """Stop at once, without a ramp, and check that the motor is at rest.
 
         Raises:
-            RefusedError: the stop was answered, and the motor still moves.
+            RefusedError: the stop was answered, but the motor still moves.
         """
-        if self._rest_soon(self.halt) is None:
-            raise RefusedError("the stop was answered, and the motor still moves")
+        if self._await_rest(self.halt) is None:
+            raise RefusedError("the stop was answered, but the motor still moves")
 
     def wait(self, progress: Progress = lambda _: None) -> int:
         """Wait for the end of a motion; return the position."""
         return self.watch(progress).position
 
-    def watch(self, progress: Progress, pause_s: float = POLL_S) -> SeenType:
+    def watch(self, progress: Progress, pause_s: float = POLL_S) -> StateType:
         """Wait for the end of a motion; return the confirmed state at rest.
 
         Args:
             progress: called with every position.
         """
         with stopped_when_lost(self.stop):
-            while (at_rest := self._rest(1, progress)) is None:
+            while (at_rest := self._read_at_rest(1, progress)) is None:
                 self.pause(pause_s)
             self._faults_before = self.faults
             return at_rest
 
-    def _rest(self, again: int, progress: Progress = lambda _: None) -> SeenType | None:
-        """Return a state at rest on which `again` + 1 reads, and one per late answer, agree; or None."""
-        seen_state = self.look()
-        progress(seen_state.position)
-        again += self.faults - self._faults_before
-        return (
-            None if seen_state.moving or any(self.look() != seen_state for _ in range(again)) else seen_state
-        )
+    def _read_at_rest(self, repeats: int, progress: Progress = lambda _: None) -> StateType | None:
+        """Return the state at rest if further reads agree with the first one, otherwise None.
 
-    def _rest_soon(self, first: Callable[[], None] = lambda: None) -> SeenType | None:
-        """Return the state at rest if one of `TRIES` attempts, each after `first`, shows it."""
+        Args:
+            repeats: further reads, in addition to one for each answer that may be late.
+        """
+        state = self.look()
+        progress(state.position)
+        repeats += self.faults - self._faults_before
+        if state.moving or any(self.look() != state for _ in range(repeats)):
+            return None
+        return state
+
+    def _await_rest(self, first: Callable[[], None] = lambda: None) -> StateType | None:
+        """Return the state at rest if one of `TRIES` reads shows it, otherwise None.
+
+        Args:
+            first: called before every read.
+        """
         for _ in range(TRIES):
             first()
-            if (at_rest := self._rest(0)) is not None:
+            if (at_rest := self._read_at_rest(0)) is not None:
                 return at_rest
         return None
 
-    def check_end(self, name: str, seen: SeenType, target: int) -> None:
-        """Raise StoppedError if a motion has ended elsewhere."""
-        if seen.position != target:
-            message = f"the {name} ended at {seen.position}, not at {target}"
-            raise StoppedError(f"{message}{self.reasons(seen.errors)}")
+    def check_end(self, name: str, state: StateType, target: int) -> None:
+        """Raise StoppedError if a motion has not ended at its target."""
+        if state.position != target:
+            message = f"the {name} ended at {state.position}, not at {target}"
+            raise StoppedError(f"{message}{self.reasons(state.errors)}")
 
-    def check_errors(self, name: str, seen: SeenType) -> None:
+    def check_errors(self, name: str, state: StateType) -> None:
         """Raise StoppedError if a motion has ended with a new error."""
-        if new_errors := seen.errors & (~self._errors_before | self.final) & ~self.harmless:
-            raise StoppedError(f"the {name} ended at {seen.position} with an error{self.reasons(new_errors)}")
+        if new_errors := state.errors & (~self._errors_before | self.final) & ~self.harmless:
+            raise StoppedError(
+                f"the {name} ended at {state.position} with an error{self.reasons(new_errors)}"
+            )
 
-    def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:
-        """Send a start once and check that it has begun; return the state before.
+    def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> StateType:
+        """Send a start once, and check that the motion has begun; return the state before.
 
         Args:
-            moves: only a visible motion proves that it has begun.
+            moves: whether the motion must be seen; otherwise an answer is enough.
 
         Raises:
-            RefusedError: the controller refuses it, or moves already.
+            RefusedError: the device refuses the start, or is already moving.
             UnconfirmedMotionError: no motion was seen.
         """
-        state_before = self._rest_soon()
+        state_before = self._await_rest()
         if state_before is None:
-            raise RefusedError("a motion is under way")
+            raise RefusedError("a motion is already running")
         with stopped_when_lost(self.stop):
-            failure = self._sent(name, send, state_before, moves)
+            failure = self._send_and_check(name, send, state_before, moves)
         if failure is not None:
             raise failure
         return state_before
 
-    def _sent(self, name: str, send: Callable[[], object], before: SeenType, moves: bool) -> LinkError | None:
-        """Send a start once; return why it has not begun, None if it has."""
+    def _send_and_check(
+        self, name: str, send: Callable[[], object], state_before: StateType, moves: bool
+    ) -> LinkError | None:
+        """Send a start once; return why the motion has not begun, or None if it has."""
         failure: LinkError | None = None
         try:
             send()
         except (RefusedError, NoAnswerError, BadResponseError) as fault:
             failure = fault
-        state = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
-        new_errors, self._errors_before = state.errors & ~before.errors, state.errors
-        if state.moving or state.position != before.position:  # even if the request was doubled on the line
-            return None
+        state = self._await_change(state_before, READS_FOR_MOTION if moves and failure is None else 1)
+        new_errors, self._errors_before = state.errors & ~state_before.errors, state.errors
+        if state.moving or state.position != state_before.position:
+            return None  # it has begun, even if the answer is missing or refuses a doubled request
         if failure is not None and not isinstance(failure, RefusedError):
-            return UnconfirmedMotionError(f"{name} was not answered, and nothing moves; it is not repeated")
+            return UnconfirmedMotionError(
+                f"{name} was not answered, and no motion was seen; it is not repeated"
+            )
         if failure is None and new_errors:
             return RefusedError(f"{name} is refused{self.reasons(new_errors)}")
         if failure is None and moves:
-            problem = f"no motion was seen: the position is {state.position} as before"
+            problem = f"no motion was seen: the position is still {state.position}"
             return UnconfirmedMotionError(f"{name} was answered, but {problem}{self.reasons(state.errors)}")
         return failure
 
-    def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:
-        """Read until the state changes, at most `looks` times; return the last one."""
+    def _await_change(self, state_before: StateType, reads: int) -> StateType:
+        """Read until the state changes, at most `reads` times; return the last state."""
         state = self.look()
-        for _ in range(looks - 1):
-            if state != before:
+        for _ in range(reads - 1):
+            if state != state_before:
                 break
             self.pause(POLL_S)
             state = self.look()
         return state
 
     def _change_address(self, value: int, send: Callable[[], object], witness: str) -> None:
-        """Send a new address; after an uncertain answer keep the one with which `witness` can be read."""
-        former = self.address
+        """Send a new address, and use it from then on.
+
+        Args:
+            witness: name of a value; if the answer is missing, a read of it shows which address is valid.
+        """
+        former_address = self.address
         try:
             send()
         except (NoAnswerError, BadResponseError):
@@ -258,6 +286,6 @@ class MotionClient(ABC, Generic[SeenType]):
             try:
                 self.read(witness)
             except NoAnswerError:
-                self.address = former
+                self.address = former_address
                 raise
         self.address = value

@@ -1,7 +1,7 @@
-"""Ports: real ends of a simulated controller's serial line, on this machine or on its network.
+"""Ports: real ends of a simulated device's serial line, on this machine or its network.
 
-A port moves bytes and knows no device, a device knows no port; the loop in `server` connects
-them. Sockets are bound to the loopback address unless set otherwise.
+Ports and devices are independent; the loop in `server` connects them. By default, sockets are bound to the
+loopback address.
 """
 
 from __future__ import annotations

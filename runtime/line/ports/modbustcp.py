@@ -1,13 +1,13 @@
-"""Modbus TCP: requests with a seven-byte header, each answered with its transaction number.
+"""Modbus TCP: requests with a seven-byte header; the reply has the transaction number of its request.
 
     0-1  transaction   2-3  protocol, 0   4-5  length of the rest   6  unit   7...  PDU
 
-Requests may follow each other without waiting: each is answered, in order. Bytes that are
-not Modbus TCP end their connection.
+A client may send further requests without waiting; the replies are in order. Bytes that are not Modbus TCP
+end their connection.
 
-After a request 11h pymodbus's own framer takes a byte of the next one. Its server answers only the first of
-several requests in one packet, refuses a function that it lacks with 80h in place of the function, and serves
-functions that no device here has (tests/unit/line/test_pymodbus.py).
+pymodbus's framer and server are not used. The framer loses a byte after a request 11h. The server answers
+only the first of several requests in one packet, refuses an unknown function with 80h in place of the
+function, and serves functions that no device here has (tests/unit/line/test_pymodbus.py).
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ PDU_MAX = 253
 """The longest PDU, bytes [Modbus application protocol]."""
 
 AnswerPdu = Callable[[int, bytes], bytes | None]
-"""From a unit's address and a request PDU to the reply PDU; None = no reply."""
+"""Returns the reply PDU for a unit's address and a request PDU, or None for no reply."""
 
 
 class ModbusTcpPort:
     """A Modbus TCP server.
 
     Args:
-        port: the port, 0 = any that is free.
-        places: maximum simultaneous connections; further ones are closed. None = many, see `places`.
-        selector: waits for this port and for others; by default one of its own.
+        port: the port, 0 for any free port.
+        places: maximum connections, further ones are closed; None for the limit in `places`.
+        selector: a selector that also waits for other ports; by default a new one.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: the port can't listen at the address.
     """
 
     def __init__(
@@ -58,16 +58,16 @@ class ModbusTcpPort:
         return len(self.listener.connections)
 
     def serve(self, seconds: float, answer: AnswerPdu) -> None:
-        """Answer the received requests; return within that time."""
+        """Answer the received requests; return within `seconds`."""
         for connection, requests in self.requests(seconds):
             self.send(connection, b"".join(reply_to(request, answer) for request in requests))
 
     def requests(self, seconds: float) -> Iterator[tuple[socket.socket, list[bytes]]]:
-        """Yield the request frames that connections have sent; return within that time."""
+        """Yield the received request frames of each connection; return within `seconds`."""
         yield from self._split(self.listener.wait(seconds))
 
     def take(self, ready: object) -> Iterator[tuple[socket.socket, list[bytes]]]:
-        """Yield the request frames of a socket that the selector has found ready."""
+        """Yield the request frames of a socket that the selector reports as ready."""
         yield from self._split(self.listener.take(ready))
 
     def _split(
@@ -83,7 +83,7 @@ class ModbusTcpPort:
                 yield connection, requests
 
     def send(self, connection: socket.socket, replies: bytes) -> None:
-        """Send reply frames; a connection that does not take them is ended."""
+        """Send reply frames; end the connection if that fails."""
         if replies and self.listener.send(connection, replies):
             self.traffic.sent += len(replies)
         elif replies:
@@ -99,7 +99,7 @@ class ModbusTcpPort:
         self.listener.close()
 
     def _requests(self, connection: socket.socket, data: bytes) -> list[bytes]:
-        """Return the whole requests of a connection, and keep the rest."""
+        """Return the complete requests of a connection, and store the remaining bytes."""
         try:
             requests, self._pending[connection] = split_frames(data)
         except NotModbusError:
@@ -117,7 +117,7 @@ class NotModbusError(ValueError):
 
 
 def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
-    """Return the whole frames at the head of a stream, and the rest.
+    """Return the complete frames at the start of a stream, and the remaining bytes.
 
     Raises:
         NotModbusError: the header is invalid.
@@ -137,7 +137,7 @@ def split_frames(data: bytes) -> tuple[list[bytes], bytes]:
 
 
 def reply_to(request: bytes, answer: AnswerPdu) -> bytes:
-    """Return the reply frame to a request frame; b"" if there is no reply."""
+    """Return the reply frame to a request frame, or b"" for no reply."""
     _, _, _, unit = HEADER.unpack_from(request)
     pdu = answer(unit, request[HEADER.size :])
     return b"" if pdu is None else reply_frame(request, pdu)

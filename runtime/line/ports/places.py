@@ -1,25 +1,25 @@
-"""The limit on clients of a listening port: when it is reached, a silent client is dropped for a new one."""
+"""The limit on clients of a listening port; at the limit, a new client replaces a silent one."""
 
 from __future__ import annotations
 
 import socket
 from collections.abc import Mapping
 
-CLIENTS_MOST = 64
+CLIENTS_MAX = 64
 
 SILENT_NS = 10_000_000_000
-"""Minimum silence after which a client may be dropped when all places are taken."""
+"""Minimum silence of a client that may be dropped at the limit."""
 
 
 def make_place(heard_ns: Mapping[socket.socket, int], now_ns: int) -> tuple[socket.socket | None, bool]:
-    """Return the client to drop, if any, and whether there is a place for a new client.
+    """Return the client to drop, or None, and whether a new client can be accepted.
 
     Args:
-        heard_ns: wall time at which each client last sent something.
+        heard_ns: wall time of the latest bytes of each client.
     """
-    if len(heard_ns) < CLIENTS_MOST:
+    if len(heard_ns) < CLIENTS_MAX:
         return None, True
-    longest = min(heard_ns, key=lambda place: heard_ns[place])
-    if now_ns - heard_ns[longest] < SILENT_NS:
+    most_silent = min(heard_ns, key=lambda client: heard_ns[client])
+    if now_ns - heard_ns[most_silent] < SILENT_NS:
         return None, False
-    return longest, True
+    return most_silent, True

@@ -10,7 +10,7 @@ from ..wire import LineFormat
 
 @dataclass(slots=True)
 class Traffic:
-    """Bytes that went through a port, and the number of times that it was lost."""
+    """Number of bytes through a port, and of losses of the port."""
 
     received: int = 0
     sent: int = 0
@@ -18,7 +18,7 @@ class Traffic:
 
 
 class PortError(ValueError):
-    """A port that can't be opened; the message names it and the cause."""
+    """A port can't be opened; the message has the port and the cause."""
 
 
 class Port(Protocol):
@@ -30,10 +30,10 @@ class Port(Protocol):
     traffic: Traffic
 
     def wait(self, seconds: float) -> bytes:
-        """Return received bytes; b"" if none arrive in that time."""
+        """Return received bytes, or b"" after `seconds`."""
 
     def send(self, data: bytes) -> None:
-        """Send; bytes without a receiver are dropped, as on a line."""
+        """Send bytes; without a receiver, drop them, as on a line."""
 
     def follow(self, line_format: LineFormat) -> None:
         """Change the character format, if the port has one."""

@@ -1,4 +1,4 @@
-"""A pseudo-terminal: a serial port without hardware, whose path is printed."""
+"""A pseudo-terminal: a serial port without hardware."""
 
 from __future__ import annotations
 
@@ -14,43 +14,43 @@ from .port import Port, Traffic
 
 CHUNK = 4096
 
-NO_PTY = "no pseudo-terminals on this system: use --tcp, or --serial with a pair of virtual ports"
+NO_PTY = "this system has no pseudo-terminals: use --tcp, or --serial with a pair of virtual ports"
 
 
 class PtyPort(Port):
-    """A pseudo-terminal in raw mode; not on Windows.
+    """A pseudo-terminal in raw mode, not on Windows.
 
-    Programs may open and close its path at any time: its other end is kept open here, so that it
-    never hangs up. Speed and parity have no meaning on it; a program that requires even parity gets an
-    error from the operating system and must be set to none.
+    Programs may open and close its path at any time: this port keeps the client's end open, so that the
+    terminal never hangs up. Speed and parity have no effect. The operating system refuses even parity, so set
+    the program to no parity.
 
     Raises:
-        ValueError: the system has none.
+        ValueError: the system has no pseudo-terminals.
     """
 
     def __init__(self) -> None:
         if not hasattr(os, "openpty"):
             raise ValueError(NO_PTY)
-        system: Any = os  # type checkers know these functions on POSIX only
-        self._own, self._kept = system.openpty()
-        vars(import_module("tty"))["setraw"](self._kept)
-        system.set_blocking(self._own, False)
-        self.name: str = system.ttyname(self._kept)
+        system: Any = os  # for type checkers, these functions exist on POSIX only
+        self._port_fd, self._client_fd = system.openpty()
+        vars(import_module("tty"))["setraw"](self._client_fd)
+        system.set_blocking(self._port_fd, False)
+        self.name: str = system.ttyname(self._client_fd)
         self.traffic = Traffic()
 
     @override
     def wait(self, seconds: float) -> bytes:
-        if not select.select([self._own], [], [], seconds)[0]:
+        if not select.select([self._port_fd], [], [], seconds)[0]:
             return b""
-        data = os.read(self._own, CHUNK)
+        data = os.read(self._port_fd, CHUNK)
         self.traffic.received += len(data)
         return data
 
     @override
     def send(self, data: bytes) -> None:
-        """Send what fits; drop the rest if the reader does not read."""
+        """Send bytes; drop bytes that do not fit because the reader does not read."""
         try:
-            self.traffic.sent += os.write(self._own, data)
+            self.traffic.sent += os.write(self._port_fd, data)
         except BlockingIOError:
             self.traffic.lost += 1
 
@@ -59,5 +59,5 @@ class PtyPort(Port):
 
     @override
     def close(self) -> None:
-        os.close(self._own)
-        os.close(self._kept)
+        os.close(self._port_fd)
+        os.close(self._client_fd)

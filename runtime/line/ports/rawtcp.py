@@ -1,4 +1,4 @@
-"""The line's own bytes over TCP, like a serial device server."""
+"""The line's bytes over TCP, like a serial device server."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .sockets import Listener
 
 
 class RawTcpPort(Port):
-    """The bytes of the line over TCP: RTU frames, or ASCII while the unit uses that.
+    """The bytes of the line over TCP: RTU frames, or ASCII while the unit uses ASCII.
 
     Several clients may connect, but they share one line: replies go to the latest sender.
 
     Args:
-        port: the port, 0 = any that is free.
+        port: the port, 0 for any free port.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: the port can't listen at the address.
     """
 
     def __init__(self, host: str, port: int) -> None:
         self._listener = Listener(host, port)
-        self._heard: socket.socket | None = None
+        self._latest_sender: socket.socket | None = None
         self.name = self._listener.name
         self.traffic = Traffic()
 
@@ -33,14 +33,14 @@ class RawTcpPort(Port):
     def wait(self, seconds: float) -> bytes:
         for connection, data in self._listener.wait(seconds):
             if data:
-                self._heard = connection
+                self._latest_sender = connection
                 self.traffic.received += len(data)
                 return data
         return b""
 
     @override
     def send(self, data: bytes) -> None:
-        if self._heard is not None and self._listener.send(self._heard, data):
+        if self._latest_sender is not None and self._listener.send(self._latest_sender, data):
             self.traffic.sent += len(data)
 
     def follow(self, line_format: LineFormat) -> None:

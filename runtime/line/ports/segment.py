@@ -1,12 +1,11 @@
-"""Several units on one RS485 line: each hears the master and every other unit.
+"""Several units on one RS485 line; each unit hears the master and all other units.
 
     master   |request|
     unit 1             |reply|
     unit 2   |request|  |reply|  quiet |    a unit does not hear its own characters
 
-A port delivers a frame at once. Bytes of the master that arrive while a unit still
-sends therefore wait until the line is quiet: on the real line they would have been complete
-after the reply, not on top of it.
+A port delivers a frame at once, so bytes of the master may arrive while a unit still sends. They wait until
+the line is quiet, since on a real line they would follow the reply.
 """
 
 from __future__ import annotations
@@ -18,15 +17,15 @@ from typing_extensions import override
 from ..wire import Device, LineFormat
 
 QUIET_CHARACTERS = 5
-"""Silence after a unit has sent, in characters: more than the 3.5 that end a Modbus frame."""
+"""Silence after the bytes of a unit, in characters; 3.5 characters end a Modbus frame."""
 
 
 class BusSegment(Device):
     """A line with several units, as one device.
 
     Args:
-        units: at least one, in the order of their addresses.
-        quiet_ns: silence after a unit has sent, ns; None = `QUIET_CHARACTERS` at the line's speed.
+        units: one or more with the same line format, in the order of their addresses.
+        quiet_ns: silence after the bytes of a unit, ns; None for `QUIET_CHARACTERS` at the line's speed.
     """
 
     def __init__(self, *units: Device, quiet_ns: int | None = None) -> None:
@@ -37,16 +36,16 @@ class BusSegment(Device):
 
     @property
     def line_format(self) -> LineFormat:
-        """The format of the first unit; all units of a line have the same."""
+        """The format of the units."""
         return self.units[0].line_format
 
     @property
     def next_wake_ns(self) -> int | None:
         """Instant of the next wake-up of a unit, or of the end of a wait for silence."""
-        times = [wake_ns for unit in self.units if (wake_ns := unit.next_wake_ns) is not None]
+        instants = [wake_ns for unit in self.units if (wake_ns := unit.next_wake_ns) is not None]
         if self._waiting:
-            times.append(self._free_ns)
-        return min(times, default=None)
+            instants.append(self._free_ns)
+        return min(instants, default=None)
 
     @override
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -57,7 +56,7 @@ class BusSegment(Device):
 
     @override
     def advance(self, now_ns: int) -> bytes:
-        """Return the bytes that the units have put on the line."""
+        """Return the bytes that the units have sent."""
         sent_bytes = b""
         while (wake_ns := self.next_wake_ns) is not None and wake_ns <= now_ns:
             sent_bytes += self._step(wake_ns)
@@ -69,7 +68,7 @@ class BusSegment(Device):
         return b"".join(self._advance_unit(unit, now_ns) for unit in self.units)
 
     def _advance_unit(self, unit: Device, now_ns: int) -> bytes:
-        """Advance a unit, and deliver its bytes to the others."""
+        """Advance a unit, deliver its bytes to the other units, and return the bytes."""
         sent_bytes = unit.advance(now_ns)
         if sent_bytes:
             span_ns = unit.line_format.span_ns(QUIET_CHARACTERS) if self._quiet_ns is None else self._quiet_ns
@@ -77,7 +76,7 @@ class BusSegment(Device):
             self._deliver(now_ns, sent_bytes, unit)
         return sent_bytes
 
-    def _deliver(self, now_ns: int, data: bytes, but: Device | None = None) -> None:
+    def _deliver(self, now_ns: int, data: bytes, sender: Device | None = None) -> None:
         for unit in self.units:
-            if unit is not but:
+            if unit is not sender:
                 unit.receive(now_ns, data)

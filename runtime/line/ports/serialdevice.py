@@ -1,4 +1,4 @@
-"""A real serial port; an unplugged one is reopened when it is available again."""
+"""A real serial port, which is reopened after it was unplugged."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ..wire import LineFormat
 from .port import Port, PortError, Traffic
 
 RETRY_S = 0.5
-"""Time between two attempts to reopen a lost port."""
+"""Time between two attempts to reopen a lost port, s."""
 
 
 class SerialPort(Port):
     """A serial port of this machine; `name` is its path, such as /dev/ttyUSB0 or COM3.
 
     Raises:
-        PortError: it can't be opened.
+        PortError: the port can't be opened.
     """
 
     def __init__(
@@ -104,9 +104,9 @@ def open_serial(path: str, line_format: LineFormat) -> serial.Serial:
     """Open a serial port.
 
     Raises:
-        OSError: it does not exist, or another process uses it.
-        ValueError: it does not support the format.
-        termios.error: it was unplugged during the setup.
+        OSError: the port does not exist, or another process uses it.
+        ValueError: the port does not support the format.
+        termios.error: the port was unplugged during the setup.
     """
     port = serial.Serial(path, exclusive=True, timeout=0)
     try:

@@ -1,4 +1,4 @@
-"""The loop between a port and a device without I/O: bytes in, bytes out, in step with the wall clock."""
+"""The loop between a port and a device without I/O, in real time."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ from .modbustcp import HEADER, AnswerPdu, ModbusTcpPort, reply_frame
 from .port import Port
 
 Client = tuple[socket.socket, bytes]
-"""A connection of Modbus TCP and its request frame."""
+"""A Modbus TCP connection and its request frame."""
 
 LONGEST_S = 0.1
-"""Longest wait before a server checks whether to stop."""
+"""Longest wait, s, until a server checks whether to stop."""
 
 
 class Server(Protocol):
-    """Serves a device at a port, a step at a time."""
+    """Serves a device at a port, step by step."""
 
     def step(self, longest_s: float) -> None:
-        """Wait for the next event, at most that long, and handle it."""
+        """Wait for the next event, at most `longest_s`, and handle it."""
 
     def close(self) -> None:
         """Close the port."""
 
 
 class LineListener(Protocol):
-    """Called with the bytes that pass on a line."""
+    """A listener to the bytes on a line."""
 
     def received(self, now_ns: int, data: bytes) -> None:
-        """Receive bytes on their way to the device."""
+        """Note bytes to the device."""
 
     def sent(self, now_ns: int, data: bytes) -> None:
-        """Receive bytes that the device has sent."""
+        """Note bytes from the device."""
 
 
-AnyPort = TypeVar("AnyPort", Port, ModbusTcpPort)
+PortType = TypeVar("PortType", Port, ModbusTcpPort)
 
 
-class PortServer(Server, Generic[AnyPort]):
-    """A server with one port and a listener to the bytes that pass."""
+class PortServer(Server, Generic[PortType]):
+    """A server with one port and a listener."""
 
-    def __init__(self, port: AnyPort, clock: Clock, listener: LineListener | None) -> None:
-        self._port: AnyPort = port
+    def __init__(self, port: PortType, clock: Clock, listener: LineListener | None) -> None:
+        self._port: PortType = port
         self._clock, self._listener = clock, listener
 
     @override
@@ -68,8 +68,8 @@ class LineServer(PortServer[Port]):
     """A device at a port that carries the bytes of its serial line.
 
     Args:
-        device: a unit, or a `Segment` of several.
-        listener: receives every byte; None = no listener.
+        device: a unit, or a `BusSegment` of several units.
+        listener: is called with all bytes.
     """
 
     def __init__(
@@ -96,9 +96,9 @@ class PduServer(PortServer[ModbusTcpPort]):
     """A device at a Modbus TCP port: requests bypass its serial line, but its time runs.
 
     Args:
-        device: a unit, or a `Segment` of several.
-        answer: answers a request PDU, at the present instant of the device.
-        listener: receives every request and reply, unit and PDU; None = no listener.
+        device: a unit, or a `BusSegment` of several units.
+        answer: carries out a request PDU at the present instant of the device, and returns the reply PDU.
+        listener: is called with every request and reply, as unit and PDU.
     """
 
     def __init__(
@@ -111,29 +111,28 @@ class PduServer(PortServer[ModbusTcpPort]):
     ) -> None:
         super().__init__(port, clock, listener)
         self._device = device
-        self._answer_pdu = answer
+        self._answer = answer
 
     @override
     def step(self, longest_s: float) -> None:
-        self._port.serve(self._clock.seconds_until(self._device.next_wake_ns, longest_s), self._answer)
+        wait_s = self._clock.seconds_until(self._device.next_wake_ns, longest_s)
+        self._port.serve(wait_s, self._advance_and_answer)
         self._device.advance(self._clock.now_ns())
 
-    def _answer(self, unit: int, pdu: bytes) -> bytes | None:
+    def _advance_and_answer(self, unit: int, pdu: bytes) -> bytes | None:
         now_ns = self._clock.now_ns()
         self._device.advance(now_ns)
-        reply = self._answer_pdu(unit, pdu)
-        self._notify(
-            now_ns, received=bytes((unit,)) + pdu, sent=b"" if reply is None else bytes((unit,)) + reply
-        )
+        reply, address = self._answer(unit, pdu), bytes((unit,))
+        self._notify(now_ns, received=address + pdu, sent=b"" if reply is None else address + reply)
         return reply
 
 
 class GatewayServer(PortServer[ModbusTcpPort]):
-    """A gateway on a Modbus TCP port, which passes requests to the serial line one at a time.
+    """A gateway at a Modbus TCP port, which passes requests to the serial line one at a time.
 
     Args:
         gateway: the master of the line.
-        listener: receives every request on arrival and every reply when it is sent; None = no listener.
+        listener: is called with every request on arrival, and every reply when it is sent.
     """
 
     def __init__(
@@ -149,15 +148,16 @@ class GatewayServer(PortServer[ModbusTcpPort]):
     @override
     def step(self, longest_s: float) -> None:
         wait_s = self._clock.seconds_until(self._gateway.next_wake_ns, longest_s)
-        requests = [(peer, frame) for peer, frames in self._port.requests(wait_s) for frame in frames]
+        requests = list(self._port.requests(wait_s))
         now_ns = self._clock.now_ns()
         replies = self._gateway.advance(now_ns)  # before the new requests are queued
-        for connection, frame in requests:
-            unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
-            self._notify(now_ns, received=frame[HEADER.size - 1 :])
-            refusal = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
-            if refusal is not None:
-                replies.append(((connection, frame), refusal))
+        for connection, frames in requests:
+            for frame in frames:
+                unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
+                self._notify(now_ns, received=frame[HEADER.size - 1 :])
+                refusal = self._gateway.ask(GatewayRequest((connection, frame), unit, pdu))
+                if refusal is not None:
+                    replies.append(((connection, frame), refusal))
         replies += self._gateway.advance(now_ns)
         for (connection, frame), pdu in replies:
             reply = reply_frame(frame, pdu)
@@ -169,11 +169,11 @@ class Stop:
     """A request to stop, set by Ctrl-C."""
 
     def __init__(self) -> None:
-        self.asked = False
+        self.requested = False
 
-    def ask(self) -> None:
+    def request(self) -> None:
         """Request a stop after the present step."""
-        self.asked = True
+        self.requested = True
 
 
 def serve_until_interrupted(
@@ -188,7 +188,7 @@ def serve_until_interrupted(
         each_step: called after every step.
     """
     stop = stop or Stop()
-    with closing(server), stopping_on_interrupt(stop.ask, server.step.__code__):
-        while not stop.asked:
+    with closing(server), stopping_on_interrupt(stop.request, server.step.__code__):
+        while not stop.requested:
             server.step(longest_s)
             each_step()

@@ -19,15 +19,15 @@ class Listener:
 
     Attributes:
         name: host:port, with the system's choice for port 0.
-        connections: the clients, each with the wall time at which it last sent something; see `places`.
+        connections: the clients, each with the wall time of its latest bytes; see `places`.
 
     Args:
-        port: the port, 0 = any that is free.
-        places: maximum simultaneous connections; further ones are closed. None = many, see `places`.
-        selector: waits for this listener and for others; by default one of its own.
+        port: the port, 0 for any free port.
+        places: maximum connections, further ones are closed; None for the limit in `places`.
+        selector: a selector that also waits for other listeners; by default a new one.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: the socket can't listen at the address.
     """
 
     def __init__(
@@ -41,22 +41,22 @@ class Listener:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._socket = socket.create_server((host, port), family=family)
         except (OSError, OverflowError) as error:
-            raise PortError(f"{join_address(host, port)} can't be listened at: {error}") from error
+            raise PortError(f"can't listen at {join_address(host, port)}: {error}") from error
         self._socket.setblocking(False)
         self.name = join_address(host, self._socket.getsockname()[1])
         self.connections: dict[socket.socket, int] = {}
-        self._places = places
+        self._connections_max = places
         self._shared = selector is not None
         self._selector = selector or selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ, self)
 
     def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
-        """Accept new connections; yield received data of the others, b"" for one that has ended."""
+        """Accept new connections; yield the received bytes of the others, b"" for an ended connection."""
         for key, _ in self._selector.select(seconds):
             yield from self.take(key.fileobj)
 
     def take(self, ready: object) -> Iterator[tuple[socket.socket, bytes]]:
-        """Handle a socket that the selector has found ready, as `wait` does."""
+        """Handle a socket that the selector reports as ready, as `wait` does."""
         if ready is self._socket:
             evicted = self._accept()
             if evicted is not None:
@@ -65,7 +65,7 @@ class Listener:
             yield ready, self._read(ready)
 
     def send(self, connection: socket.socket, data: bytes) -> bool:
-        """Send to a connection, or drop it if that fails; return whether the data was sent."""
+        """Send to a connection, and drop it if that fails; return whether all bytes were sent."""
         try:
             is_sent = connection.send(data) == len(data)
         except OSError:
@@ -92,15 +92,15 @@ class Listener:
         self._socket.close()
 
     def _accept(self) -> socket.socket | None:
-        """Accept a client if there is a place; return the client that is dropped for it, if any."""
+        """Accept a client unless the limit is reached; return the client that was dropped for it, or None."""
         try:
             connection, _ = self._socket.accept()
-        except OSError:  # closed before it was accepted
+        except OSError:  # the client has already closed the connection
             return None
-        if self._places is None:
+        if self._connections_max is None:
             evicted, has_place = make_place(self.connections, wall_ns())
         else:
-            evicted, has_place = None, len(self.connections) < self._places
+            evicted, has_place = None, len(self.connections) < self._connections_max
         if evicted is not None:
             self.drop(evicted)
         if not has_place:

@@ -1,4 +1,4 @@
-"""Lines of text over TCP, each answered by a line; a client must be admitted by one of its first lines."""
+"""Lines of text over TCP, each with a line as the answer; one of its first lines must admit a client."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 from .sockets import Listener
 
-LONGEST_LINE = 4096
+LINE_MAX = 4096
 
-MOST_CLIENTS, MOST_STRANGERS = 8, 8
-"""Maximum number of admitted clients, and of clients that are not admitted yet."""
+CLIENTS_MAX, STRANGERS_MAX = 8, 8
+"""Maximum number of admitted clients, and of strangers: clients that are not admitted yet."""
 
 
 class EndOfTalkError(ValueError):
@@ -18,17 +18,16 @@ class EndOfTalkError(ValueError):
 
 
 class TextLinePort:
-    """Answers lines of UTF-8 text; a longer line than `LONGEST_LINE` bytes ends its connection.
+    """Answers lines of UTF-8 text; a line of more than `LINE_MAX` bytes ends its connection.
 
-    A client is a stranger until one of its lines is answered. If there are too many strangers, the earliest
-    is dropped; if there are too many clients, the one that was silent longest. A new client always finds a
-    place.
+    A client is a stranger until one of its lines is answered. Of too many strangers, the earliest is dropped;
+    of too many admitted clients, the most silent. The port always accepts a new client.
 
     Args:
-        port: the port, 0 = any that is free.
+        port: the port, 0 for any free port.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: the port can't listen at the address.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -41,7 +40,8 @@ class TextLinePort:
         """Answer the lines that have arrived.
 
         Args:
-            answer: gets a line and whether its client was admitted; an `EndOfTalkError` ends the connection.
+            answer: returns the answer to a line and whether its client is admitted; an `EndOfTalkError` ends
+                the connection.
         """
         for connection, data in self._listener.wait(0):
             if data:
@@ -51,7 +51,7 @@ class TextLinePort:
         connections = self._listener.connections
         strangers = [connection for connection in connections if connection not in self._admitted]
         clients = sorted(self._admitted, key=lambda connection: connections[connection])
-        for connection in strangers[:-MOST_STRANGERS] + clients[:-MOST_CLIENTS]:
+        for connection in strangers[:-STRANGERS_MAX] + clients[:-CLIENTS_MAX]:
             self._end(connection)
 
     def close(self) -> None:
@@ -60,22 +60,21 @@ class TextLinePort:
 
     def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str, bool], str]) -> None:
         *lines, partial_line = data.split(b"\n")
-        if max(map(len, [*lines, partial_line])) > LONGEST_LINE:
+        if max(map(len, [*lines, partial_line])) > LINE_MAX:
             self._end(connection)
             return
         if partial_line:
             self._pending[connection] = partial_line
-        answers, ends_client = [], False
+        reply, ends_client = "", False
         for line in filter(bytes.strip, lines):
             try:
-                answers.append(answer(line.decode(errors="replace"), connection in self._admitted))
+                reply += answer(line.decode(errors="replace"), connection in self._admitted) + "\n"
                 self._admitted.add(connection)
             except EndOfTalkError as end:
-                answers.append(str(end))
+                reply += f"{end}\n"
                 ends_client = True
                 break
-        text = "".join(f"{line}\n" for line in answers).encode()
-        if (text and not self._listener.send(connection, text)) or ends_client:
+        if (reply and not self._listener.send(connection, reply.encode())) or ends_client:
             self._end(connection)
 
     def _end(self, connection: socket.socket) -> None:

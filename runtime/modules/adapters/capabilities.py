@@ -1,10 +1,14 @@
-"""Limits and substitutions of a controller, row by row, with the 3601's bits that report them.
+"""Limits and substitutions of a device, row by row, with the 3601's bits that report them.
 
-The first row that applies decides. A configuration is refused with
-CONFIG_ERROR; a value outside the controller's range with INVALID_PROFILE and
-COMMAND_ERROR; a missing function with COMMAND_ERROR; a search for
-home with HOME_INVALID and COMMAND_ERROR. A motion that reaches the same end by other
-ramps is carried out, and an event reports the first such motion.
+The first row that applies decides:
+
+    refused                               bits
+    configuration                         CONFIG_ERROR
+    value outside the device's range      INVALID_PROFILE, COMMAND_ERROR
+    missing function                      COMMAND_ERROR
+    search for home                       HOME_INVALID, COMMAND_ERROR
+
+A motion that reaches the same target with other ramps runs. An event reports the first one.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from typing import Any, Generic, TypeVar
 from scanrack.io_images.amci3601 import Configuration, StatusMsw
 from typing_extensions import override
 
+from ...kinematics import Profile
 from ..amci3601 import AxisRequest, Capabilities, Feature, Refusal
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
@@ -52,18 +57,18 @@ class CommandRow(Generic[AdapterOptions]):
     bits: int  # error bits of input word 0
     reason: str  # a sentence for the user
 
-    def is_of(self, feature: Feature) -> bool:
-        """Whether the row applies to commands that request a feature."""
+    def covers(self, feature: Feature) -> bool:
+        """Return whether the row applies to commands that request a feature."""
         return feature is self.features if isinstance(self.features, Feature) else feature in self.features
 
 
 @dataclass(frozen=True, slots=True)
 class SubstitutionRow(Generic[AdapterOptions]):
-    """A difference between the controller and a 3601."""
+    """A difference between the device and a 3601."""
 
-    name: str
+    name: str  # short name for events
     applies: Callable[[AxisRequest, AdapterOptions], bool]  # whether a command is executed differently
-    how: str
+    how: str  # a sentence for the user
 
 
 class RowCapabilities(Capabilities, Generic[AdapterOptions]):
@@ -73,7 +78,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
         configuration_rows: reasons to refuse configurations.
         command_rows: reasons to refuse commands.
         substitution_rows: differences from a 3601 that an adapter reports once.
-        news: substitutions made for the first time; the adapter reports them and empties the list.
+        new_substitutions: substitutions made for the first time; the adapter reports and removes them.
     """
 
     configuration_rows: Sequence[ConfigurationRow[AdapterOptions]]
@@ -81,7 +86,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     substitution_rows: Sequence[SubstitutionRow[AdapterOptions]]
 
     def __init__(self, options: AdapterOptions) -> None:
-        self.news: list[SubstitutionRow[AdapterOptions]] = []
+        self.new_substitutions: list[SubstitutionRow[AdapterOptions]] = []
         self._unreported = list(self.substitution_rows)
         self._options = options
 
@@ -96,7 +101,7 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     def lacking_for(self, request: AxisRequest) -> Refusal | None:
         """Return why a command is refused; otherwise record substitutions and return None."""
         for row in self.command_rows:
-            if row.is_of(request.feature) and row.applies(request, self._options):
+            if row.covers(request.feature) and row.applies(request, self._options):
                 return Refusal(row.name, row.bits, row.reason)
         if request.feature in RAMPED:
             self._note_substitutions(request)
@@ -105,23 +110,22 @@ class RowCapabilities(Capabilities, Generic[AdapterOptions]):
     def _note_substitutions(self, request: AxisRequest) -> None:
         new_rows = [row for row in self._unreported if row.applies(request, self._options)]
         self._unreported = [row for row in self._unreported if row not in new_rows]
-        self.news += new_rows
+        self.new_substitutions += new_rows
 
 
 def always(request: AxisRequest, options: object) -> bool:
-    """Refuse a function that is missing altogether."""
+    """Refuse a missing function."""
     return True
 
 
-def unless(**chosen: str) -> Callable[[object, object], bool]:
-    """Refuse unless an option has a value.
+def unless(option: str, value: str) -> Callable[[object, object], bool]:
+    """Return a condition that refuses unless an option has a value.
 
     >>> from types import SimpleNamespace
-    >>> unless(blend="segmented")(None, SimpleNamespace(blend="refuse"))
+    >>> unless("blend", "segmented")(None, SimpleNamespace(blend="refuse"))
     True
     """
-    [(name, value)] = chosen.items()
-    return lambda _, options: getattr(options, name) != value
+    return lambda _, options: getattr(options, option) != value
 
 
 def speed_of(request: AxisRequest) -> int:
@@ -130,24 +134,29 @@ def speed_of(request: AxisRequest) -> int:
 
 
 def has_ramps(request: AxisRequest) -> bool:
-    """Whether the programmed speed is above the starting speed."""
+    """Return whether the programmed speed is above the starting speed."""
     return speed_of(request) > request.configuration.starting_speed
 
 
-# -- what neither controller can do -----------------------------------------------------------
+def profile_of(request: AxisRequest) -> Profile:
+    """Return the programmed profile."""
+    return request.command.profile(request.configuration.starting_speed)
+
+
+# -- rows that several devices share -----------------------------------------------------------
 
 
 def no_marker(controller: str) -> ConfigurationRow[Any]:
     """Refuse marker home."""
     reason = f"the {controller} has no marker input"
-    return ConfigurationRow("marker home", lambda it, _: it.marker_home, reason)
+    return ConfigurationRow("marker home", lambda configuration, _: configuration.marker_home, reason)
 
 
 def no_feedback(controller: str) -> ConfigurationRow[Any]:
     """Refuse diagnostic feedback, unless the position is mirrored."""
     return ConfigurationRow(
         "diagnostic feedback",
-        lambda it, options: it.diagnostic_feedback and options.diagnostic != "mirror",
+        lambda configuration, options: configuration.diagnostic_feedback and options.diagnostic != "mirror",
         f"the {controller} can't count its own pulses; option diagnostic = mirror copies the position",
     )
 
@@ -160,17 +169,17 @@ def no_follower(controller: str) -> CommandRow[Any]:
 
 def no_blend(controller: str) -> CommandRow[Any]:
     """Refuse blend moves, unless an option runs them segment by segment."""
-    reason = f"the {controller} can't change speed in motion; option blend = segmented stops in between"
-    return CommandRow(Feature.BLEND, "blend move", unless(blend="segmented"), BLOCK, reason)
+    reason = f"the {controller} can't change speed in motion; option blend = segmented stops between segments"
+    return CommandRow(Feature.BLEND, "blend move", unless("blend", "segmented"), BLOCK, reason)
 
 
 def no_speed_change(controller: str) -> CommandRow[Any]:
-    """Refuse changes of speed, unless a motion restarts."""
-    reason = f"the {controller} can't change speed in motion; option respeed = restart stops in between"
-    return CommandRow(Feature.SPEED_CHANGE, "speed change", unless(respeed="restart"), PROFILE, reason)
+    """Refuse changes of speed, unless an option stops and restarts the motion."""
+    reason = f"the {controller} can't change speed in motion; option respeed = restart stops and restarts"
+    return CommandRow(Feature.SPEED_CHANGE, "speed change", unless("respeed", "restart"), PROFILE, reason)
 
 
-def too_fast(controller: str, most: int) -> CommandRow[Any]:
-    """Refuse speeds above the highest one."""
-    reason = f"the {controller} goes up to {most} steps/s"
-    return CommandRow(TIMED, "speed", lambda request, _: speed_of(request) > most, PROFILE, reason)
+def too_fast(controller: str, speed_max: int) -> CommandRow[Any]:
+    """Refuse speeds above `speed_max`, steps/s."""
+    reason = f"the {controller}'s highest speed is {speed_max} steps/s"
+    return CommandRow(TIMED, "speed", lambda request, _: speed_of(request) > speed_max, PROFILE, reason)

@@ -1,12 +1,12 @@
-"""The driver of a controller: finds, configures and moves it, and reconnects after a loss.
+"""The driver of a device: finds, configures and moves it, and reconnects after a loss.
 
     ABSENT --answers--> PRESENT --configured--> READY
        ^                   ^                      |
        |                   +---- power lost ------+
        +---- link lost; READY again if the position fits
 
-A start is never repeated blindly: if its answer is lost, the driver reads the
-controller first. Any other exchange may be repeated until it is answered.
+A start is never repeated blindly: if the reply is lost, the driver reads the device first. Any other
+exchange may be repeated until the device answers.
 """
 
 from __future__ import annotations
@@ -21,24 +21,26 @@ from .findings import FindingKind
 from .task import Drive, Task, TaskKind
 
 REBIAS_BELOW = 500_000
+"""Distance of the counter from 0, in steps, below which an axis at rest is set to `BIAS` again."""
 PROBE_NS = 250_000_000
+"""Time between two attempts to find the device."""
 
 
 class Driver(Exchanges[Drive]):
-    """The script of the exchanges with a controller."""
+    """The script of the exchanges with a device."""
 
     def __init__(self, line_timing: LineTiming) -> None:
         super().__init__(line_timing)
         self.master.begin(self._script())
 
-    # -- implemented for each controller -------------------------------------------------------
+    # -- implemented for each device -----------------------------------------------------------
 
     def identify(self) -> LineRequest:
-        """Return the request that finds the controller."""
+        """Return the request that finds the device."""
         raise NotImplementedError
 
     def configure(self) -> Talk:
-        """Prepare the controller for motions, with its counter at B."""
+        """Prepare the device for motions, with its counter at `BIAS`."""
         raise NotImplementedError
 
     def carry_out(self, task: Task[Drive]) -> Talk:
@@ -47,27 +49,27 @@ class Driver(Exchanges[Drive]):
 
     @property
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """The reads of a poll, in order: the position is final if the status before was idle."""
+        """The reads of a poll, in order; the status comes before the position."""
         return self.read_status, self.read_position, self.read_inputs
 
     def restore_protocol(self) -> Talk:
-        """Recover a controller that does not answer because it uses another protocol."""
+        """Recover a device that does not answer because it uses another protocol."""
         yield from ()
 
-    def admit(self) -> Generator[Step, Reply | None, bool]:
-        """Take control of a controller after its detection; return whether it obeys."""
+    def take_control(self) -> Generator[Step, Reply | None, bool]:
+        """Take control of a device that was found; return whether it obeys."""
         yield from ()
         return True
 
     def pending_exchange(self) -> Talk | None:
-        """Return an additional exchange for the controller, or None."""
+        """Return the exchange that an adapter's request needs, or None."""
         return None
 
     def wake_for_requests(self) -> None:
-        """React to new requests of the adapter, even during a pause."""
+        """End a pause if the adapter has a new request."""
 
     def forget(self) -> None:
-        """Forget which parameters the controller holds."""
+        """Drop all knowledge of the device's parameters, and requests to clear."""
         raise NotImplementedError
 
     # -- the script ---------------------------------------------------------------------------
@@ -77,7 +79,7 @@ class Driver(Exchanges[Drive]):
             try:
                 yield from self._connect()
                 while True:
-                    yield from self._turn()
+                    yield from self._do_most_urgent()
             except LinkLostError:
                 self._reset_after_loss()
                 self.state = ControllerState.ABSENT
@@ -92,14 +94,14 @@ class Driver(Exchanges[Drive]):
                 yield PUBLISH
 
     def _reset_after_loss(self) -> None:
-        """Drop all tasks and what is known of the controller."""
+        """Drop all tasks and all knowledge of the device."""
         self.task = None
         self.tasks.clear()
         self.cut = False
         self.forget()
 
     def _connect(self) -> Talk:
-        """Ask for the identity until it arrives; then check whether the controller has kept its state."""
+        """Request the identity until it arrives; then check whether the device has kept its state."""
         while self.state is ControllerState.ABSENT:
             sent_ns = self.master.now_ns
             reply = yield self.identify()
@@ -107,13 +109,13 @@ class Driver(Exchanges[Drive]):
                 yield from self.restore_protocol()
                 yield LinePause(max(0, sent_ns + PROBE_NS - self.master.now_ns))
                 continue
-            self._good()
-            if self._was_ready or (yield from self.admit()):
+            self._note_answer()
+            if self._was_ready or (yield from self.take_control()):
                 yield from self._read_after_connecting()
             else:
                 yield PUBLISH
                 yield LinePause(PROBE_NS)
-        self._failed = 0
+        self._failures = 0
 
     def _read_after_connecting(self) -> Talk:
         if self._was_ready:
@@ -124,8 +126,8 @@ class Driver(Exchanges[Drive]):
             self.findings.add(FindingKind.RETURNED)
         yield PUBLISH
 
-    def _turn(self) -> Talk:
-        """Carry out the most urgent task."""
+    def _do_most_urgent(self) -> Talk:
+        """Carry out the most urgent request; poll without one."""
         if self.cut:
             yield from self.halt()
             yield PUBLISH
@@ -151,10 +153,11 @@ class Driver(Exchanges[Drive]):
         yield PUBLISH
 
     def _poll_at_rest(self) -> Talk:
-        """Poll while idle; any motion then is unexpected."""
+        """Poll while idle; report any motion."""
         position_before = self.position
-        for read_task in self.cycle if not self.master.overdue else (self._confirm_rest, self.read_inputs):
-            yield from read_task()
+        reads = self.cycle if not self.master.overdue else (self._poll_with_late_replies, self.read_inputs)
+        for read in reads:
+            yield from read()
             if self.state is ControllerState.READY and (self.busy or self.position != position_before):
                 self.findings.add(FindingKind.STRAYED)
                 position_before = self.position
@@ -164,43 +167,42 @@ class Driver(Exchanges[Drive]):
         if self.state is ControllerState.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
             yield from self.rebase(BIAS)
 
-    def _confirm_rest(self) -> Talk:
-        """Read while answers may be late: one read with a motion may be outdated, another one confirms it."""
+    def _poll_with_late_replies(self) -> Talk:
+        """Read the status; a reply that shows a motion may be late, so further replies must confirm it."""
         for _ in range(self.master.overdue + 1):
-            if (yield from self.rest(self.has_work)) or self.has_work():
+            if (yield from self.confirm_standstill(self.has_work)) or self.has_work():
                 self.busy = False
                 return
 
     def has_work(self) -> bool:
-        """Whether there is work other than polling."""
+        """Return whether there is work other than polling."""
         return self.cut or self.setup or bool(self.tasks) or self.pending_exchange() is not None
 
     # -- motions ------------------------------------------------------------------------------
 
     def start(self, task: Task[Drive], request: LineRequest) -> Talk:
-        """Start a motion; if the answer is lost, read before asking again."""
+        """Start a motion; if the reply is lost, repeat the start only if the axis has not moved.
+
+        A device refuses a start while a stop or a program is active, or another master moves the axis.
+        """
         position_before = self.position
         for _ in range(2):
-            reply = yield from self.ask(request)
+            reply = yield from self.try_once(request)
             self.model(task)
             if reply is not None:
-                self.note_refusal(reply)
+                if reply.refused is not None:
+                    text = "the device has refused to start the motion"
+                    self.findings.complain(StatusMsw.COMMAND_ERROR.value, text)
                 return
-            if not (yield from self.rest()) or self.position != position_before:
+            if not (yield from self.confirm_standstill()) or self.position != position_before:
                 return
-
-    def note_refusal(self, reply: Reply) -> None:
-        """Complain about a refused start: a stop or a program is active, or another master moves the axis."""
-        if reply.refused is not None:
-            text = "the controller has refused to start the motion"
-            self.findings.complain(StatusMsw.COMMAND_ERROR.value, text)
 
     def model(self, task: Task[Drive]) -> None:
-        """Store the motion that the controller is assumed to make now."""
+        """Store the plan of a motion that starts now."""
         raise NotImplementedError
 
     def accompany(self, task: Task[Drive]) -> Talk:
-        """Poll a motion until the controller is idle; slow it down or mark it on request."""
+        """Poll a motion until the device is idle; slow it down or mark it on request."""
         was_slowed = was_marked = False
         while not self.cut:
             if task.stopping and not was_slowed:
@@ -211,21 +213,22 @@ class Driver(Exchanges[Drive]):
             elif task.marked and not was_marked:
                 was_marked = True
                 yield from self.set_mark(task)
-            for read_task in self.cycle:
-                yield from read_task()
-                if self._cut_meanwhile() or (task.stopping > was_slowed) or (task.marked > was_marked):
+            for read in self.cycle:
+                yield from read()
+                must_slow, must_mark = task.stopping and not was_slowed, task.marked and not was_marked
+                if self._is_cut() or must_slow or must_mark:
                     break
             else:
                 yield from self.watch(task)
-                if (yield from self._rests()):
+                if (yield from self._has_ended()):
                     return
                 yield PUBLISH
 
-    def _rests(self) -> Generator[Step, Reply | None, bool]:
-        """Return whether the last position read is final; read again while answers may be late."""
-        if self.busy or not self._is_final or not self.master.overdue:
-            return not self.busy and self._is_final
-        return (yield from self.rest())
+    def _has_ended(self) -> Generator[Step, Reply | None, bool]:
+        """Return whether the last position read is final; read again while replies may be late."""
+        if self.busy or not self._is_final:
+            return False
+        return not self.master.overdue or (yield from self.confirm_standstill())
 
     def slow_down(self, task: Task[Drive]) -> Talk:
         """Stop softly; an index move is then at rest."""
@@ -241,7 +244,7 @@ class Driver(Exchanges[Drive]):
         mark = self.position
         task.stopping = True
         yield from self.slow_down(task)
-        while not self.cut and not (yield from self.rest()):
+        while not self.cut and not (yield from self.confirm_standstill()):
             pass
         steps_left = task.steps - abs(self.position - mark)
         if steps_left > 0:
@@ -256,17 +259,17 @@ class Driver(Exchanges[Drive]):
         """React to a read during a motion."""
         raise NotImplementedError
 
-    def _cut_meanwhile(self) -> bool:
-        """Whether a hard stop was requested during the last exchange."""
+    def _is_cut(self) -> bool:
+        """Return whether a hard stop is requested; mypy assumes that a `yield` leaves `cut` unchanged."""
         return self.cut
 
-    def conclude(self, task: Task[Drive], began_at: int) -> Talk:
-        """Publish the standstill before the motion ends."""
-        target = began_at + task.direction * task.steps
+    def conclude(self, task: Task[Drive], start_position: int) -> Talk:
+        """Publish the standstill, end the motion, and queue the motion that follows it."""
+        target = start_position + task.direction * task.steps
         if task.kind is TaskKind.INDEX and not task.stopping and self.position != target:
             self.findings.add(FindingKind.STOPPED_SHORT)
         yield PUBLISH
-        if not self._cut_meanwhile():
+        if not self._is_cut():
             self.task = None
             if task.following is not None:
                 self.tasks.insert(0, task.following)

@@ -1,7 +1,7 @@
-"""Reads and writes of a controller over a link, one exchange after the other.
+"""Reads and writes of a device over a link, one exchange after the other.
 
-The driver sets the controller's counter to B = 1,000,000: after a power loss the
-controller counts from 0, which the driver notices.
+The driver sets the device's counter to `BIAS`. After a power loss the device counts from 0, so a position
+near 0 reveals the loss.
 """
 
 from __future__ import annotations
@@ -18,62 +18,76 @@ BIAS = 1_000_000
 FAILURES_MAX = 3
 SILENCE_NS = 500_000_000
 NEAR_ZERO = 1_000
+"""Largest distance from 0, in steps, of a counter that may have been reset by a power loss."""
 NS_PER_S = 1_000_000_000
 
 
 class ControllerState(Enum):
-    """State of the controller from the adapter's view."""
+    """State of the device from the adapter's view."""
 
     ABSENT = "no good exchange"
-    PRESENT = "it answers, and is not configured"
+    PRESENT = "it answers, but is not configured"
     READY = "configured"
 
 
-class LinkLostError(Exception):  # named after the state that follows
+class LinkLostError(Exception):
     """Three exchanges in a row, or all exchanges of half a second, have failed."""
 
 
 class PowerLostError(Exception):
-    """The controller's position shows that it was switched off meanwhile."""
+    """The device's position shows that the device was switched off."""
 
 
 Talk = Generator[Step, Reply | None, None]
-"""Exchanges with a controller, as a generator."""
+"""Exchanges with a device, as a generator."""
 
 
 class Exchanges(Generic[Drive]):
-    """A controller at the end of a link."""
+    """A device at the end of a link.
+
+    Attributes:
+        position: the device's counter, as last read.
+        busy: whether the device was moving when its status was last read.
+        task: the present motion.
+        tasks: motions that wait for their start.
+        cut: a hard stop is requested or in progress.
+        setup: a configuration is requested or in progress.
+        rebased: steps by which the counter was set without motion.
+        findings: findings that the adapter has not processed yet.
+        unfit: the device reports its own failure; the adapter clears MODULE_OK.
+        capture_level: level of the capture input that captures, None without a capture input.
+    """
 
     def __init__(self, line_timing: LineTiming) -> None:
         self.master = Master(line_timing)
         self.state = ControllerState.ABSENT
-        self.position = 0  # the controller's counter, as last read
+        self.position = 0
         self.busy = False
         self.task: Task[Drive] | None = None
         self.tasks: list[Task[Drive]] = []
-        self.cut = False  # a hard stop is requested or in progress
-        self.setup = False  # a configuration is requested or in progress
-        self.rebased = 0  # steps by which the counter was set without motion
-        self.findings = Findings()  # findings that the adapter has not processed yet
-        self.unfit = False  # the controller reports its own failure: MODULE_OK is clear meanwhile
-        self.captures: bool | None = None  # level of the capture input at which it captures, or None
-        self._was_ready = False
-        self._failed = 0
-        self._good_ns = 0
-        self._read_ns = 0
-        self._top_sps = 0
-        self._zeroing = False  # a search for home runs, in which the controller sets its counter to 0
-        self._rebasing_to: int | None = None
-        self._is_final = False
+        self.cut = False
+        self.setup = False
+        self.rebased = 0
+        self.findings = Findings()
+        self.unfit = False
+        self.capture_level: bool | None = None
+        self._was_ready = False  # the device was configured, and has not lost its power since
+        self._failures = 0  # failed exchanges in a row
+        self._last_good_ns = 0
+        self._position_read_ns = 0
+        self._top_sps = 0  # highest speed of the latest motion
+        self._zeroing = False  # a search for home runs, in which the device sets its counter to 0
+        self._rebasing_to: int | None = None  # value of a write to the counter that is not confirmed yet
+        self._is_final = False  # the last position was read after an idle status
 
-    # -- implemented for each controller -------------------------------------------------------
+    # -- implemented for each device -----------------------------------------------------------
 
     def stop(self) -> Talk:
-        """Stop motion at once; repeat until it is answered."""
+        """Stop motion at once; repeat the request until the device answers."""
         raise NotImplementedError
 
     def read_status(self) -> Talk:
-        """Read whether the controller is busy."""
+        """Read whether the device is busy."""
         raise NotImplementedError
 
     def ask_position(self) -> Generator[Step, Reply | None, int]:
@@ -90,36 +104,36 @@ class Exchanges(Generic[Drive]):
 
     # -- exchanges ----------------------------------------------------------------------------
 
-    def _good(self) -> None:
-        self._failed = 0
-        self._good_ns = self.master.now_ns
+    def _note_answer(self) -> None:
+        self._failures = 0
+        self._last_good_ns = self.master.now_ns
 
-    def ask(self, request: LineRequest) -> Generator[Step, Reply | None, Reply | None]:
-        """Make one exchange; return its reply, None if it failed.
+    def try_once(self, request: LineRequest) -> Generator[Step, Reply | None, Reply | None]:
+        """Make one exchange; return its reply, or None if it failed.
 
         Raises:
             LinkLostError: the third exchange in a row has failed, or the silence lasts too long.
         """
         reply = yield request
         if reply is not None:
-            self._good()
+            self._note_answer()
             return reply
-        self._failed += 1
-        if self._failed >= FAILURES_MAX or self.master.now_ns - self._good_ns >= SILENCE_NS:
+        self._failures += 1
+        if self._failures >= FAILURES_MAX or self.master.now_ns - self._last_good_ns >= SILENCE_NS:
             raise LinkLostError
         return None
 
     def insist(self, request: LineRequest) -> Generator[Step, Reply | None, Reply]:
-        """Repeat an exchange until it is answered."""
+        """Repeat an exchange until the device answers; return the reply."""
         while True:
-            reply = yield from self.ask(request)
+            reply = yield from self.try_once(request)
             if reply is not None:
                 return reply
 
-    # -- parts --------------------------------------------------------------------------------
+    # -- sequences of exchanges -----------------------------------------------------------------
 
     def read_position(self) -> Talk:
-        """Read and store the counter; near 0, read it again for each answer that may be late."""
+        """Read and store the counter; near 0, read it again for each reply that may be late."""
         self._is_final = not self.busy
         for _ in range(self.master.overdue + 1):
             position = yield from self.ask_position()
@@ -127,43 +141,45 @@ class Exchanges(Generic[Drive]):
                 break
         self.note_position(position)
 
-    def rest(self, enough: Callable[[], bool] = lambda: False) -> Generator[Step, Reply | None, bool]:
-        """Poll until more successive polls agree than answers may be late; return whether the axis rests.
+    def confirm_standstill(
+        self, gives_up: Callable[[], bool] = lambda: False
+    ) -> Generator[Step, Reply | None, bool]:
+        """Poll until more polls in a row agree than replies may be late; return whether the axis rests.
 
-        A poll reads a status and then the position, which is final if the status is idle. Only a position on
-        which all polls agree is stored. The first poll that shows a motion ends the sequence, and so does a
-        request for a hard stop, or `enough`.
+        A poll reads the status and then the position. The position is stored when enough polls agree. A poll
+        that shows a motion, a request for a hard stop, or `gives_up` ends the polling.
         """
-        looks, cut_before = self.master.overdue + 1, self.cut
-        agreed, position = 0, self.position
-        while agreed < looks:
+        polls_needed, cut_before = self.master.overdue + 1, self.cut
+        polls_agreeing, position = 0, self.position
+        while polls_agreeing < polls_needed:
             yield from self.read_status()
-            if self.busy or self.cut is not cut_before or enough():
+            if self.busy or self.cut is not cut_before or gives_up():
                 return False
             previous, position = position, (yield from self.ask_position())
-            agreed = agreed + 1 if position == previous else 1
+            polls_agreeing = polls_agreeing + 1 if position == previous else 1
         self.note_position(position)
         return True
 
     def read_all(self) -> Talk:
-        """Read status, then the position, which is final if the status was idle, then inputs."""
-        if not (yield from self.rest()):
+        """Read status, position and inputs; the position is final if the status is idle."""
+        if not (yield from self.confirm_standstill()):
             yield from self.read_position()
         yield from self.read_inputs()
 
     def note_position(self, position: int) -> None:
-        """Store a position read; ignore the zero that a controller sets at home.
+        """Store a position that was read; ignore the zero that a device sets at home.
 
         Raises:
-            PowerLostError: it is near 0, and too far from the last one for the speed.
+            PowerLostError: the position is near 0, and the axis can't have moved there.
         """
         if self._zeroing and abs(position) <= NEAR_ZERO:
             return
         self._settle_rebase(position)
-        elapsed_ns, self._read_ns = self.master.now_ns - self._read_ns, self.master.now_ns
-        reach = self._top_sps * elapsed_ns // NS_PER_S + NEAR_ZERO
-        previous, self.position = self.position, position
-        if self._was_ready and abs(position) <= NEAR_ZERO and abs(position - previous) > reach:
+        now_ns = self.master.now_ns
+        steps_possible = self._top_sps * (now_ns - self._position_read_ns) // NS_PER_S + NEAR_ZERO
+        self._position_read_ns = now_ns
+        steps_made, self.position = abs(position - self.position), position
+        if self._was_ready and abs(position) <= NEAR_ZERO and steps_made > steps_possible:
             raise PowerLostError
 
     def rebase(self, position: int) -> Talk:
@@ -172,10 +188,10 @@ class Exchanges(Generic[Drive]):
         yield from self.write_position(position)
         self._settle_rebase(position)
 
-    def _settle_rebase(self, seen: int) -> None:
-        """Find out whether the counter was set: the answer may have been lost."""
+    def _settle_rebase(self, counter: int) -> None:
+        """Conclude from the counter whether it was set: the reply to the write may have been lost."""
         rebased_to, self._rebasing_to = self._rebasing_to, None
-        if rebased_to is not None and abs(seen - rebased_to) < abs(seen - self.position):
+        if rebased_to is not None and abs(counter - rebased_to) < abs(counter - self.position):
             self.rebased += rebased_to - self.position
             self.position = rebased_to
 
@@ -189,6 +205,6 @@ class Exchanges(Generic[Drive]):
     def stop_and_read_status(self) -> Talk:
         """Stop at once, wait for standstill, and read the status and the final position."""
         yield from self.stop()
-        while not (yield from self.rest()):
-            if self.master.overdue:  # the answer to the stop may be outdated
+        while not (yield from self.confirm_standstill()):
+            if self.master.overdue:  # the reply may belong to an earlier request, not to the stop
                 yield from self.stop()

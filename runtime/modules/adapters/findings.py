@@ -1,4 +1,4 @@
-"""Findings of a driver about its controller, which the adapter converts to the 3601's bits."""
+"""Findings of a driver about its device, which the adapter converts to the 3601's bits."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ class FindingKind(IntEnum):
     """Kinds of findings, in the order of their processing."""
 
     POWER_LOST = auto()
-    """The controller was switched off meanwhile."""
+    """The device was switched off."""
     COMPLAINT = auto()
-    """The controller reports an error, or does not obey."""
+    """The device reports an error, or does not obey."""
     RETURNED = auto()
-    """The controller answers again after a loss, and was not switched off."""
+    """The device answers again after a loss of the link, and was not switched off."""
     STRAYED = auto()
     """The axis has moved without a command."""
     OUT_OF_RANGE = auto()
@@ -39,7 +39,7 @@ class Findings:
         self._waiting: list[Finding] = []
 
     def add(self, kind: FindingKind) -> None:
-        """Add a finding, unless one of its kind is waiting."""
+        """Add a finding, unless a finding of its kind is waiting."""
         finding = Finding(kind)
         if finding not in self._waiting:
             self._waiting.append(finding)
@@ -49,6 +49,6 @@ class Findings:
         self._waiting.append(Finding(FindingKind.COMPLAINT, bits, text))
 
     def take(self) -> list[Finding]:
-        """Return and remove all findings, by kind and then in order of time."""
+        """Return and remove all findings, sorted by kind and then by time."""
         findings, self._waiting = sorted(self._waiting, key=lambda finding: finding.kind), []
         return findings

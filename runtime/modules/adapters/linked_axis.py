@@ -1,14 +1,14 @@
-"""A driven controller as the command layer's axis: the part that all controllers share.
+"""A device as the command layer's axis: the part that all devices share.
 
     image position = offset + counter - steps by which the counter was set without motion
 
-A preset moves the offset only. Positions are from the latest read; direction and
-ramp follow a command from its acceptance, by the profile that the controller
-is known to run.
+A preset changes the offset only. The position is from the latest read. Direction and ramp are computed from
+the accepted command and the profile that the device runs.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, Generic
 
 from scanrack.io_images.amci3601 import Configuration, InputBit
@@ -24,31 +24,30 @@ CAPTURE = InputBit.CAPTURE.value
 
 
 class LinkedAxis(Generic[Drive]):
-    """An `Axis` whose steps a controller makes.
+    """An `Axis` that a device moves.
 
-    Args:
-        capabilities: the limits of the controller.
+    Attributes:
+        substitutions: substitutions that have not been reported yet.
     """
 
     def __init__(self, driver: Driver[Drive], capabilities: RowCapabilities[Any]) -> None:
         self.driver = driver
         self.capabilities: Capabilities = capabilities
-        self.substitutions = capabilities.news  # substitutions that have not been reported yet
+        self.substitutions = capabilities.new_substitutions
         self.configuration: Configuration | None = None
         self.marker_seen = False
         self._offset = 0
-        self._count_offset = 0
+        self._count_offset = 0  # the mirrored encoder count less the position
 
-    # -- implemented for each controller -------------------------------------------------------
+    # -- implemented for each device -----------------------------------------------------------
 
     def drive_for(self, profile: Profile) -> Drive:
-        """Return a profile in the controller's terms."""
+        """Return a profile in the device's terms."""
         raise NotImplementedError
 
     def task_for(self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0) -> Task[Drive]:
-        """Return a motion in the controller's terms."""
-        drive = self.drive_for(profile)
-        return Task(kind, direction, drive, profile.has_ramps, steps)
+        """Return a motion in the device's terms."""
+        return Task(kind, direction, self.drive_for(profile), profile.has_ramps, steps)
 
     @property
     def levels(self) -> int:
@@ -56,7 +55,7 @@ class LinkedAxis(Generic[Drive]):
         raise NotImplementedError
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Pass a configuration to the driver in the controller's terms."""
+        """Pass a configuration to the driver in the device's terms."""
         raise NotImplementedError
 
     # -- present activity ---------------------------------------------------------------------
@@ -112,7 +111,7 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def settled(self) -> bool:
-        """Whether new words may act: no hard stop, no configuration and no single pulse is in progress."""
+        """Whether new words may act: no hard stop, configuration or single pulse is in progress."""
         return not (self.driver.cut or self.driver.setup) and all(task.shown for task in self._tasks)
 
     # -- commands -----------------------------------------------------------------------------
@@ -121,8 +120,8 @@ class LinkedAxis(Generic[Drive]):
         """Adopt an accepted configuration, and configure the controller."""
         self.configuration = configuration
         if configuration is not None:
-            uses_it, active_high = configuration.inputs_used & CAPTURE, configuration.active_high & CAPTURE
-            self.driver.captures = bool(active_high) if uses_it else None
+            captures, active_high = configuration.inputs_used & CAPTURE, configuration.active_high & CAPTURE
+            self.driver.capture_level = bool(active_high) if captures else None
             self.note_configuration(configuration)
             self.driver.setup = True
 
@@ -137,7 +136,7 @@ class LinkedAxis(Generic[Drive]):
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
         """Index by a number of steps without showing a motion."""
-        start_sps = 1 if self.configuration is None else self.configuration.starting_speed
+        start_sps = self._start_sps
         task = self.task_for(TaskKind.INDEX, direction, Profile(start_sps, start_sps, 1, 1), steps)
         task.shown = False
         self.driver.tasks.append(task)
@@ -147,7 +146,7 @@ class LinkedAxis(Generic[Drive]):
         self.driver.tasks.append(self.task_for(TaskKind.SLEW, direction, profile, registration or 0))
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Search for the home switch, by the controller's own routine."""
+        """Search for the home switch with the device's own routine."""
         self.driver.tasks.append(self.task_for(TaskKind.HOME, direction, profile))
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -158,36 +157,35 @@ class LinkedAxis(Generic[Drive]):
             task.stopping = True
 
     def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
-        """Set the mark from which the controller counts its steps."""
+        """Set the mark from which the device counts the remaining steps."""
         task = self.task
         if task is not None:
             (task.following or task).marked = True
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
-        """Index segment by segment, with a stop in between (option blend)."""
-        start_sps = 1 if self.configuration is None else self.configuration.starting_speed
-        next_task: Task[Drive] | None = None
-        last_index = len(program.segments) - 1
-        for index, (length, speed, rate, shape) in reversed(list(enumerate(program.segments))):
-            end_rate = program.final_deceleration if index == last_index else rate
-            profile = Profile(start_sps, speed, rate, end_rate, shape)
-            task = self.task_for(TaskKind.INDEX, direction, profile, length)
-            task.following, next_task = next_task, task
-        assert next_task is not None
-        self.driver.tasks.append(next_task)
+        """Index segment by segment, with a stop between segments (option blend)."""
+        tasks: list[Task[Drive]] = []
+        for length, speed, rate, shape in program.segments:
+            is_last = len(tasks) + 1 == len(program.segments)
+            end_rate = program.final_deceleration if is_last else rate
+            profile = Profile(self._start_sps, speed, rate, end_rate, shape)
+            tasks.append(self.task_for(TaskKind.INDEX, direction, profile, length))
+        for task, following in pairwise(tasks):
+            task.following = following
+        self.driver.tasks.append(tasks[0])
 
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
-        """Begin a controlled stop, at the rate of the motion."""
+        """Begin a controlled stop at the rate of the motion."""
         task = self.task
         if task is not None:
             task.stopping, task.following = True, None
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-        """Return the steps that a controlled stop beginning now would still make."""
+        """Return the number of steps of a controlled stop that begins now."""
         raise NotImplementedError
 
     def cut(self, now_ns: int) -> None:
-        """Send a hard stop before anything else; `moving` lasts until the axis has been read at rest."""
+        """Send a hard stop before anything else; `moving` stays true until the axis is read at rest."""
         self.driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
@@ -200,14 +198,18 @@ class LinkedAxis(Generic[Drive]):
         """Do nothing: the marker is not wired."""
 
     def preset_position(self, value: int) -> None:
-        """Set the present position to `value`; a count that copies the position is not changed."""
+        """Set the present position to `value`; the mirrored encoder count stays."""
         shift = value - self.position
         self._offset += shift
         self._count_offset -= shift
 
     def preset_encoder(self, value: int) -> None:
-        """Set the count that copies the position to `value`."""
+        """Set the mirrored encoder count to `value`."""
         self._count_offset = value - self.position
 
     def reset_errors(self) -> None:
         """Do nothing: the axis has no errors."""
+
+    @property
+    def _start_sps(self) -> int:
+        return 1 if self.configuration is None else self.configuration.starting_speed

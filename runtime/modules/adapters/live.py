@@ -1,12 +1,11 @@
-"""Adapters on real ports: the same state machines, in step with the wall clock.
+"""Adapters on real ports: the same state machines as in simulation, run in real time.
 
     scan n                     scan n + 1                 scan n + 2
     |  words, received bytes     |                          |
     |  ------ request ------> threads ------ reply -------> |
 
-At every scan the adapter's time is the wall clock's. A late scan reads the received
-replies before it counts time-outs, so that no received reply counts as missing. A line is
-read once a scan.
+Every scan advances the adapter to the wall clock. It reads the line once, before it counts time-outs, so a
+late scan never counts a received reply as missing.
 """
 
 from __future__ import annotations
@@ -28,10 +27,10 @@ from .plant import LinkedController
 from .task import Drive
 
 STOP_S = 0.5
-"""Longest wait for the motor to stop at the end of a run."""
+"""Longest wait, in s, for the motor to stop at the end of a run."""
 
-LOOK_S = 0.002
-"""Time between two reads of the line during that wait."""
+READ_PERIOD_S = 0.002
+"""Time, in s, between two reads of the line during that wait."""
 
 
 class LiveAdapter(Adapter[Drive]):
@@ -45,10 +44,10 @@ class LiveAdapter(Adapter[Drive]):
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Advance to the present on the wall clock; events have the scan's time, `now_ns`."""
+        """Advance to the wall clock's time; events have the scan's time, `now_ns`."""
         self._present_ns = self._clock.now_ns()
         for reason in self._line.take_losses():
-            self._note(self._present_ns, "port lost", f"{reason}; the port is opened again when it is back")
+            self._note(self._present_ns, "port lost", f"{reason}; the port is reopened when it is back")
         image = super().update(self._present_ns, outputs)
         self.events[:] = [replace(event, at_ns=min(event.at_ns, now_ns)) for event in self.events]
         return image
@@ -63,15 +62,15 @@ class LiveAdapter(Adapter[Drive]):
 
     def _wait_for_standstill(self) -> None:
         end_ns = self._clock.now_ns() + round(STOP_S * 1e9)
-        driver, moves = self.driver, True
-        while moves and self._clock.now_ns() < end_ns:
-            Signal().wait(LOOK_S)
+        driver, is_moving = self.driver, True
+        while is_moving and self._clock.now_ns() < end_ns:
+            Signal().wait(READ_PERIOD_S)
             self.update(self._now_ns, Image())
-            moves = driver.cut or driver.task is not None or bool(driver.tasks)
+            is_moving = driver.cut or driver.task is not None or bool(driver.tasks)
 
     @override
     def _words_due_ns(self) -> int:
-        """Return the present: two scans may be closer together than two ticks, if the first is late."""
+        """Return the present: after a late scan, the next scan may come before the next tick."""
         return self._now_ns
 
     @override
@@ -80,18 +79,14 @@ class LiveAdapter(Adapter[Drive]):
 
 
 def open_adapter(kind: AdapterKind[Drive], port: str, address: int, options: Options) -> LiveAdapter[Drive]:
-    """Open a port, a serial device or tcp:HOST:PORT, with the adapter of a controller at an address.
+    """Return the adapter of a device at an address of a port: a serial device, or tcp:HOST:PORT.
 
     Raises:
-        ValueError: an illegal option, or a port that can't be opened.
+        ValueError: an invalid option, or a port that can't be opened.
     """
     chosen_options = kind.options.of(options)
+    connect = partial(kind.network, port) if kind.network else partial(open_port, port, kind.line_format)
     try:
-        opened = (
-            partial(open_port, port, kind.line_format)
-            if kind.network is None
-            else partial(kind.network, port)
-        )
-        return LiveAdapter(LiveLine(opened), kind, chosen_options, address)
+        return LiveAdapter(LiveLine(connect), kind, chosen_options, address)
     except LinkError as error:
         raise ValueError(str(error)) from error

@@ -1,13 +1,13 @@
-"""An adapter in its slot: the 3601's command layer, and a controller at the end of a line.
+"""An adapter in its slot: the 3601's command layer, and a device at the end of a line.
 
     changed words act at the next 250 µs; inputs act when they have been read
     |  tick  |        |        |        |
     words --^    line: request, reply, request, reply ... published --^ tick
 
-Without a good exchange MODULE_OK is clear, the words freeze and commands are
-ignored. A new configuration is shown once the controller has it. STOPPED, MOVE_COMPLETE,
-AT_HOME and HOLD_STATE are shown once the controller has been read at rest. Words that arrive
-during a hard stop or a configuration wait for its end, in their order:
+Without a good exchange MODULE_OK is clear, the words keep their values and commands are ignored. A new
+configuration is shown once the device has it. STOPPED, MOVE_COMPLETE, AT_HOME and HOLD_STATE are shown once
+the device has been read at rest. Words that arrive during a hard stop or a configuration wait for its end,
+in their order:
 
     words  STOP  0  PRESET  0                         outputs, one image after the other
     obeyed STOP ........................ 0 PRESET 0   a tick each, so no edge is lost
@@ -56,26 +56,28 @@ POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
+"""Bits of input word 0 that are cleared when the link is back: all but the mode and two others."""
 COMMAND_BITS = 0x7FFF
+"""Command bits of output word 0; bit 15 selects configuration mode."""
 COMMANDS_OF_LSW = (
     CommandLsw.ENC_FOLLOWER | CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT | CommandLsw.STORE_MIN_REG
 ).value
-MOST_WAITING = 1000
-"""Images that may wait for the end of a stop or a configuration."""
+WAITING_MAX = 1000
+"""Maximum images that wait for the end of a stop or a configuration."""
 ENDLESS = 1 << 62
-"""More replies than can ever arrive."""
+"""Number of affected replies of a disturbance that has no end."""
 
 
 @dataclass(frozen=True, slots=True)
 class AdapterKind(Generic[Drive]):
-    """The parts of an adapter that differ by controller.
+    """The parts of an adapter that differ by device.
 
     Attributes:
-        driver: makes a driver from options and an address; it has not sent anything yet.
-        axis: makes an unconfigured axis from such a driver.
-        plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
+        driver: makes a driver from options and an address.
+        axis: makes an unconfigured axis from a driver and options.
+        plant: makes a simulated device of address 1 from its machine and options.
         capabilities: its reasons to refuse configurations and commands.
-        network: opens a port that is not a serial line, by its name; None if the line's own bytes are sent.
+        network: opens a port that is not a serial line, by its name; None for a serial line.
     """
 
     options: type[Any]
@@ -89,14 +91,14 @@ class AdapterKind(Generic[Drive]):
     def simulated(
         self, machine: Machine | None = None, options: Options | None = None
     ) -> SimulatedAdapter[Drive]:
-        """Return an adapter whose controller and line are simulated.
+        """Return an adapter with a simulated device and line.
 
         Args:
-            machine: machine of the simulated controller; by default without switches.
+            machine: machine of the simulated device; by default without switches.
             options: by name.
 
         Raises:
-            ValueError: an unknown option, a value that is not allowed, or a machine that slips or jams.
+            ValueError: an unknown option, an invalid value, or a machine that slips or jams.
         """
         chosen_options = self.options.of(options)
         plant = self.plant(Machine() if machine is None else machine, chosen_options)
@@ -104,13 +106,13 @@ class AdapterKind(Generic[Drive]):
 
 
 class Adapter(Generic[Drive]):
-    """A controller that acts as a 3601; satisfies `runtime.loop.module.Module`.
+    """A device that acts as a 3601; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        machine: machine of the simulated controller.
-        controller: the controller at the far end of the line.
+        machine: machine of the simulated device.
+        controller: the device at the far end of the line.
         events: in order of time; the caller empties it.
-        axis: the controller as an axis of the command layer.
+        axis: the device as an axis of the command layer.
         layer: the 3601's rules.
     """
 
@@ -125,7 +127,7 @@ class Adapter(Generic[Drive]):
         self.events: list[Event] = []
         self._now_ns = 0
         self._plc_running = True
-        self._asks_for_configuration = False
+        self._asks_for_configuration = False  # the PLC has requested configuration mode
         self._image = Image()
         self._power_up()
 
@@ -137,39 +139,39 @@ class Adapter(Generic[Drive]):
     def _power_up(self) -> None:
         self.driver = self._kind.driver(self._options, self._address)
         self.driver.master.now_ns = self._now_ns
-        self._locked_out = False
-        self._start_over()
+        self._locked_out = False  # commands are refused until all command bits have been low
+        self._reset_layer()
         self._image.clear()
         self._publish()
 
-    def _start_over(self) -> None:
+    def _reset_layer(self) -> None:
         self.axis = self._kind.axis(self.driver, self._options)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
         )
         self.layer.state.running = self._plc_running
-        self._acted_on: bytes | None = None
+        self._acted_on: bytes | None = None  # output words at the last tick
         self._tick_due_ns = NEVER
         self._waiting: deque[Words] = deque()  # words that have not been obeyed yet, in their order
-        self._missed = False  # a command among them must be refused
-        self._was_settled = True
+        self._missed = False  # a waiting command was dropped, and its refusal is not shown yet
+        self._was_settled = True  # whether the axis was settled at the last tick
 
     # -- the contract -------------------------------------------------------------------------
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
-        words_due = NEVER
+        words_due_ns = NEVER
         if outputs.raw.tobytes() != self._acted_on:
-            words_due = self._words_due_ns()
+            words_due_ns = self._words_due_ns()
         while True:
-            wire, tick = self._wire_due_ns(), min(self._tick_due_ns, words_due)
-            if tick < now_ns and tick <= wire:
-                self._now_ns = tick
-                self._tick_due_ns = words_due = NEVER
-                self._tick(tick, outputs)
-            elif wire <= now_ns:
-                self._now_ns = wire
-                self._pass_time(wire, outputs)
+            line_ns, tick_ns = self._wire_due_ns(), min(self._tick_due_ns, words_due_ns)
+            if tick_ns < now_ns and tick_ns <= line_ns:
+                self._now_ns = tick_ns
+                self._tick_due_ns = words_due_ns = NEVER
+                self._tick(tick_ns, outputs)
+            elif line_ns <= now_ns:
+                self._now_ns = line_ns
+                self._advance_line(line_ns, outputs)
             else:
                 break
         self._now_ns = now_ns
@@ -181,18 +183,18 @@ class Adapter(Generic[Drive]):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, effective at the last `update`."""
+        """Set whether the PLC is in run mode, from the last `update` on."""
         if running != self._plc_running:
             self._plc_running = running
             self._tick_due_ns = _tick_at_or_after(self._now_ns)
 
     def power_cycle(self) -> None:
-        """Remove and restore power, of adapter and controller."""
+        """Cycle the power of adapter and device."""
         self.controller.power_cycle(self._now_ns)
         self._power_up()
 
     def cycle_device(self) -> None:
-        """Remove and restore the controller's power only."""
+        """Cycle the power of the device alone."""
         self.controller.power_cycle(self._now_ns)
 
     def machine_at(self, now_ns: int) -> Machine:
@@ -200,17 +202,17 @@ class Adapter(Generic[Drive]):
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return shaft position, encoder counts and energized inputs at the last `update`."""
+        """Return shaft position, encoder counts and the mask of energized inputs at the last `update`."""
         machine = self.machine
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine at the last `update`, see `Machine.operate`."""
+        """Operate an input of the machine; see `Machine.operate`."""
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:
-        """Sense the machine's inputs after a change from outside."""
+        """Sense the machine's inputs after an external change."""
         self.controller.sense(self._now_ns)
 
     # -- time ---------------------------------------------------------------------------------
@@ -224,8 +226,8 @@ class Adapter(Generic[Drive]):
         event_ns = self.controller.next_event_ns(self._now_ns)
         return max(self._now_ns, wake_ns if event_ns is None else min(wake_ns, event_ns))
 
-    def _pass_time(self, now_ns: int, outputs: Image) -> None:
-        """Advance the line to the instant of an event on it."""
+    def _advance_line(self, now_ns: int, outputs: Image) -> None:
+        """Advance the line to its next event at `now_ns`; tick if the driver has published a read."""
         master, line = self.driver.master, self.controller.line
         self.controller.run_until(now_ns)
         master.receive(now_ns, line.take())
@@ -242,7 +244,7 @@ class Adapter(Generic[Drive]):
         findings = self.driver.findings.take()
         self._process_findings(now_ns, findings, words_now)
         if self.driver.state is ControllerState.ABSENT:
-            self._pass_over(now_ns, words_now)
+            self._ignore_words(now_ns, words_now)
             return
         if self.layer.state.running != self._plc_running:
             self._change_mode(now_ns)
@@ -259,7 +261,7 @@ class Adapter(Generic[Drive]):
             self.controller.rewire(now_ns, self.layer.state.configuration)
 
     def _next_tick(self, now_ns: int) -> int:
-        """Return the next tick without a change of words or a reply."""
+        """Return the instant of the next tick if no words change and no reply arrives."""
         wake_ns = self.layer.next_wake_ns(now_ns)
         if self._waiting and self.axis.settled:
             wake_ns = now_ns + 1
@@ -272,40 +274,42 @@ class Adapter(Generic[Drive]):
 
         The tick at which a wait ends obeys no new words: a motion must end before the next one begins.
         """
-        waiting_words, obeyed_words = self._waiting, self.layer.state.command.words
+        waiting, obeyed_words = self._waiting, self.layer.state.command.words
         is_ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
         if not self._plc_running:
-            return obeyed_words  # outputs count as zero
-        if words != (waiting_words[-1] if waiting_words else obeyed_words):
-            waiting_words.append(words)
-        if len(waiting_words) > MOST_WAITING:
-            self._miss_waiting()
-            waiting_words.append(words)
-        return waiting_words.popleft() if waiting_words and is_ready else obeyed_words
+            return obeyed_words
+        if words != (waiting[-1] if waiting else obeyed_words):
+            waiting.append(words)
+        if len(waiting) > WAITING_MAX:
+            self._drop_waiting()
+            waiting.append(words)
+        return waiting.popleft() if waiting and is_ready else obeyed_words
 
-    def _miss_waiting(self) -> None:
-        """Drop waiting words; commands among them are refused."""
+    def _drop_waiting(self) -> None:
+        """Drop waiting words, and note whether a command was among them."""
         images = (self.layer.state.command.words, *self._waiting)
-        self._missed = self._missed or any(_rises(*image_pair) for image_pair in pairwise(images))
+        self._missed = self._missed or any(
+            _command_rises(previous, following) for previous, following in pairwise(images)
+        )
         self._waiting.clear()
 
     def _refuse_missed(self, now_ns: int) -> None:
         """Refuse dropped commands as soon as an error bit can be shown."""
         if self._missed and self.axis.settled and not self.layer.state.in_configuration_mode:
             self._missed = False
-            self._refuse(now_ns, "missed", "a command waited for a stop or a configuration for too long")
+            self._refuse(now_ns, "missed", "a command waited too long for a stop or a configuration")
 
     def _stay_locked_out(self, now_ns: int, words: Words) -> None:
         """After a loss of the link, refuse commands until all command bits have been low."""
         self._locked_out = bool(words[0] & COMMAND_BITS) and words[0] >= 0
         if self._locked_out:
-            if _rises(self.layer.state.command.words, words):
-                text = "all command bits have to be low after a loss of the link before one counts again"
+            if _command_rises(self.layer.state.command.words, words):
+                text = "after a loss of the link, all command bits must be low once before a command"
                 self._refuse(now_ns, "locked out", text)
             self.layer.overlook(words)
 
-    def _pass_over(self, now_ns: int, words: Words) -> None:
-        """Ignore words while the controller is missing: end a motion, and let bits make no edges later."""
+    def _ignore_words(self, now_ns: int, words: Words) -> None:
+        """End a motion while the device is absent; bits that are set now make no edge later."""
         self.layer.abandon(now_ns)
         self._waiting.clear()
         self._missed = False
@@ -314,7 +318,7 @@ class Adapter(Generic[Drive]):
             self._overlook(words)
 
     def _overlook(self, words: Words) -> None:
-        """Record commands that came without the link: they make no edges. A configuration is obeyed later."""
+        """Record words without obeying them, so that they make no edge; a configuration is obeyed later."""
         if words[0] >= 0:
             self.layer.overlook(words)
 
@@ -323,7 +327,7 @@ class Adapter(Generic[Drive]):
 
     def _change_mode(self, now_ns: int) -> None:
         if self.layer.state.running:
-            self._miss_waiting()
+            self._drop_waiting()
             self.layer.leave_run_mode(now_ns)
         else:
             self.layer.enter_run_mode()
@@ -331,7 +335,7 @@ class Adapter(Generic[Drive]):
     # -- findings of the driver ---------------------------------------------------------------
 
     def _process_findings(self, now_ns: int, findings: Iterable[Finding], words: Words) -> None:
-        """Convert findings about the controller to the 3601's bits."""
+        """Convert findings about the device to the 3601's bits."""
         for finding in findings:
             match finding.kind:
                 case FindingKind.POWER_LOST:
@@ -339,34 +343,33 @@ class Adapter(Generic[Drive]):
                 case FindingKind.COMPLAINT:
                     self._show(now_ns, "controller error", finding.bits, finding.text)
                 case FindingKind.RETURNED:
-                    self._return(now_ns, words)
+                    self._show_return(now_ns, words)
                 case FindingKind.STRAYED:
-                    self._stray(now_ns)
+                    self._show_stray_motion(now_ns)
                 case FindingKind.OUT_OF_RANGE:
-                    self._end_of_range(now_ns)
+                    self._show_end_of_range(now_ns)
 
     def _lose_power(self, now_ns: int) -> None:
-        self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
-        self._start_over()
+        self._note(now_ns, "power lost", "the device has lost its power and its configuration")
+        self._reset_layer()
         self._image.clear()
 
-    def _stray(self, now_ns: int) -> None:
+    def _show_stray_motion(self, now_ns: int) -> None:
         """Show that the axis has moved without a command, and clear the bits that show it at rest."""
         self.layer.state.latches.clear(COMPLETION)
         self.layer.state.held = None
-        text = "the axis has moved without being told to"
-        self._show(now_ns, "strayed", POSITION_INVALID, text)
+        self._show(now_ns, "strayed", POSITION_INVALID, "the axis has moved without a command")
 
-    def _return(self, now_ns: int, words: Words) -> None:
-        """Show that the link is back, and that the position is unknown; bits that are set make no edges."""
+    def _show_return(self, now_ns: int, words: Words) -> None:
+        """Show that the link is back, and that the position is unknown; bits that are set make no edge."""
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
-        text = "the controller answers again; what it did meanwhile is not known"
+        text = "the device answers again; it may have moved without the link"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
         self._overlook(words)
         self._locked_out = True
 
-    def _end_of_range(self, now_ns: int) -> None:
-        reason = "the controller's counter has come to the end of its range"
+    def _show_end_of_range(self, now_ns: int) -> None:
+        reason = "the device's counter has reached the end of its range"
         self.layer.refuse(now_ns, Refusal("counter range", INVALID_PROFILE | COMMAND_ERROR, reason))
         if self.layer.operation is not None:
             self.layer.operation.on_many_bits(now_ns)
@@ -374,8 +377,7 @@ class Adapter(Generic[Drive]):
     def _show_short_stop(self, now_ns: int, findings: Iterable[Finding]) -> None:
         """End a move that has stopped before its target without a visible limit."""
         if any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings):
-            text = "the controller has stopped before the target"
-            self._show(now_ns, "stopped short", POSITION_INVALID, text)
+            self._show(now_ns, "stopped short", POSITION_INVALID, "the device has stopped before the target")
             if self.layer.cuttable:
                 self.layer.cut(now_ns)
 
@@ -407,24 +409,26 @@ class Adapter(Generic[Drive]):
 
 
 class SimulatedAdapter(Adapter[Drive]):
-    """An adapter whose controller and line are simulated, and can be disturbed."""
+    """An adapter with a simulated device and line, which can be disturbed."""
 
     controller: SimulatedController
 
-    def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
-        """Begin or end a disturbance between adapter and controller at the last `update`.
+    def disturb(self, fault: FaultKind, *, begins: bool, lasts: bool) -> None:
+        """Begin or end a disturbance of the line or the device at the last `update`.
 
         Args:
-            what: one of `incidents.ON_THE_LINE`.
-            lasts: whether it lasts until it is ended; otherwise it affects one reply.
+            fault: one of `incidents.ON_THE_LINE`.
+            lasts: whether it lasts until a call with `begins` false; otherwise it affects one reply.
         """
         line = self.controller.line
-        replies = (ENDLESS if lasts else 1) if begins else 0
-        if what is FaultKind.CONTROLLER_POWER_CYCLE:
+        replies = 0
+        if begins:
+            replies = ENDLESS if lasts else 1
+        if fault is FaultKind.CONTROLLER_POWER_CYCLE:
             self.cycle_device()
-        elif what is FaultKind.REPLIES_LOST:
+        elif fault is FaultKind.REPLIES_LOST:
             line.faults.drop_next = replies
-        elif what is FaultKind.REPLIES_DAMAGED:
+        elif fault is FaultKind.REPLIES_DAMAGED:
             line.faults.corrupt_next = replies
         elif begins:
             line.take_down()
@@ -432,11 +436,12 @@ class SimulatedAdapter(Adapter[Drive]):
             line.put_up()
 
 
-def _rises(before: Words, words: Words) -> bool:
-    """Whether a command bit rises from one image to the next; configuration words have none."""
-    lsw = before[1] if before[0] >= 0 else 0
-    risen_bits = words[0] & ~before[0] & COMMAND_BITS or words[1] & ~lsw & COMMANDS_OF_LSW
-    return words[0] >= 0 and bool(risen_bits)
+def _command_rises(previous: Words, words: Words) -> bool:
+    """Return whether a command bit rises between two images; configuration words have no command bits."""
+    if words[0] < 0:
+        return False
+    lsw_before = previous[1] if previous[0] >= 0 else 0
+    return bool(words[0] & ~previous[0] & COMMAND_BITS or words[1] & ~lsw_before & COMMANDS_OF_LSW)
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

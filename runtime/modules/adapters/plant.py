@@ -1,4 +1,4 @@
-"""The controller of an adapter with its line and its machine: the parts that adapters share."""
+"""The device of an adapter with its line and its machine: the parts that adapters share."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def switches_of(machine: Machine, bit: InputBit) -> tuple[Switch, ...]:
 
 
 class LinkedController:
-    """A controller at the end of a line, and the machine that it moves.
+    """A device at the end of a line, and the machine that it moves.
 
-    A real controller is of this class: its time, its wiring and its power can't be changed from here.
+    A real device uses this class itself: a program can't change its time, wiring or power.
 
     Attributes:
-        machine: the machine that the controller drives.
-        line: the line between controller and adapter.
+        machine: the machine that the device drives.
+        line: the line between device and adapter.
     """
 
     def __init__(self, machine: Machine, line: Line) -> None:
@@ -33,24 +33,24 @@ class LinkedController:
         self.line = line
 
     def next_event_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next event on the line, in the controller or at the machine."""
+        """Return the instant of the next event on the line, in the device or at the machine."""
         return self.line.next_event_ns()
 
     def run_until(self, now_ns: int) -> None:
-        """Advance; no event lies in between."""
+        """Advance to `now_ns`; the caller stops at every event before."""
 
     def sense(self, now_ns: int) -> None:
         """Update the machine from the motor, and the inputs from the machine."""
 
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
-        """Wire the controller as a configuration requires."""
+        """Wire the device as a configuration requires."""
 
     def power_cycle(self, now_ns: int) -> None:
-        """Cycle the controller's power; a reply on the line is lost."""
+        """Cycle the device's power; a reply on the line is lost."""
 
 
 class SimulatedController(LinkedController):
-    """A simulated controller: its line can be disturbed."""
+    """A simulated device: its line can be disturbed."""
 
     line: SimulatedLine
 
@@ -65,10 +65,10 @@ class SimulatedController(LinkedController):
 
 
 class Plant(SimulatedController, ABC):
-    """A controller on a serial line, whose motor turns the shaft of a machine.
+    """A device on a serial line that turns the shaft of a machine.
 
     Raises:
-        ValueError: the machine slips, jams or has a master encoder, which is simulated with the 3601 only.
+        ValueError: the machine slips, jams or has a master encoder; only the 3601 simulates these.
     """
 
     def __init__(self, machine: Machine, device: ControllerDevice) -> None:
@@ -78,13 +78,13 @@ class Plant(SimulatedController, ABC):
             raise SettingError("machine", "machine: a master encoder is simulated with module amci3601 only")
         super().__init__(machine, device, SimulatedLine(FaultyDevice(device)))
         self.levels = machine.levels(0)  # electrical levels of the machine's inputs, as a mask of `InputBit`
-        self._held = machine.held
+        self._held_bits = machine.held
         self._feedback = 0
         self._position_before = 0
-        self._turned = False
+        self._was_turning = False
         self.wire(0)
 
-    # -- implemented for each controller -------------------------------------------------------
+    # -- implemented for each device -----------------------------------------------------------
 
     @property
     @abstractmethod
@@ -93,7 +93,7 @@ class Plant(SimulatedController, ABC):
 
     @property
     def feedback(self) -> int:
-        """Outputs that are wired to inputs."""
+        """The device's outputs that are wired to its inputs, as a mask."""
         return 0
 
     @abstractmethod
@@ -118,8 +118,8 @@ class Plant(SimulatedController, ABC):
     def sense(self, now_ns: int) -> None:
         self._follow(now_ns)
         levels, held_bits, feedback = self.machine.levels(now_ns), self.machine.held, self.feedback
-        if (levels, held_bits, feedback) != (self.levels, self._held, self._feedback):
-            self.levels, self._held, self._feedback = levels, held_bits, feedback
+        if (levels, held_bits, feedback) != (self.levels, self._held_bits, self._feedback):
+            self.levels, self._held_bits, self._feedback = levels, held_bits, feedback
             self.wire(now_ns)
 
     @override
@@ -129,15 +129,15 @@ class Plant(SimulatedController, ABC):
 
     def feeds(self, bit: InputBit) -> tuple[Switch, ...]:
         """Return the switches that feed an input now: none while it is held at a level."""
-        return () if self._held & bit.value else switches_of(self.machine, bit)
+        return () if self._held_bits & bit.value else switches_of(self.machine, bit)
 
     def _follow(self, now_ns: int) -> None:
         position, turns = self.device.motor_position, self.device.motor_turns
         steps = position - self._position_before
-        if turns and not self._turned:
+        if turns and not self._was_turning:
             self.machine.depart(now_ns)
         if steps:
             self.machine.follow(1 if steps > 0 else -1, abs(steps), now_ns)
-        if self._turned and not turns:
+        if self._was_turning and not turns:
             self.machine.rest(now_ns)
-        self._position_before, self._turned = position, turns
+        self._position_before, self._was_turning = position, turns

@@ -1,6 +1,6 @@
-"""Driver and axis of a controller that runs a 3601's profile: a PCL601 or a networked drive.
+"""Driver and axis of a device that runs a 3601's profile: a PCL601 or a networked drive.
 
-Such a controller counts up to 8,000,000 steps in either direction and has an encoder. `kinematics` plans its
+The device counts up to 8,000,000 steps in either direction and has an encoder. `kinematics` plans its
 motions, as for a 3601.
 """
 
@@ -18,30 +18,30 @@ from .linked_axis import LinkedAxis
 from .task import DriveSettings, Task, TaskKind
 
 COUNTER_END = 8_000_000
-ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
-"""Minimum steps to the end of the counter's range at the start of a motion without a target."""
+STEPS_RESERVED = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
+"""Steps to the end of the counter's range that a motion without a target needs at its start."""
 
 
 class ProfileSettings(DriveSettings, Protocol):
-    """Speeds and ramps of a motion in a controller's terms."""
+    """Speeds and ramps of a motion in a device's terms."""
 
     @property
     def profile(self) -> Profile:
-        """The profile that the controller runs."""
+        """The profile that the device runs."""
 
 
 Settings = TypeVar("Settings", bound=ProfileSettings)
 
 
 def planned_stop(task: Task[Settings], now_ns: int) -> Motion:
-    """Return the motion of a task that begins to ramp down at an instant."""
+    """Return the motion of a task that ramps down from `now_ns` on."""
     assert task.model is not None
     profile = task.drive.profile
     return stop(task.model, now_ns, profile.start_sps, profile.deceleration_spmss, profile.shape)
 
 
 def planned_end(task: Task[Settings], now_ns: int) -> Motion:
-    """Return the motion of a registration move whose mark is set at an instant."""
+    """Return the motion of a registration move after its mark at `now_ns`."""
     assert task.model is not None
     profile = task.drive.profile
     ramp = profile.start_sps, profile.deceleration_spmss, profile.shape
@@ -49,11 +49,11 @@ def planned_end(task: Task[Settings], now_ns: int) -> Motion:
 
 
 class ProfileDriver(Driver[Settings]):
-    """The script of the exchanges with such a controller."""
+    """The script of the exchanges with a device that runs a 3601's profile."""
 
-    def make_room(self, task: Task[Settings]) -> Talk:
-        """Keep the counter within its range; a slew sets it only near the end."""
-        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
+    def keep_counter_in_range(self, task: Task[Settings]) -> Talk:
+        """Set the counter to the other end of its range if the motion would leave the range."""
+        steps = task.steps if task.kind is TaskKind.INDEX else STEPS_RESERVED[task.kind]
         if abs(self.position + task.direction * steps) > COUNTER_END:
             yield from self.rebase(-task.direction * BIAS)
 
@@ -67,20 +67,20 @@ class ProfileDriver(Driver[Settings]):
 
     @override
     def watch(self, task: Task[Settings]) -> Talk:
-        """Note that a slew has reached the end of the counter's range."""
+        """Report a slew that has reached the end of the counter's range."""
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.findings.add(FindingKind.OUT_OF_RANGE)
         yield from ()
 
 
 class ProfileAxis(LinkedAxis[Settings]):
-    """An `Axis` whose steps such a controller makes."""
+    """An `Axis` that a device moves by a 3601's profile."""
 
     _encoder_offset = 0
 
     @property
     def counts(self) -> int:
-        """Last count of the controller's encoder."""
+        """Last count of the device's encoder."""
         raise NotImplementedError
 
     @property
@@ -91,12 +91,12 @@ class ProfileAxis(LinkedAxis[Settings]):
     @property
     @override
     def encoder(self) -> int:
-        """Last encoder count read; with diagnostic feedback, the position instead; without either, 0."""
+        """Last encoder count read; without an encoder, the mirrored position or 0."""
         return self.counts + self._encoder_offset if self.has_encoder else super().encoder
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the controller's own count stays."""
+        """Set the present encoder count to `value`; the device's own count stays."""
         if self.has_encoder:
             self._encoder_offset = value - self.counts
         else:

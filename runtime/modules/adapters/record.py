@@ -1,4 +1,4 @@
-"""The registry records of the adapters; slow imports wait until they are needed."""
+"""The registry records of the adapters; slow modules are imported on first use."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ if TYPE_CHECKING:
     from .module import AdapterKind
 
 ROUND_TRIP_MS = 400
-"""Longer than the answer to the slowest command, which is a configuration."""
+"""Longer than the response to the slowest command, a configuration."""
 
 
 def adapter_record(
     name: str, kind: Callable[[], AdapterKind[Any]], *, factory_address: int, highest_address: int
 ) -> ModuleRecord:
-    """Return the record of an adapter, which answers as a 3601 of firmware 4.1."""
+    """Return the record of an adapter, which acts as a 3601 with firmware 4.1."""
 
     def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
         if firmware != "4.1":
-            raise SettingError("firmware", f"firmware {firmware}: {name} answers as 4.1")
+            raise SettingError("firmware", f"firmware {firmware}: {name} acts as firmware 4.1")
         if wiring is not None:
-            raise SettingError("wiring", f"wiring {wiring}: {name} has none; leave it out")
+            raise SettingError("wiring", f"wiring {wiring}: {name} has no wiring option; remove it")
         return kind().simulated(Machine(machine, seed), options)
 
-    def opened(port: str, address: int, options: Options) -> LiveModule:
+    def open_live(port: str, address: int, options: Options) -> LiveModule:
         from .live import open_adapter
 
         return open_adapter(kind(), port, address, options)
@@ -44,7 +44,7 @@ def adapter_record(
         words=lambda _options: WORDS_3601,
         has_firmware=True,
         status=lambda image, _words: StatusView(image),
-        live=LivePort(opened=opened, factory_address=factory_address, highest_address=highest_address),
+        live=LivePort(opened=open_live, factory_address=factory_address, highest_address=highest_address),
         traits=frozenset({Trait.MACHINE, Trait.LINE}),
         capabilities=lambda: "\n".join(_refusals(kind())) + "\n",
         option_table=lambda: kind().options,
@@ -57,16 +57,16 @@ def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
     from ..amci3601 import Feature
     from .capabilities import CONFIG_ERROR
 
-    yield from ("| asked for | refused: | shown as |", "|---|---|---|")
+    yield from ("| request | reason of the refusal | error bits |", "|---|---|---|")
     for limit in kind.capabilities.configuration_rows:
-        yield f"| configuration: {limit.name} | {limit.reason} | {_names(CONFIG_ERROR)} |"
+        yield f"| configuration: {limit.name} | {limit.reason} | {_bit_names(CONFIG_ERROR)} |"
     for row in kind.capabilities.command_rows:
         features = row.features
         request = features.value if isinstance(features, Feature) else f"{row.name} of any motion"
-        yield f"| {request} | {row.reason} | {_names(row.bits)} |"
+        yield f"| {request} | {row.reason} | {_bit_names(row.bits)} |"
 
 
-def _names(bits: int) -> str:
+def _bit_names(bits: int) -> str:
     return ", ".join(str(bit.name) for bit in StatusMsw if bit & bits)
 
 

@@ -1,4 +1,4 @@
-"""One motion of a controller, from the command layer's request to its end."""
+"""One motion of a device, from the command layer's request to its end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...kinematics import Motion
 
 
 class DriveSettings(Protocol):
-    """Speeds and ramps of a motion in a controller's terms."""
+    """Speeds and ramps of a motion in a device's terms."""
 
     @property
     def max_sps(self) -> int:
@@ -21,10 +21,10 @@ Drive = TypeVar("Drive", bound=DriveSettings)
 
 
 class TaskKind(Enum):
-    """Kind of a motion in a controller's terms."""
+    """Kind of a motion in a device's terms."""
 
-    INDEX = "so many steps"
-    SLEW = "until it is stopped"
+    INDEX = "a number of steps"
+    SLEW = "until a stop"
     HOME = "until the home switch"
 
 
@@ -33,17 +33,17 @@ class Task(Generic[Drive]):
     """One motion."""
 
     kind: TaskKind
-    direction: int
-    drive: Drive  # speeds and ramps in the controller's terms
-    ramps_up: bool  # whether it begins with a ramp that lasts
-    steps: int = 0  # steps of an index, or of a slew after its mark; 0 without a mark
-    shown: bool = True  # whether the command layer counts it as a motion
+    direction: int  # +1 CW, -1 CCW
+    drive: Drive  # speeds and ramps in the device's terms
+    ramps_up: bool  # whether it begins with a ramp
+    steps: int = 0  # steps of an index, or of a slew after its mark; 0 for a slew without a mark
+    shown: bool = True  # whether the image shows it as a motion; a single pulse is not shown
     stopping: bool = False  # a soft stop is requested or in progress
     marked: bool = False  # the mark of a slew is requested
     following: Task[Drive] | None = None  # the motion that starts when this one has stopped
-    model: Motion | None = None  # the motion that the controller is assumed to make; None before its start
+    model: Motion | None = None  # the planned motion of the device; None before its start
 
     @property
     def registers(self) -> bool:
-        """Whether it is a slew that ends a number of steps after its mark."""
+        """Whether it is a registration move: a slew that ends a number of steps after its mark."""
         return self.kind is TaskKind.SLEW and self.steps > 0

@@ -1,7 +1,6 @@
-"""A 3601 that deviates from the model: alternatives to readings, and modules without a rule.
+"""A 3601 that deviates from the model: other interpretations, and modules without a rule.
 
-An `Alteration` is data; `Altered3601` is the simulated module with one. The simulated module itself uses
-none.
+An `Alteration` is data; `Altered3601` is the simulated module with an alteration.
 """
 
 from __future__ import annotations
@@ -36,21 +35,21 @@ _WORD = 0xFFFF
 
 @dataclass(frozen=True, slots=True)
 class Alteration:
-    """A deviation of a module; attributes that are left out are as in the model.
+    """A deviation of a module; by default every attribute is as in the model.
 
     Attributes:
         sentence: the deviation, as a sentence about the module.
-        options: options of the model, see `Amci3601Options`.
+        options: options of the model; see `Amci3601Options`.
         silent: rules that set no bits when they fire.
         adds: further bits of word 0 that rules set when they fire.
-        overlooked: rules whose faults are not noticed: the command is carried out.
+        overlooked: rules that the module does not check, so that it carries out the command.
         also: further reasons to refuse a command.
-        clears: returns the bits of word 0 that are cleared, given the bits that the model would clear.
-        hidden: status bits of both words that are not shown.
-        during: the kind of motion in which, and after which, bits are hidden; "" for always.
-        hears: returns the output words that take effect, given those received.
-        shows: returns the input words that are shown, given those of the model.
-        layer: the command layer with its own rules.
+        clears: returns the bits of word 0 that the module clears where the model clears the given bits.
+        hidden: status bits of both words that the module does not show.
+        during: the kind of motion during and after which bits are hidden; "" for always.
+        hears: returns the output words that act when the module receives the given words.
+        shows: returns the input words that the module shows where the model shows the given words.
+        layer: the class of its command layer.
         scales: factors on the rates and speeds of its motions.
     """
 
@@ -73,7 +72,7 @@ class Alteration:
 
 
 class AlteredLatches(Latches):
-    """Latches that some rules do not set."""
+    """Latches with an alteration."""
 
     def __init__(self, events: list[Event], profile: Profile, alteration: Alteration) -> None:
         super().__init__(events, profile)
@@ -82,9 +81,8 @@ class AlteredLatches(Latches):
     @override
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
         alteration = self._alteration
-        super()._set(
-            now_ns, rule_id, 0 if rule_id in alteration.silent else bits | alteration.adds.get(rule_id, 0)
-        )
+        bits_set = 0 if rule_id in alteration.silent else bits | alteration.adds.get(rule_id, 0)
+        super()._set(now_ns, rule_id, bits_set)
 
     @override
     def clear(self, bits: int) -> None:
@@ -95,11 +93,11 @@ class AlteredLayer(CommandLayer):
     """A command layer with an alteration.
 
     Attributes:
-        latest: the kind of the motion that was accepted last.
+        latest: the kind of the last accepted motion.
     """
 
-    def __init__(self, alteration: Alteration, *rest: Any) -> None:
-        super().__init__(*rest)
+    def __init__(self, alteration: Alteration, *arguments: Any) -> None:
+        super().__init__(*arguments)
         self.alteration = alteration
         self.latest = ""
         bits = self.state.latches.bits
@@ -108,10 +106,11 @@ class AlteredLayer(CommandLayer):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        kept_faults = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
+        noticed_faults = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
         if not command.configures:
-            kept_faults += [reason.fault for reason in self.alteration.also if reason.broken(self, command)]
-        return kept_faults
+            further_rules = self.alteration.also
+            noticed_faults += [rule.fault for rule in further_rules if rule.broken(self, command)]
+        return noticed_faults
 
     @override
     def accept(self, operation: Operation) -> None:
@@ -120,7 +119,7 @@ class AlteredLayer(CommandLayer):
 
 
 class Altered3601(Amci3601):
-    """A simulated 3601 with an alteration; see `Amci3601` for the rest."""
+    """A simulated 3601 with an alteration; see `Amci3601` for the other arguments."""
 
     def __init__(
         self,
@@ -134,12 +133,12 @@ class Altered3601(Amci3601):
         self._layer_of = partial(alteration.layer or AlteredLayer, alteration)
         if alteration.scales is not None:
             self._axis_of = partial(ScaledGenerator, alteration.scales)
-        self._heard, self._shown = Image(), Image()
+        self._altered_image, self._shown = Image(), Image()
         super().__init__(firmware, machine, alteration.options, diagnostic_wiring=diagnostic_wiring)
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        image = super().update(now_ns, self._taken(outputs))
+        image = super().update(now_ns, self._altered_outputs(outputs))
         words = self._masked(tuple(image))
         if self.alteration.shows is not None:
             words = self.alteration.shows(words)
@@ -149,15 +148,15 @@ class Altered3601(Amci3601):
 
     @override
     def calm_until_ns(self, outputs: Image) -> int:
-        return super().calm_until_ns(self._taken(outputs))
+        return super().calm_until_ns(self._altered_outputs(outputs))
 
-    def _taken(self, outputs: Image) -> Image:
+    def _altered_outputs(self, outputs: Image) -> Image:
         hears = self.alteration.hears
         if hears is None or outputs[0] & CONFIGURES:
             return outputs
         for number, word in enumerate(hears(tuple(outputs))):
-            self._heard[number] = word
-        return self._heard
+            self._altered_image[number] = word
+        return self._altered_image
 
     def _masked(self, words: ImageWords) -> ImageWords:
         alteration, layer = self.alteration, self.layer

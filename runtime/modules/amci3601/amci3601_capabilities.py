@@ -1,7 +1,7 @@
-"""The 3601's functions that an axis lacks, known before a command is sent to it.
+"""The 3601's functions that an axis lacks.
 
-The command layer checks the manual's own rules first, then the axis. A function that the
-axis lacks is refused in the 3601's error bits; an event gives the reason.
+The command layer checks the manual's rules first, then the axis. It refuses a function that the axis lacks
+with the 3601's error bits, and an event has the reason.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ class Feature(Enum):
 
 @dataclass(frozen=True, slots=True)
 class AxisRequest:
-    """A request to an axis that the 3601's own rules allow."""
+    """A request to an axis that the 3601's rules allow."""
 
     feature: Feature
     command: CommandWords  # the output words
     configuration: Configuration
     distance: int = 0  # distance of a move, signed steps
-    minimum_registration: int = 0  # the stored distance, steps
+    minimum_registration: int = 0  # the stored minimum registration distance, steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,18 +54,18 @@ class AxisHoming(Enum):
     """The part of homing that an axis does itself."""
 
     NONE = "nothing"
-    LEAVES_SWITCH = "it stops on leaving the home switch"
-    MEETS_SWITCH = "it stops on meeting the home switch, and leaves one that is active first"
-    WHOLE = "all of it, limits and reversals included"
-    MEETS_SWITCH_SLOWLY = "it stops on meeting the home switch, slowed down by the proximity before"
+    LEAVES_SWITCH = "it stops when it leaves the home switch"
+    MEETS_SWITCH = "it leaves an active home switch, then stops when it meets the switch"
+    WHOLE = "the whole search, including limits and reversals"
+    MEETS_SWITCH_SLOWLY = "it slows down at the proximity, and stops when it meets the home switch"
 
 
 class Capabilities:
     """The functions of an axis, by default all. A limited axis overrides the methods.
 
     Attributes:
-        homing: the part of `Axis.home`, for every kind of homing.
-        shared_limit: the end limits share one input: both bits on means an active limit on an unknown side.
+        homing: the part of homing in `Axis.home`, for every kind of homing.
+        shared_limit: the end limits share one input; both bits show an active limit on an unknown side.
         home_is_ccw_limit: the home switch is also the CCW limit; an active switch blocks CCW motion only.
     """
 
@@ -74,7 +74,7 @@ class Capabilities:
     home_is_ccw_limit = False
 
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the part of `Axis.home` in a search of that kind."""
+        """Return the part of homing in `Axis.home` for a kind of homing."""
         return self.homing
 
     def lacking_for_configuration(self, configuration: Configuration) -> Refusal | None:

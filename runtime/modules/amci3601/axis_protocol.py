@@ -1,8 +1,7 @@
 """The interface between the command layer and an axis.
 
-The command layer applies the manual's rules (edges, ranges, errors, allowed commands). An axis
-makes steps: the simulated step generator here, a controller on a serial line in an adapter.
-The layer works with either.
+The command layer applies the manual's rules: edges, ranges, errors and allowed commands. An axis makes steps;
+it is the simulated step generator, or an adapter's device on a serial line.
 """
 
 from __future__ import annotations
@@ -26,16 +25,16 @@ class BlendProgram:
 
 
 class Axis(Protocol):
-    """The motion of one motor. Positions are steps as the module counts them, CW positive.
+    """The motion of one motor. Positions are in the module's steps, CW positive.
 
-    All methods act at the instant `now_ns`, to which the axis has been advanced.
+    The caller advances the axis to `now_ns` before it calls a method.
     """
 
     capabilities: Capabilities
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way; after `cut` until the axis is known to be at rest."""
+        """Whether a motion is running, or the axis is not yet known to be at rest after `cut`."""
 
     @property
     def direction(self) -> int:
@@ -51,10 +50,10 @@ class Axis(Protocol):
 
     @property
     def encoder(self) -> int:
-        """Encoder or diagnostic count at the present instant; 0 where neither is configured."""
+        """Encoder or diagnostic count at the present instant; 0 without a configured count."""
 
     def configure(self, configuration: Configuration | None) -> None:
-        """Adopt an accepted configuration; None after it was discarded."""
+        """Adopt an accepted configuration, or None after a rejected one."""
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
         """Start a move over `distance` steps (signed, not 0)."""
@@ -63,17 +62,17 @@ class Axis(Protocol):
         """Start a motion of a single step at `speed_sps`."""
 
     def pulse(self, now_ns: int, direction: int, steps: int = 1) -> None:
-        """Output step pulses at once; no motion follows."""
+        """Output step pulses at once, without a motion."""
 
     def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
         """Start a motion that lasts until it is stopped.
 
         Args:
-            registration: the steps that a later `register` will request, None if none will.
+            registration: the steps of a later `register`, None without one.
         """
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Search for the home switch and stop where it is left; for an axis that homes itself."""
+        """Search for home, as far as the axis does it itself; see `AxisHoming`."""
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
@@ -88,19 +87,19 @@ class Axis(Protocol):
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-        """Return the steps that a controlled stop beginning now would still make."""
+        """Return the number of steps of a controlled stop that begins now."""
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once, or as soon as the axis can be reached; `moving` lasts until then."""
+        """End the step output as soon as possible; `moving` stays true until then."""
 
     def watch_steps(self, steps: int) -> None:
         """Request a tick when the motion has made `steps` steps."""
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Request a tick when the encoder has reached `counts`, or passed it in `direction`."""
+        """Request a tick when the encoder reaches `counts`, or passes it in `direction`."""
 
     def watch_marker(self) -> None:
-        """Request a tick at the next marker pulse; ignore earlier ones."""
+        """Request a tick at the next marker pulse; ignore earlier pulses."""
 
     @property
     def marker_seen(self) -> bool:
@@ -113,4 +112,4 @@ class Axis(Protocol):
         """Set the present encoder count to `value`."""
 
     def reset_errors(self) -> None:
-        """Clear the axis's own errors."""
+        """Clear the errors of the axis."""

@@ -13,10 +13,10 @@ from .axis_protocol import BlendProgram
 
 @dataclass(slots=True)
 class BlendSession:
-    """One session of the handshake, from the first block to the fall of the program bit."""
+    """A session of the handshake, from the first block to the fall of the program bit."""
 
     acknowledged: bool = False
-    good: bool = True  # no faulty block so far
+    is_good: bool = True  # no faulty block so far
     blocks: int = 0  # number of received blocks, including the header
     announced: int = 0  # segments announced by the header
     types: list[Shape] = field(default_factory=list)  # acceleration type of each segment, from the header
@@ -30,17 +30,17 @@ class BlendSession:
         return len(self.segments) >= self.announced
 
     def program(self) -> BlendProgram | None:
-        """Return the profile if all of its blocks were received and good, else None."""
-        if not self.good or not self.complete:
+        """Return the profile, or None if a block is missing or faulty."""
+        if not self.is_good or not self.complete:
             return None
         return BlendProgram(tuple(self.segments), self.final_deceleration, self.final_shape)
 
     def too_long_with(self, length: int) -> bool:
-        """Whether one more length exceeds the limit of all segments together."""
-        return sum(segment[0] for segment in self.segments) + length > PARAMETER_MAX
+        """Return whether a further segment exceeds the maximum length of all segments."""
+        return sum(steps for steps, *_ in self.segments) + length > PARAMETER_MAX
 
-    def fits(self, start_sps: int) -> bool:
-        """Whether the newest segment contains its ramp, and the last one also the final ramp (A-58)."""
+    def newest_segment_fits(self, start_sps: int) -> bool:
+        """Return whether the newest segment contains its ramp; the last also has the final ramp (A-58)."""
         if len(self.segments) == self.announced:
             try:
                 check_blend(start_sps, self.segments, self.final_deceleration, self.final_shape)
@@ -48,5 +48,7 @@ class BlendSession:
                 return False
             return True
         length, speed, rate, shape = self.segments[-1]
-        speed_before = self.segments[-2][1] if len(self.segments) > 1 else start_sps
+        speed_before = start_sps
+        if len(self.segments) > 1:
+            _, speed_before, _, _ = self.segments[-2]
         return ramp_distance(MILLI * speed_before, MILLI * speed, rate, shape) <= length * PICO

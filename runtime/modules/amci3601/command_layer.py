@@ -1,15 +1,13 @@
 """The 3601's command layer: modes, edges, refusals, latched errors.
 
-The module calls it at the ticks of its own 250 µs scan at which words or inputs
-may have changed, and at the exact instant at which a motion ends. A tick does,
-in this order [chapters 3 to 6]:
+The module calls it at the ticks of its 250 µs scan at which words or inputs may have changed, and at the
+exact instant at which a motion ends. A tick does the following, in this order [chapters 3 to 6]:
 
-1. sample the inputs, capture on an inactive-to-active transition (`inputs`);
-2. in run mode, obey the output words: the mode bit (`configuring`), errors that
-   lock the module, follower and blend bits, the command whose bit has risen
-   (`commands`, refused by `refusals`), then the running operation's own bits;
+1. sample the inputs, and capture on an inactive-to-active transition (`inputs`);
+2. in run mode, obey the output words: the mode bit (`configuring`), errors that lock the module, follower and
+   blend bits, the command bit that rose (`commands`, refused by `refusals`), the running operation's bits;
 3. obey the inputs that stop motion: emergency stop, end limits, external;
-4. let the running operation check its levels.
+4. pass the tick to the running operation, which checks its levels.
 """
 
 from __future__ import annotations
@@ -60,8 +58,8 @@ class CommandLayer(Host):
     """Rules, modes and memory of a 3601 over any axis.
 
     Args:
-        firmware: the module's revision; it decides which functions exist.
-        events: receives rules that fire and moves that end.
+        firmware: the module's revision, which determines its functions.
+        events: list to which rules that fire and moves that end are appended.
     """
 
     def __init__(
@@ -82,7 +80,7 @@ class CommandLayer(Host):
         self._events = events
         self._inputs = InputWatch(self)
         self.state.latches.fire(now_ns, "CER-01")
-        self.state.latches.bits |= POSITION_INVALID  # until a preset or a home search (reading A-04)
+        self.state.latches.bits |= POSITION_INVALID  # until a preset or a search for home (reading A-04)
 
     # -- present activity ---------------------------------------------------------------------
 
@@ -97,7 +95,7 @@ class CommandLayer(Host):
         return self.busy and not isinstance(self.operation, CutShort)
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return the instant of the next tick without a change of words or inputs, or None."""
+        """Return the instant of the next tick if no words or inputs change, or None."""
         if self.operation is not None:
             return self.operation.next_wake_ns(now_ns)
         is_waiting = self.state.command.configures and not self.state.in_configuration_mode
@@ -106,7 +104,7 @@ class CommandLayer(Host):
     # -- the tick -----------------------------------------------------------------------------
 
     def tick(self, now_ns: int, words: tuple[int, ...], levels: int) -> None:
-        """Carry out one tick of the module's own scan.
+        """Carry out one tick of the module's scan.
 
         Args:
             now_ns: the instant; the axis has been advanced to it.
@@ -122,7 +120,7 @@ class CommandLayer(Host):
         self.settle(now_ns)
 
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return the instant from which `counted` is required, see `Operation.counts_from_ns`."""
+        """Return the instant from which calls of `counted` are required; see `Operation.counts_from_ns`."""
         operation = self.operation
         if operation is None or operation.over:
             return None
@@ -140,21 +138,23 @@ class CommandLayer(Host):
             self.operation.on_end(now_ns)
 
     def leave_run_mode(self, now_ns: int) -> None:
-        """Leave run mode: any motion stops, the position becomes invalid [chapter 5 note 9]."""
+        """Leave run mode: a motion stops, and the position becomes invalid [chapter 5 note 9]."""
         self.state.running = False
         if self.cuttable:
-            latches = self.state.latches
-            (latches.fire if self.options.invalid_after_program_mode else latches.note)(now_ns, "PRG-01")
+            if self.options.invalid_after_program_mode:
+                self.state.latches.fire(now_ns, "PRG-01")
+            else:
+                self.state.latches.note(now_ns, "PRG-01")
             self.cut(now_ns, stopped=self.options.stopped_after_program_mode)
         elif self.operation is not None:
             self.operation.on_release(now_ns)
 
     def enter_run_mode(self) -> None:
-        """Return to run mode; a bit that is still set is not a new edge (reading A-78)."""
+        """Return to run mode; a bit that is still set makes no edge (reading A-78)."""
         self.state.running = True
 
     def overlook(self, words: tuple[int, ...]) -> None:
-        """Store words without acting on them, so that their bits make no edges later."""
+        """Store words without obeying them, so that their bits make no edge later."""
         self.state.command = CommandWords(words)
 
     # -- output words -------------------------------------------------------------------------
@@ -173,15 +173,15 @@ class CommandLayer(Host):
             self._obey_new_words(now_ns, command, previous)
 
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-        if self.profile.untold and self._refuses_untold(now_ns, command, previous):
+        if self.profile.untold and self._refuses_undescribed_bits(now_ns, command, previous):
             return
         risen_bits = command.msw & ~previous.msw & COMMAND_BITS
         is_following = False
         if not self._stops(command, risen_bits):
             is_following = obey_follower(self, now_ns, command, previous)
-            reads = not is_following and not isinstance(self.operation, EncoderFollower)
-            obey_programming(self, now_ns, command, previous, reads=reads)
-            if reads:
+            reads_blocks = not is_following and not isinstance(self.operation, EncoderFollower)
+            obey_programming(self, now_ns, command, previous, reads_blocks=reads_blocks)
+            if reads_blocks:
                 obey_store_minimum(self, now_ns, command, previous)
         elif self.state.blending is not None:  # a running session continues
             obey_programming(self, now_ns, command, previous)
@@ -190,42 +190,41 @@ class CommandLayer(Host):
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
 
-    def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
-        """Refuse words with a bit that the module's manual does not describe; return whether there is one."""
-        untold_bits = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
-        bits_now, bits_before = (
-            command_words.msw | command_words.lsw << 16 for command_words in (command, previous)
-        )
-        for name, bit in untold_bits:
+    def _refuses_undescribed_bits(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
+        """Refuse bits that the module's manual does not describe; return whether one is set."""
+        undescribed_bits = {name: bit for name, bit in _BITS.items() if name in self.profile.untold}
+        bits_before = previous.msw | previous.lsw << 16
+        bits_now = command.msw | command.lsw << 16
+        for name, bit in undescribed_bits.items():
             if bits_now & ~bits_before & bit:
-                reason = f"the manual pages of a {self.profile.message} do not tell what {name} does"
+                reason = f"the manual of a {self.profile.message} does not describe {name}"
                 self.refuse(now_ns, Refusal(name, COMMAND_ERROR, reason))
-        return any(bits_now & bit for _, bit in untold_bits)
+        return any(bits_now & bit for bit in undescribed_bits.values())
 
-    def _stops(self, command: CommandWords, edges: int) -> bool:
-        """Whether the command holds or stops a motion, which no bit of the LSW prevents (reading A-30).
+    def _stops(self, command: CommandWords, risen_bits: int) -> bool:
+        """Return whether the command holds or stops a motion, whatever the LSW contains (reading A-30).
 
-        In follower mode neither stops anything [chapter 6, Command Error 34].
+        In follower mode Hold and Immediate Stop have no effect [chapter 6, Command Error 34].
         """
-        stop = edges & HOLD_OR_STOP
-        stoppable = self.busy and not isinstance(self.operation, EncoderFollower)
-        return bool(stop) and command.msw == stop and stoppable
+        stop_bits = risen_bits & HOLD_OR_STOP
+        is_stoppable = self.busy and not isinstance(self.operation, EncoderFollower)
+        return bool(stop_bits) and command.msw == stop_bits and is_stoppable
 
-    def _command(self, now_ns: int, command: CommandWords, edges: int) -> None:
-        """Refuse or carry out a command whose bit has risen [chapter 4, general notes 1 to 3]."""
+    def _command(self, now_ns: int, command: CommandWords, risen_bits: int) -> None:
+        """Refuse or carry out the command of the bit that rose [chapter 4, general notes 1 to 3]."""
         if self.state.locked:
             if command.msw == RESET and command.lsw == 0:
                 self._forfeit()
                 COMMANDS[RESET](self, now_ns, command)
         elif command.many_bits:
-            self._refuse_several(now_ns, command, edges)
+            self._refuse_several(now_ns, command, risen_bits)
         else:
             if command.msw not in HOLD_OR_RESUME:
                 self._forfeit()
             COMMANDS[command.msw](self, now_ns, command)
 
-    def _refuse_several(self, now_ns: int, command: CommandWords, edges: int) -> None:
-        self.fire_all(now_ns, faults_of_several(self, command, edges))
+    def _refuse_several(self, now_ns: int, command: CommandWords, risen_bits: int) -> None:
+        self.fire_all(now_ns, faults_of_several(self, command, risen_bits))
         if self.operation is not None:
             self.operation.on_many_bits(now_ns)
 
@@ -242,12 +241,11 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        further_rules = (
-            self.profile.further_refusals if command.msw & MOVES and not command.configures else ()
-        )
+        if not command.msw & MOVES or command.configures:
+            return faults
         return faults + [
             BrokenRule(rule)
-            for rule, is_broken in further_rules
+            for rule, is_broken in self.profile.further_refusals
             if is_broken(command.words, command.parameters)
         ]
 
@@ -262,9 +260,9 @@ class CommandLayer(Host):
 
     @override
     def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
-        """Set the bits of all rules that one command breaks (reading A-110).
+        """Set the bits of all rules that a command breaks (reading A-110).
 
-        The event log names one rule for each bit and leaves out rules that add no bit.
+        A rule that adds no bit is not reported.
         """
         shown_bits = 0
         for fault in faults:
@@ -274,7 +272,7 @@ class CommandLayer(Host):
                 shown_bits |= bits
 
     def _note_error(self, bits: int) -> None:
-        """Handle an error: a command error ends a resumable hold [chapter 4, Resume Move]."""
+        """Note a command error, which ends a resumable hold [chapter 4, Resume Move]."""
         if bits & COMMAND_ERROR:
             self.state.error_since_start = True
             self._forfeit()
@@ -294,8 +292,8 @@ class CommandLayer(Host):
 
     @override
     def accept(self, operation: Operation) -> None:
-        """Start `operation` as the running one; clear the bits that a new move clears."""
-        if self.operation is not None:  # a one-shot whose bit is released only now
+        """Make an operation the running one, and clear the bits that a new move clears."""
+        if self.operation is not None:  # a one-shot with its bit still set
             self.operation.on_end(operation.started_ns)
         self.state.latches.clear(CLEARED_BY_A_MOVE)
         self.state.begin_move()
@@ -309,8 +307,8 @@ class CommandLayer(Host):
             self.finish(now_ns, 0, "ended after a command error")
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        """End the running operation with a completion bit (or 0) and record the move."""
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        """End the running operation, set a completion bit, or 0, and report the move."""
         operation = self.operation
         assert operation is not None
         self.operation = None
@@ -320,36 +318,36 @@ class CommandLayer(Host):
             "from": operation.started_at,
             "to": self.axis.position,
             "started_ns": operation.started_ns,
-            "outcome": how,
+            "outcome": outcome,
         }
         if operation.cut_ns is not None:
             fields["cut_ns"] = operation.cut_ns
-        text = f"{operation.name} move from {operation.started_at}: {how} at {self.axis.position}"
+        text = f"{operation.name} move from {operation.started_at}: {outcome} at {self.axis.position}"
         self._events.append(Event(now_ns, "move", operation.name, text, fields))
 
     @override
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
-        """End any motion without a ramp; the rest of a move is lost."""
+        """End a motion without a ramp; Resume can't continue it."""
         self.axis.cut(now_ns)
         self._finish_at_rest(now_ns, STOPPED if stopped else 0, "cut short")
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End homing at end limits; it does not set STOPPED [chapter 6, Stopped 4]."""
+        """End homing at end limits, without STOPPED [chapter 6, Stopped 4]."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
         self._finish_at_rest(now_ns, 0, "found no home")
 
-    def _finish_at_rest(self, now_ns: int, completion: int, how: str) -> None:
-        """End the running operation as soon as its axis is at rest, which is now unless a stop takes time."""
+    def _finish_at_rest(self, now_ns: int, completion: int, outcome: str) -> None:
+        """End the running operation now, or when the axis is at rest if its stop takes time."""
         if self.operation is None or isinstance(self.operation, CutShort):
             return
         if self.axis.moving:
-            self.operation = CutShort(self, now_ns, self.operation, completion, how)
+            self.operation = CutShort(self, now_ns, self.operation, completion, outcome)
         else:
-            self.finish(now_ns, completion, how)
+            self.finish(now_ns, completion, outcome)
 
     def abandon(self, now_ns: int) -> None:
-        """End the running operation without a completion bit, since the state of the axis is unknown."""
+        """End the running operation without a completion bit; the state of the axis is unknown."""
         if self.operation is not None:
             self.finish(now_ns, 0, "cut short")

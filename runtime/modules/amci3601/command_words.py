@@ -1,4 +1,4 @@
-"""An output image in command mode, decoded once: words, bits and parameters."""
+"""An output image in command mode, decoded: words, bits and parameters."""
 
 from __future__ import annotations
 
@@ -16,16 +16,24 @@ COMMAND_BITS = 0x7FFF
 
 
 class CommandWords:
-    """The eight output words, decoded as far as every command needs."""
+    """The eight output words, decoded for the commands.
+
+    Attributes:
+        words: the eight signed words.
+        msw: command word MSW, unsigned.
+        lsw: command word LSW, unsigned.
+        parameters: target, speed and rates; None for an invalid pair of words.
+        shape: the acceleration type that the LSW selects.
+    """
 
     __slots__ = ("lsw", "msw", "parameters", "shape", "words")
 
     def __init__(self, words: Sequence[int]) -> None:
-        self.words = tuple(words)  # the eight signed words
-        self.msw = self.words[0] & 0xFFFF  # command word MSW, unsigned
-        self.lsw = self.words[1] & 0xFFFF  # command word LSW, unsigned
-        self.parameters = Parameters.read(self.words)  # target, speed and rates; None for an illegal pair
-        self.shape = shape_of(self.lsw)  # the acceleration type that the LSW selects
+        self.words = tuple(words)
+        self.msw = self.words[0] & 0xFFFF
+        self.lsw = self.words[1] & 0xFFFF
+        self.parameters = Parameters.read(self.words)
+        self.shape = shape_of(self.lsw)
 
     @property
     def configures(self) -> bool:
@@ -53,7 +61,7 @@ class CommandWords:
         return self.words[4], self.words[5]
 
     def profile(self, start_sps: int) -> Profile:
-        """Return the move profile of the words; only for words that passed the range checks."""
+        """Return the move profile of words that have passed the range checks."""
         speed = self.parameters.speed
         assert speed is not None
         return Profile(
@@ -62,7 +70,7 @@ class CommandWords:
 
 
 def shape_of(lsw: int) -> Shape:
-    """Return the acceleration type of a command LSW; bit 1 counts only with bit 0 [chapter 5].
+    """Return the acceleration type of a command LSW; bit 1 has an effect only with bit 0 [chapter 5].
 
     >>> shape_of(0b01), shape_of(0b10), shape_of(0b11)
     (<Shape.TRIANGULAR: ...>, <Shape.CONSTANT: ...>, <Shape.TRAPEZOIDAL: ...>)

@@ -1,7 +1,7 @@
 """The actions of command word MSW, one function each [chapter 4; chapter 5, Command Word MSW].
 
-A handler is called when its bit, and no other, has risen and nothing locks the
-module. It refuses the command by every broken rule, or carries it out.
+The command layer calls a handler when its bit alone has risen and the module is not locked. The handler fires
+every broken rule, or carries out the command.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
 
 def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move to the target position, or with the encoder bit until the encoder has reached it."""
+    """Move to the target position; with the encoder bit, move until the encoder reaches the target."""
     if refused(host, now_ns, command):
         return
     target = command.parameters.target
@@ -42,7 +42,7 @@ def absolute(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def relative(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move by the target's number of steps, or encoder counts with the encoder bit."""
+    """Move by the target's number of steps; with the encoder bit, by encoder counts."""
     if refused(host, now_ns, command):
         return
     distance = command.parameters.target
@@ -54,7 +54,7 @@ def relative(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def resume(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Continue the held move, at the speed and rates of these words."""
+    """Continue the held move with the speed and rates of the words."""
     held_move = host.state.held
     if not refused(host, now_ns, command) and held_move is not None:
         _start_profile_move(host, now_ns, command, held_move.name, held_move.target)
@@ -68,16 +68,18 @@ def _start_profile_move(host: Host, now_ns: int, command: CommandWords, name: st
     move.start(now_ns)
 
 
-def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: int, way: int) -> None:
+def _start_encoder_move(host: Host, now_ns: int, command: CommandWords, target: int, counts: int) -> None:
+    """Start a move to a target of the encoder, over a signed number of counts."""
     if host.unable(now_ns, Feature.ENCODER_MOVE, command):
         return
-    move = EncoderMove(host, now_ns, target, 1 if way >= 0 else -1, command.profile(host.state.start_sps))
+    direction = 1 if counts >= 0 else -1
+    move = EncoderMove(host, now_ns, target, direction, command.profile(host.state.start_sps))
     host.accept(move)
     move.start(now_ns)
 
 
 def manual(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Move as long as the bit is set; with a target, end that many steps after the registration input."""
+    """Move while the bit is set; with a target, end this number of steps after the registration input."""
     direction = 1 if command.msw & MANUAL_BIT[1] else -1
     move: ManualMove | OneShot
     if refused(host, now_ns, command):
@@ -104,7 +106,7 @@ def find_home(host: Host, now_ns: int, command: CommandWords) -> None:
     assert host.state.configuration is not None
     search = HOMINGS[host.axis.capabilities.homing_for(host.state.configuration.homing)]
     homing = search(host, now_ns, direction, command.profile(host.state.start_sps))
-    host.state.latches.clear(HOME_INVALID)  # by the next accepted Find Home (reading A-19)
+    host.state.latches.clear(HOME_INVALID)  # reading A-19
     host.accept(homing)
     homing.start(now_ns)
 
@@ -120,15 +122,15 @@ def run_blend(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def hold(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Hold the running move; the other words are ignored [chapter 4, Hold Move]."""
+    """Hold the running move; the other words have no effect [chapter 4, Hold Move]."""
     if host.operation is None:
-        host.fire(now_ns, "CMD-07")  # nothing to hold (reading A-24)
+        host.fire(now_ns, "CMD-07")  # reading A-24
     else:
         host.operation.on_hold(now_ns)
 
 
 def immediate_stop(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Cut the steps; without motion no status bit changes [chapter 4, Immediate Stop]."""
+    """Cut a motion; without a motion no status bit changes [chapter 4, Immediate Stop]."""
     if host.cuttable:
         host.state.latches.fire(now_ns, "POS-02", alone=True)
         host.cut(now_ns)
@@ -147,7 +149,7 @@ def preset_position(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Set the encoder count to the target; the position stays as valid as it was."""
+    """Set the encoder count to the target; the validity of the position does not change."""
     if refused(host, now_ns, command):
         return
     if not host.unable(now_ns, Feature.PRESET_ENCODER, command):
@@ -169,13 +171,14 @@ def reserved(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def obey_store_minimum(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
-    """Store the minimum registration distance on the rise of LSW bit 10; refuse it with a command.
+    """Store the minimum registration distance when LSW bit 10 rises; refuse it together with a command.
 
-    The error also locks the command out. Several rising bits are checked first (reading A-93).
+    A refusal also locks the module for the command. Several command bits have precedence (reading A-93).
     """
-    several = command.many_bits and command.msw & ~previous.msw & COMMAND_BITS
-    risen_bit = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
-    if not risen_bit or not host.firmware.registration or host.state.locked or several:
+    has_risen = command.lsw & STORE_MIN_REG and (previous.configures or not previous.lsw & STORE_MIN_REG)
+    if not has_risen or not host.firmware.registration or host.state.locked:
+        return
+    if command.many_bits and command.msw & ~previous.msw & COMMAND_BITS:
         return
     if not refused(host, now_ns, command, refusals.STORE_MINIMUM):
         distance = command.parameters.target
@@ -200,4 +203,4 @@ COMMANDS: dict[int, Handler] = {
     CommandMsw.RUN_BLEND_CCW.value: run_blend,
     CommandMsw.RESERVED_14.value: reserved,
 }
-"""Handlers of all bits but the mode flag."""
+"""The handler of every command bit; bit 15 selects configuration mode."""

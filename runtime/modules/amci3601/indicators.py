@@ -6,8 +6,8 @@
     Axis Err    link to the PLC     an error: configuration, command,      no error
                 interrupted         input, home invalid, invalid profile
 
-Both axis lights alternate when the power-up diagnostics have failed, and blink
-together when the module's processor has lost the backplane chip.
+Both axis lights alternate after failed power-up diagnostics. They blink together when the module's processor
+has lost the backplane chip.
 """
 
 from __future__ import annotations
@@ -47,12 +47,16 @@ def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
 
     Args:
         status: latched bits of input word 0; further errors from bit 16.
-        moving: a motion or the follower mode is under way, or the bit of a one-shot is held.
+        moving: a motion or the follower mode is running, or the bit of a one-shot is still set.
     """
-    errors = status & BLINKING_ERRORS or status >> 16
-    axis_ok = Light.OFF if errors else Light.BLINKING if moving else Light.SOLID
-    axis_error = Light.SOLID if not linked else Light.BLINKING if errors else Light.OFF
-    return Indicators(Light.SOLID if linked else Light.OFF, axis_ok, axis_error)
+    has_error = status & BLINKING_ERRORS or status >> 16
+    axis_ok = Light.BLINKING if moving else Light.SOLID
+    axis_error = Light.OFF
+    if has_error:
+        axis_ok, axis_error = Light.OFF, Light.BLINKING
+    if not linked:
+        return Indicators(Light.OFF, axis_ok, Light.SOLID)
+    return Indicators(Light.SOLID, axis_ok, axis_error)
 
 
 DIAGNOSTICS_FAILED = Indicators(Light.SOLID, Light.ALTERNATING, Light.ALTERNATING)

@@ -1,4 +1,4 @@
-"""Discrete inputs: sampled at every tick; some of them stop any operation [chapter 6]."""
+"""Discrete inputs, sampled at every tick; some inputs stop any operation [chapter 6]."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class InputWatch:
         state.reported_inputs = state.active
         if configuration is not None and self.host.options.report_unused_inputs:
             state.reported_inputs |= levels & ALL_INPUTS & ~configuration.inputs_used
-        # an input that is active when it is configured makes no transition (reading A-69)
+        # an input that is already active when it is configured makes no edge (reading A-69)
         state.risen = 0 if state.in_configuration_mode else state.active & ~active_before
         if state.risen & CAPTURE:
             self._capture()
@@ -39,8 +39,8 @@ class InputWatch:
     def _capture(self) -> None:
         """Store the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""
         axis, configuration = self.host.axis, self.state.configuration
-        with_encoder = configuration is not None and configuration.quadrature_encoder
-        self.state.captured = axis.encoder if with_encoder else axis.position
+        has_encoder = configuration is not None and configuration.quadrature_encoder
+        self.state.captured = axis.encoder if has_encoder else axis.position
 
     # -- inputs that stop motion ---------------------------------------------------------------
 

@@ -1,8 +1,7 @@
 """The latched status bits of word 0, and the rules that set them.
 
-A real module shows only the bits. This one also keeps the id of the rule
-of each error bit, so that a user can find the broken sentence of the
-manual.
+A real module shows only the bits. The simulated module also stores the rule that set each error bit, so that
+a user can find the manual's sentence.
 """
 
 from __future__ import annotations
@@ -41,43 +40,44 @@ COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
 
 
 class BrokenRule(NamedTuple):
-    """A broken rule; `alone` fires it without the rows that usually fire together with it."""
+    """A broken rule."""
 
     rule: str
-    alone: bool = False
+    alone: bool = False  # fires without the rows that usually fire together with it
 
     def rows(self, profile: Profile) -> tuple[str, ...]:
         """Return the rows of the rule table that fire."""
         return (self.rule,) if self.alone else (self.rule, *profile.rules[self.rule].together_with)
 
     def all_bits(self, profile: Profile) -> int:
-        """Return the bits that the rows set together, see `bits_of`."""
+        """Return the bits that the rows set together; see `bits_of`."""
         return reduce(or_, (bits_of(row, profile) for row in self.rows(profile)))
 
 
 def bits_of(row: str, profile: Profile) -> int:
-    """Return the bits that a broken rule sets: bits of word 0, and further errors of word 1 from bit 16."""
+    """Return the bits that a broken rule sets: bits of word 0, and errors of word 1 from bit 16."""
     rule = profile.rules[row]
     return (rule.if_broken or rule.sets) & (WORD_0 | profile.further_errors)
 
 
 class Latches:
-    """Status bits that stay until they are cleared: bits of input word 0, and further errors of word 1.
+    """Status bits that stay until they are cleared.
 
-    Word 0 is in bits 0 to 15, word 1 from bit 16.
+    Attributes:
+        bits: word 0 without the motion bits in bits 0 to 15, and errors of word 1 from bit 16.
+        causes: the id of the rule that set each error bit.
     """
 
     def __init__(self, events: list[Event], profile: Profile = WORDS_3601) -> None:
         self.profile = profile
-        self.bits = MODULE_OK  # without the motion bits
-        self.causes: dict[int, str] = {}  # for each error bit that is set, the id of the rule that set it
+        self.bits = MODULE_OK
+        self.causes: dict[int, str] = {}
         self._events = events
 
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> int:
-        """Set the bits of a rule and of the rules with the same cause, and record the rows; return the bits.
+        """Set the bits of a rule and of the rules with the same cause, and report them; return the bits.
 
-        This is how a rule sets bits; `note` records a rule that sets none, `show` bits that no rule sets.
-        A trace has the id of a rule, and its `event` as text.
+        `note` reports a rule without bits; `show` sets bits without a rule.
 
         Args:
             alone: fire without the rows that usually fire together with it.
@@ -88,7 +88,7 @@ class Latches:
         return fault.all_bits(self.profile)
 
     def note(self, now_ns: int, rule_id: str) -> None:
-        """Record a rule whose effect an option has switched off."""
+        """Report a rule without setting its bits, which an option has switched off."""
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
@@ -100,7 +100,7 @@ class Latches:
         self._events.append(Event(now_ns, "rule", rule_id, rule.event, fields))
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
-        """Set bits for a reason outside the manual's rules, and record the reason; return the bits."""
+        """Set bits for a reason outside the manual's rules, and report the reason; return the bits."""
         self.bits |= bits
         self._events.append(Event(now_ns, kind, name, text, {"bits": self._names(bits)}))
         return bits
@@ -111,9 +111,9 @@ class Latches:
     def clear(self, bits: int) -> None:
         """Clear bits and their causes."""
         self.bits &= ~bits
-        for bit in [cause for cause in self.causes if cause & bits]:
+        for bit in [bit for bit in self.causes if bit & bits]:
             del self.causes[bit]
 
     def complete(self, bit: int) -> None:
-        """Show the end of a motion: at most one completion bit is set at a time."""
+        """Set a completion bit, and clear the others."""
         self.bits = self.bits & ~COMPLETION | bit

@@ -1,16 +1,13 @@
 """The simulated 3601 in its slot: time, the 250 µs scan, and the input image.
 
-The module's firmware reads its words and inputs every 250 µs. The model skips ticks
-at which nothing can change; two kinds of instants remain:
+The module's firmware reads its words and inputs every 250 µs. The model skips ticks without a change, and
+processes two kinds of instants:
 
-* ticks: multiples of the module's scan at which the output words differ from the
-  last processed ones, or an input's level has changed since the previous tick;
-* exact instants: the end of a motion, of each of its ramps, and of a scan whose
-  encoder counts the operation uses.
+* ticks: multiples of the module's scan at which output words or inputs have changed;
+* exact instants: the end of a motion, of a ramp, and of a scan with encoder counts that the operation uses.
 
-Between them only the position moves, by a formula. The images therefore do not
-depend on how often `update` is called, and a call costs as much after ten
-milliseconds as after a quarter of one.
+Between these instants only the position changes, by a formula. The images therefore do not depend on
+the number of calls of `update`, and a call for 10 ms is as fast as a call for 0.25 ms.
 
     outputs in force  |<---- A ---->|<-------- B -------->|
     update() at       0             t1                    t2
@@ -37,9 +34,9 @@ from ...machine import Machine
 from .amci3601_options import Amci3601Options
 from .command_layer import CommandLayer
 from .indicators import UNPOWERED, indicators
-from .report import report, take_shown
+from .report import adopt_image, report
 from .step_generator import NEVER, StepGenerator, SteppedModule
-from .trouble import ANSWERS
+from .trouble import FAULT_IMAGES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -50,16 +47,17 @@ class Amci3601(SteppedModule):
     """A simulated AMCI 3601 with its simulated machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
-        trouble: the present fault without answers to the PLC, if any; see `inject`.
-        linked: whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear.
-            A plain field, since logic reads it in every scan.
+        trouble: the present fault, or None; see `inject`.
+        linked: whether the PLC reaches the module; after a fatal error it does, with MODULE_OK clear. This is
+            a plain field, since logic reads it in every scan.
+        indicators: the lights of the front panel.
         events: in order of time; the caller empties it.
         before_change: called before any access to the module or its machine except `update`.
 
     Args:
         firmware: "2.0", "2.1", "2.2", "3.1" or "4.1", or a `Firmware`.
-        machine: by default one without switches.
-        options: options of the model by name, see `Amci3601Options`.
+        machine: by default a machine without switches.
+        options: options of the model by name; see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
         profile: the module of the family; by default a 3601.
 
@@ -85,7 +83,7 @@ class Amci3601(SteppedModule):
         self.options = Amci3601Options.of(options)
         self.events: list[Event] = []
         self.before_change: Callable[[], None] = unnoticed
-        self.machine.before_change = self._tell_before_change
+        self.machine.before_change = self._on_machine_change
         self._tick_ns = 1000 * self.options.input_scan_us
         self._diagnostic_wiring = diagnostic_wiring
         self._now_ns = 0
@@ -93,7 +91,7 @@ class Amci3601(SteppedModule):
         self._image = Image()
         self._counting = False
         self._segment: Segment | None = None
-        self._steps = -1  # steps of the motion, as last reported
+        self._reported_steps = -1  # steps of the motion in the image, -1 if the image must be updated
         self.trouble: ModuleFault | None = None
         self.linked = True
         self.indicators = UNPOWERED
@@ -106,9 +104,9 @@ class Amci3601(SteppedModule):
             self.axis, self.firmware, self.options, self.events, self._now_ns, self.profile
         )
         self.layer.state.running = self._plc_running
-        self._acted_on: bytes | None = None  # the output words that the layer has processed
-        self._tick_due_ns = self._counts_due_ns = NEVER
-        self._due_ns = self._now_ns  # only position and count change before this instant
+        self._acted_on: bytes | None = None  # the output words at the last tick
+        self._tick_due_ns = self._counts_due_ns = NEVER  # the next tick, and the end of the next counted scan
+        self._due_ns = self._now_ns  # until this instant only position and count change
         self._publish()
 
     # -- the contract -------------------------------------------------------------------------
@@ -125,37 +123,37 @@ class Amci3601(SteppedModule):
         return self._image
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode, effective at the last `update`."""
+        """Set whether the PLC is in run mode, from the last `update` on."""
         if running != self._plc_running:
             self.before_change()
             self._plc_running = running
             self.look_again()
 
     def power_cycle(self) -> None:
-        """Remove and restore power; shaft and clock continue."""
+        """Cycle the power; shaft and clock continue."""
         self.before_change()
-        self._fall_silent()
+        self._end_step_output()
         self.trouble, self.linked = None, True
         self._power_up()
 
     def take_state(
         self, now_ns: int, outputs: Image, shown: Sequence[int], configuration: Configuration | None
     ) -> None:
-        """Adopt at `now_ns` the state that an input image shows at rest in command mode.
+        """Adopt at `now_ns` the state of an input image at rest in command mode.
 
-        State that no image shows is as after power-up: there is no stored blend profile, and the minimum
-        registration distance follows from `MIN_REG_NONZERO`, 1 step or none.
+        All other state is as after power-up, without a stored blend profile. The minimum registration
+        distance is 1 step with `MIN_REG_NONZERO`, otherwise 0.
 
         Args:
-            outputs: the words in force; their bits are no edges.
+            outputs: the words in force; their bits make no edge.
             shown: the input words, unsigned.
         """
         self.before_change()
         self._now_ns = now_ns
-        noted = len(self.events)
+        events_before = len(self.events)
         self._power_up()
-        del self.events[noted:]
-        take_shown(self.layer, shown, configuration)
+        del self.events[events_before:]
+        adopt_image(self.layer, shown, configuration)
         self.layer.overlook(tuple(outputs))
         self._acted_on = outputs.raw.tobytes()
         self._publish()
@@ -174,37 +172,37 @@ class Amci3601(SteppedModule):
             ValueError: None after a fatal error, which only `power_cycle` ends.
         """
         if trouble is None and self.trouble is ModuleFault.FATAL_ERROR:
-            raise ValueError("trouble None: a fatal error ends with a power cycle only")
+            raise ValueError("trouble None: only a power cycle ends a fatal error")
         self.before_change()
         if self.trouble is ModuleFault.REMOVED:
             self.power_cycle()
         self.trouble = trouble
-        self.linked = trouble is None or ANSWERS[trouble].linked
+        self.linked = trouble is None or FAULT_IMAGES[trouble].linked
         if trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
-            self._fall_silent()
+            self._end_step_output()
         self.look_again()
 
-    def _tell_before_change(self) -> None:
-        """Announce a change from outside to the machine; then check the counts at the next tick."""
+    def _on_machine_change(self) -> None:
+        """Announce an external change of the machine, and check the counts at the next tick."""
         self.before_change()
         if self._counts_due_ns == NEVER and self.layer.counts_from_ns(self._now_ns, self._now_ns) is not None:
             self._counts_due_ns = self._now_ns // self._tick_ns * self._tick_ns + self._tick_ns
             self._due_ns = 0
 
-    def _fall_silent(self) -> None:
+    def _end_step_output(self) -> None:
         """End the step output at the last `update`."""
         self.axis.advance(self._now_ns)
         self.axis.cut(self._now_ns)
         self.layer.operation = None
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine at the last `update`, see `Machine.operate`."""
+        """Operate an input of the machine; see `Machine.operate`."""
         self.before_change()
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:
-        """Sample inputs and mode at the next tick, after a change from outside."""
+        """Sample inputs and mode at the next tick, after an external change."""
         self.before_change()
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
         self._due_ns = 0
@@ -221,30 +219,30 @@ class Amci3601(SteppedModule):
         if self.trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self.axis.advance(now_ns)
         else:
-            self._go_through(now_ns, outputs)
+            self._process_events(now_ns, outputs)
         self._publish()
         self._foresee()
 
-    def _go_through(self, now_ns: int, outputs: Image) -> None:
-        """Process every instant up to `now_ns` at which something happens.
+    def _process_events(self, now_ns: int, outputs: Image) -> None:
+        """Process all ticks and exact instants up to `now_ns`.
 
-        A tick at `now_ns` itself belongs to the next call, whose words it sees; the end of a
-        motion or scan at `now_ns` belongs to this one.
+        A tick at `now_ns` itself belongs to the next call and its words; the end of a motion or scan at
+        `now_ns` belongs to this call.
         """
-        words_due = NEVER
+        words_due_ns = NEVER
         if outputs.raw.tobytes() != self._acted_on:
-            words_due = self._tick_at_or_after(self._now_ns)
+            words_due_ns = self._tick_at_or_after(self._now_ns)
         while True:
-            change = self.axis.next_change_ns()
-            tick = min(self._tick_due_ns, words_due)
-            counts = self._counts_due_ns
-            if change <= now_ns and change <= min(tick, counts):
-                self._pass_change(change)
-            elif counts <= now_ns and counts <= tick:
-                self._pass_counts(counts)
-            elif tick < now_ns:
-                self._tick(tick, outputs)
-                words_due = NEVER
+            change_ns = self.axis.next_change_ns()
+            tick_ns = min(self._tick_due_ns, words_due_ns)
+            counts_ns = self._counts_due_ns
+            if change_ns <= now_ns and change_ns <= min(tick_ns, counts_ns):
+                self._process_change(change_ns)
+            elif counts_ns <= now_ns and counts_ns <= tick_ns:
+                self._process_counts(counts_ns)
+            elif tick_ns < now_ns:
+                self._tick(tick_ns, outputs)
+                words_due_ns = NEVER
             else:
                 break
         self.axis.advance(now_ns)
@@ -264,37 +262,37 @@ class Amci3601(SteppedModule):
         else:
             self.layer.enter_run_mode()
 
-    def _pass_change(self, now_ns: int) -> None:
-        """End a ramp or a motion here; a tick follows the end of a motion, which permits other actions."""
+    def _process_change(self, now_ns: int) -> None:
+        """End a ramp or a motion; a tick follows the end of a motion, which may allow other actions."""
         if self.axis.advance(now_ns):
             self.layer.settle(now_ns)
             self._tick_due_ns = self._tick_at_or_after(now_ns)
 
-    def _pass_counts(self, now_ns: int) -> None:
-        """Process the encoder counts of a scan that ends here; a new course expects other inputs."""
+    def _process_counts(self, now_ns: int) -> None:
+        """Process the encoder counts of a scan that ends now; a tick follows a changed motion."""
         self.axis.advance(now_ns)
-        course = self.axis.motion, self.axis.position
+        motion_before = self.axis.motion, self.axis.position
         self.layer.counted(now_ns)
-        if course != (self.axis.motion, self.axis.position):
+        if motion_before != (self.axis.motion, self.axis.position):
             self._tick_due_ns = now_ns
         self._counts_due_ns = self._next_counts(now_ns)
 
     def _next_counts(self, now_ns: int) -> int:
-        """Return the end of the next scan whose counts the operation uses."""
+        """Return the end of the next scan with counts that the operation uses."""
         first_ns = self.layer.counts_from_ns(now_ns, self.machine.turns_ns(now_ns))
         if first_ns is None:
             return NEVER
         return max(now_ns, first_ns // self._tick_ns * self._tick_ns) + self._tick_ns
 
     def _next_tick(self, tick_ns: int) -> int:
-        """Return the next tick with changed inputs or a request of an operation."""
-        instant, wake = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
-        if wake is not None:
-            instant = min(instant, wake)
-        return NEVER if instant == NEVER else max(self._tick_at_or_after(instant), tick_ns + self._tick_ns)
+        """Return the next tick at which inputs change or the operation requests a tick."""
+        due_ns, wake_ns = self.axis.next_input_ns(), self.layer.next_wake_ns(tick_ns)
+        if wake_ns is not None:
+            due_ns = min(due_ns, wake_ns)
+        return NEVER if due_ns == NEVER else max(self._tick_at_or_after(due_ns), tick_ns + self._tick_ns)
 
     def _foresee(self) -> None:
-        """Compute until when only the position can change."""
+        """Compute the instant until which only the position can change."""
         due_ns = min(self._tick_due_ns + 1, self._counts_due_ns, self.axis.next_change_ns())
         self._due_ns = due_ns if self.trouble is None else 0
         is_live = not self.layer.state.in_configuration_mode
@@ -307,17 +305,17 @@ class Amci3601(SteppedModule):
     # -- the input image ----------------------------------------------------------------------
 
     def _publish(self) -> None:
-        """Write the whole input image, as far as the PLC still sees the module, and set the lights."""
+        """Write the input image as the PLC sees it, and set the lights."""
         if self.trouble is None:
             self._report()
         else:
-            for word, kept_bits in enumerate(ANSWERS[self.trouble].kept):
+            for word, kept_bits in enumerate(FAULT_IMAGES[self.trouble].kept):
                 self._image[word] &= kept_bits
         self._set_lights()
 
     def _set_lights(self) -> None:
         layer, trouble = self.layer, self.trouble
-        lights = None if trouble is None else ANSWERS[trouble].lights
+        lights = None if trouble is None else FAULT_IMAGES[trouble].lights
         if lights is None:
             is_moving = layer.operation is not None
             lights = indicators(layer.state.latches.bits, moving=is_moving, linked=trouble is None)
@@ -333,13 +331,13 @@ class Amci3601(SteppedModule):
 
     def _report(self) -> None:
         report(self.layer, self._image.words)
-        self._steps = -1
+        self._reported_steps = -1
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
         """Report the step count of the present segment; nothing else can have changed."""
         steps = segment.steps_at(now_ns)
-        if steps != self._steps:
-            self._steps = steps
+        if steps != self._reported_steps:
+            self._reported_steps = steps
             words, motion = self._image.words, self.axis.motion
             assert motion is not None
             words[2], words[3] = split_reported(motion.origin + motion.direction * steps)

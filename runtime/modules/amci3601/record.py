@@ -27,13 +27,16 @@ def make(
     profile: Profile = WORDS_3601,
     form: ImageForm | None = None,
 ) -> Module:
-    """Make a simulated 3601 with a machine; ValueError for an unknown firmware or option.
+    """Make a simulated 3601 with a machine.
 
     Args:
         seed: seed of the machine's random numbers.
         options: options of the model by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
-        form: form of its images, if it differs from a 3601's.
+        form: form of its images, None for a 3601's.
+
+    Raises:
+        ValueError: an unknown firmware or option.
     """
     from .module import Amci3601
     from .restated import Restated3601
@@ -44,9 +47,9 @@ def make(
 
 
 def check_controller(firmware: str, controller: str) -> None:
-    """Raise ValueError for a version that does not work with a controller.
+    """Refuse a firmware that does not work with a controller, with a ValueError.
 
-    A 3601 needs firmware 2.2 with a MicroLogix 1500 [chapter 1, MicroLogix 1500 Configuration].
+    With a MicroLogix 1500, a 3601 needs firmware 2.2 [chapter 1, MicroLogix 1500 Configuration].
     """
     if controller == "micrologix" and not Firmware.parse(firmware).micrologix:
         raise SettingError(
@@ -61,11 +64,11 @@ def _option_table() -> type[Amci3601Options]:
 
 
 def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
-    """Return the record of a module of the 3601's family, named as its messages are, in lower case.
+    """Return the record of a module of the 3601's family; its name is its message name in lower case.
 
     Args:
-        form: form of its images, if it differs from a 3601's. Such a module is shown by the names of its
-            words and bits, since the code for numbers and the blocks of an axis expect a 3601's places.
+        form: form of its images, None for a 3601's. Another form is shown with the names of its words and
+            bits, since the axis blocks and the code for numbers expect a 3601's words.
     """
     words = profile if form is None else form.words(profile)
     return ModuleRecord(

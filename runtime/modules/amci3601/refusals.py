@@ -1,10 +1,8 @@
 """Refusals of commands: for each command, the rules that it can break.
 
-Every broken rule sets its bits; no row hides another [chapter 6, the lists of
-Status & Error Bit Functions; reading A-110]. Each row names the rule of the
-manual and the predicate that is true when the rule is broken. The order
-affects the event log only: busy axis, parameter ranges, rules of the command,
-inputs that block motion [readings A-16, A-17].
+Every broken rule sets its bits [chapter 6, the lists of Status & Error Bit Functions; reading A-110]. A row
+has the rule of the manual and a predicate that is true when the rule is broken. The order affects the event
+log only: busy axis, parameter ranges, rules of the command, inputs that block motion [readings A-16, A-17].
 """
 
 from __future__ import annotations
@@ -28,11 +26,11 @@ Check = Callable[[Host, CommandWords], bool]
 
 
 class RefusalRule(NamedTuple):
-    """One reason to refuse a command."""
+    """A reason to refuse a command."""
 
     rule: str  # the rule of the manual; its row of `RULES` has its bits
     broken: Check
-    alone: bool = False  # the rule fires without the rows that usually share its cause
+    alone: bool = False  # the rule fires without the rows that usually fire together with it
 
     @property
     def fault(self) -> BrokenRule:
@@ -51,17 +49,14 @@ MANUAL_CW = CommandMsw.MANUAL_CW.value
 
 
 def busy(host: Host, command: CommandWords) -> bool:
-    """Whether the previous move is still under way."""
+    """Whether the previous move is still running."""
     return host.busy
 
 
 def external_still_on(host: Host, command: CommandWords) -> bool:
-    """Whether the external input that held a move is still on and forbids a new one (A-47)."""
-    return (
-        host.state.held_by_external
-        and host.state.external_active
-        and not host.options.one_step_under_external
-    )
+    """Whether the external input that held a move is still on and forbids a new move (A-47)."""
+    still_on = host.state.held_by_external and host.state.external_active
+    return still_on and not host.options.one_step_under_external
 
 
 def speed_or_rates_out_of_range(host: Host, command: CommandWords) -> bool:
@@ -91,10 +86,9 @@ def estop_active(host: Host, command: CommandWords) -> bool:
 
 
 def any_limit_active(host: Host, command: CommandWords) -> bool:
-    """Whether either end limit is active while the axis is at rest, so that no move can begin (A-17).
+    """Whether an end limit is active while the axis is at rest, so that no move can begin (A-17).
 
-    A running move handles limits itself. A limit that is also the home switch
-    counts only in its own direction.
+    A running move handles limits itself. A limit that is also the home switch blocks only its direction.
     """
     if host.busy:
         return False
@@ -104,7 +98,7 @@ def any_limit_active(host: Host, command: CommandWords) -> bool:
 
 
 def heads_cw(host: Host, command: CommandWords) -> bool:
-    """Whether an absolute or relative move, or a resumed one, goes CW."""
+    """Whether an absolute, relative or resumed move goes CW."""
     target = command.parameters.target or 0
     if command.msw & CommandMsw.ABSOLUTE_MOVE.value:
         return target > host.axis.position
@@ -119,7 +113,7 @@ def same_limit_active(host: Host, command: CommandWords) -> bool:
 
 
 def not_held(host: Host, command: CommandWords) -> bool:
-    """Whether no held move is left for Resume."""
+    """Whether no held move exists for Resume."""
     return host.state.held is None
 
 
@@ -129,17 +123,14 @@ def target_given_to_old_firmware(host: Host, command: CommandWords) -> bool:
 
 
 def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a manual speed is illegal, or rates in use are out of range.
+    """Whether speed or target of a manual move is invalid, or the rates that it uses are out of range.
 
-    Speed 0 is a one-shot; up to the starting speed the rates are not checked
-    (readings A-44, A-81).
+    Speed 0 is a one-shot. Up to the starting speed the rates are not used (readings A-44, A-81).
     """
     speed = command.parameters.speed
-    if (
-        speed is None
-        or not (speed == 0 or host.profile.limits.takes_speed(speed))
-        or not target_in_range(command.parameters.target)
-    ):
+    if speed is None or target_illegal(host, command):
+        return True
+    if speed != 0 and not host.profile.limits.takes_speed(speed):
         return True
     return speed > host.state.start_sps and speed_or_rates_out_of_range(host, command)
 
@@ -150,12 +141,12 @@ def lsw_not_zero(host: Host, command: CommandWords) -> bool:
 
 
 def profile_words_given(host: Host, command: CommandWords) -> bool:
-    """Whether speed, acceleration or deceleration words carry data."""
+    """Whether words 4 to 7, the speed and the rates, are not zero."""
     return any(command.words[4:])
 
 
 def target_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether the target words are illegal or out of range."""
+    """Whether the target words are invalid or out of range."""
     return not target_in_range(command.parameters.target)
 
 
@@ -165,31 +156,25 @@ def no_encoder(host: Host, command: CommandWords) -> bool:
 
 
 def target_not_zero(host: Host, command: CommandWords) -> bool:
-    """Whether the target words carry data."""
+    """Whether the target words are not zero."""
     return command.target_words != (0, 0)
 
 
 def target_negative(host: Host, command: CommandWords) -> bool:
-    """Whether the target is negative; words of opposite signs are not a value."""
+    """Whether the target is negative; words of opposite signs are no target."""
     target = command.parameters.target
     return target is not None and target < 0
 
 
 def too_short_to_stop(host: Host, command: CommandWords) -> bool:
-    """Whether a registration distance is shorter than its deceleration, if both are values."""
-    target, speed, deceleration = (
-        command.parameters.target,
-        command.parameters.speed,
-        command.parameters.deceleration,
-    )
-    if (
-        target is None
-        or speed is None
-        or speed <= host.state.start_sps
-        or not host.profile.limits.takes_rate(deceleration)
-    ):
+    """Whether a registration distance is shorter than its deceleration; other rules check invalid values."""
+    parameters, start_sps = command.parameters, host.state.start_sps
+    target, speed, deceleration = parameters.target, parameters.speed, parameters.deceleration
+    if target is None or speed is None or not host.profile.limits.takes_rate(deceleration):
         return False
-    return target * PICO < stopping_distance(MILLI * speed, host.state.start_sps, deceleration, command.shape)
+    if speed <= start_sps:
+        return False
+    return target * PICO < stopping_distance(MILLI * speed, start_sps, deceleration, command.shape)
 
 
 def external_active(host: Host, command: CommandWords) -> bool:
@@ -198,7 +183,7 @@ def external_active(host: Host, command: CommandWords) -> bool:
 
 
 def registration_parameters_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a registration move's words are out of range; it has no one-shot."""
+    """Whether a registration move's words are out of range; speed 0 is invalid."""
     return not command.parameters.speed or manual_parameters_illegal(host, command)
 
 
@@ -214,7 +199,7 @@ def direction_without_limit(host: Host, command: CommandWords) -> bool:
 
 
 def data_given(host: Host, command: CommandWords) -> bool:
-    """Whether target, speed or rate words carry data."""
+    """Whether target, speed or rate words are not zero."""
     return any(command.words[2:])
 
 
@@ -224,13 +209,13 @@ def not_programmed(host: Host, command: CommandWords) -> bool:
 
 
 def command_or_rates_given(host: Host, command: CommandWords) -> bool:
-    """Whether a command bit is set or words 4 to 7 carry data."""
+    """Whether a command bit is set or words 4 to 7 are not zero."""
     return bool(command.msw) or any(command.words[4:])
 
 
 def distance_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a minimum registration distance is illegal, negative or out of range."""
-    return not target_in_range(command.parameters.target) or target_negative(host, command)
+    """Whether a minimum registration distance is invalid, negative or out of range."""
+    return target_illegal(host, command) or target_negative(host, command)
 
 
 def several_commands(host: Host, command: CommandWords) -> bool:
@@ -249,12 +234,12 @@ def ratio_illegal(host: Host, command: CommandWords) -> bool:
 
 
 def speed_words_given(host: Host, command: CommandWords) -> bool:
-    """Whether the programmed speed words carry data."""
+    """Whether the programmed speed words are not zero."""
     return command.speed_words != (0, 0)
 
 
 def follower_rates_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a rate of the follower is out of range; 0 means unlimited."""
+    """Whether a rate of the follower is out of range; 0 is unlimited."""
     return not all(rate == 0 or host.profile.limits.takes_rate(rate) for rate in command.words[6:8])
 
 
@@ -360,7 +345,7 @@ FOLLOWER_WORDS: Refusals = (
     RefusalRule("CMD-31", ratio_illegal),
     RefusalRule("CMD-32", speed_words_given),
     RefusalRule("CMD-36", s_curve_selected),
-    RefusalRule("FOL-02", follower_rates_illegal),  # no outcome is stated (A-103)
+    RefusalRule("FOL-02", follower_rates_illegal),  # the manual states no outcome (A-103)
 )
 """Checks while encoder follower mode is on."""
 
@@ -376,14 +361,14 @@ _OF_BIT: dict[int, Refusals] = {
     CommandMsw.RUN_BLEND_CW.value: RUN_BLEND,
     CommandMsw.RUN_BLEND_CCW.value: RUN_BLEND,
 }
-"""Commands with fixed rules; Hold and Immediate Stop are never refused by their words."""
+"""The rules of commands that always have the same ones; Hold and Immediate Stop have none."""
 
 
 def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | None = None) -> bool:
-    """Fire every broken rule, and return whether there is one.
+    """Fire every broken rule; return whether a rule is broken.
 
     Args:
-        reasons: the rules to check; None = the rules of the single command bit.
+        reasons: the rules to check, by default the rules of the single command bit.
     """
     faults = faults_of(host, command, refusals_of(host, command) if reasons is None else reasons)
     host.fire_all(now_ns, faults)
@@ -391,16 +376,18 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
 
 
 def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[BrokenRule]:
-    """Return the rules that a command breaks, if the module notices them."""
+    """Return the broken rules that the module notices."""
     return host.noticed(command, [reason.fault for reason in reasons if reason.broken(host, command)])
 
 
-def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[BrokenRule]:
-    """Return the faults of several command bits: their number, and the faults of each new command (A-110)."""
+def faults_of_several(host: Host, command: CommandWords, risen_bits: int) -> list[BrokenRule]:
+    """Return the faults of several command bits: CMD-02, and the faults of each new command (A-110)."""
     faults = [BrokenRule("CMD-02")]
-    for bit in (1 << index for index in range(edges.bit_length()) if edges >> index & 1):
-        single_command = command.single(bit)
-        faults += faults_of(host, single_command, refusals_of(host, single_command))
+    for index in range(risen_bits.bit_length()):
+        bit = 1 << index
+        if risen_bits & bit:
+            single_command = command.single(bit)
+            faults += faults_of(host, single_command, refusals_of(host, single_command))
     return faults
 
 
@@ -416,5 +403,5 @@ def refusals_of(host: Host, command: CommandWords) -> Refusals:
 
 
 def registers(host: Host, command: CommandWords) -> bool:
-    """Whether a manual move is a registration move: it has a target, and the firmware supports it."""
+    """Return whether a manual move is a registration move: with a target, on a firmware that supports it."""
     return host.firmware.registration and target_not_zero(host, command)

@@ -37,24 +37,24 @@ def report(host: Host, words: memoryview[int]) -> None:
         words[6], words[7] = split_reported(state.captured)
 
 
-def take_shown(host: Host, shown: Sequence[int], configuration: Configuration | None) -> None:
-    """Set a host just powered up to the state of input words in command mode; the inverse of `report`.
+def adopt_image(host: Host, words: Sequence[int], configuration: Configuration | None) -> None:
+    """Set a host after power-up to the state of input words in command mode; the inverse of `report`.
 
     Args:
-        shown: unsigned words.
+        words: the eight input words, unsigned.
     """
     state = host.state
-    state.latches.bits = shown[0] & ~(MOVING_CW | MOVING_CCW | ACCELERATING | DECELERATING)
-    state.latches.bits |= shown[1] << 16 & host.profile.further_errors
+    state.latches.bits = words[0] & ~(MOVING_CW | MOVING_CCW | ACCELERATING | DECELERATING)
+    state.latches.bits |= words[1] << 16 & host.profile.further_errors
     state.configuration = configuration
     state.mirror = (0, 0, 0, 0) if configuration is None else tuple(configuration.to_image())[:4]
     host.axis.configure(configuration)
-    host.axis.preset_position(_joined(shown[2], shown[3]))
-    host.axis.preset_encoder(_joined(shown[4], shown[5]))
-    state.captured = _joined(shown[6], shown[7])
-    state.reported_inputs = shown[1] & ALL_INPUTS
+    host.axis.preset_position(_joined(words[2], words[3]))
+    host.axis.preset_encoder(_joined(words[4], words[5]))
+    state.captured = _joined(words[6], words[7])
+    state.reported_inputs = words[1] & ALL_INPUTS
     state.active = state.reported_inputs & (0 if configuration is None else configuration.inputs_used)
-    state.minimum_registration = 1 if shown[1] & MIN_REG_NONZERO else 0
+    state.minimum_registration = 1 if words[1] & MIN_REG_NONZERO else 0
 
 
 def _joined(msw: int, lsw: int) -> int:
@@ -77,7 +77,7 @@ def _status_lsw(host: Host) -> int:
     state = host.state
     bits = state.reported_inputs | state.latches.bits >> 16
     if state.proximity:
-        bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
+        bits |= HOME_PROX_ECHO  # also without homing (reading A-96)
     if host.operation is not None:
         bits |= host.operation.status_lsw
     if state.blending is not None and state.blending.acknowledged:

@@ -1,4 +1,4 @@
-"""A module of the family whose images have another form, see `io_images.amci3601.image_form`."""
+"""A module of the family with images of another form; see `io_images.amci3601.image_form`."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Restated3601(Amci3601):
     """A 3601 with images of another form; see `Amci3601` for the other arguments."""
 
     def __init__(self, form: ImageForm, *arguments: Any, **options: Any) -> None:
-        self._form, self._places = form, form.places
-        self._heard, self._shown = Image(), Image(size=len(form.inputs))
+        self._form, self._word_places = form, form.places
+        self._outputs_3601, self._shown = Image(), Image(size=len(form.inputs))
         super().__init__(*arguments, **options)
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        image = super().update(now_ns, self._taken(outputs))
-        for word, value in enumerate(self._form.shown(image.words.tolist())):
+        image = super().update(now_ns, self._restated_outputs(outputs))
+        for word, value in enumerate(self._form.from_3601(image.words.tolist())):
             self._shown.words[word] = value
         return self._shown
 
@@ -34,14 +34,18 @@ class Restated3601(Amci3601):
     def calm_until_ns(self, outputs: Image) -> int:
         if self._form.numbers is not NumberFormat.THOUSANDS:
             return 0
-        return super().calm_until_ns(self._taken(outputs))
+        return super().calm_until_ns(self._restated_outputs(outputs))
 
     @override
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        own_words = super().foretell(first_ns, every_ns, count)
-        return {self._places[word]: values for word, values in own_words.items() if word in self._places}
+        words_3601 = super().foretell(first_ns, every_ns, count)
+        return {
+            self._word_places[word]: values
+            for word, values in words_3601.items()
+            if word in self._word_places
+        }
 
-    def _taken(self, outputs: Image) -> Image:
-        for word, value in enumerate(self._form.heard(outputs.words.tolist())):
-            self._heard.words[word] = value
-        return self._heard
+    def _restated_outputs(self, outputs: Image) -> Image:
+        for word, value in enumerate(self._form.to_3601(outputs.words.tolist())):
+            self._outputs_3601.words[word] = value
+        return self._outputs_3601

@@ -1,4 +1,4 @@
-"""A step generator whose rates and speeds are off by a factor."""
+"""A step generator with wrong rates and speeds, by a factor."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ _AS_PROGRAMMED = Fraction(1)
 
 @dataclass(frozen=True, slots=True)
 class AxisScales:
-    """Factors on the programmed speeds and rates of command words, each above 0.
+    """Factors above 0 on the programmed speeds and rates of command words.
 
-    The starting speed is as configured, and blend profiles are as stored.
+    Starting speed and blend profiles have no factor.
     """
 
     acceleration: Fraction = _AS_PROGRAMMED
@@ -26,24 +26,24 @@ class AxisScales:
     speed: Fraction = _AS_PROGRAMMED
 
     def sps(self, speed_sps: int) -> int:
-        """Return the axis's speed in steps/s, from 1, for a programmed speed."""
+        """Return the axis's speed for a programmed speed, 1 step/s or more."""
         return max(1, round(speed_sps * self.speed))
 
-    def profile(self, own: Profile) -> Profile:
+    def profile(self, programmed: Profile) -> Profile:
         """Return the axis's profile for a programmed profile."""
         return replace(
-            own,
-            speed_sps=self.sps(own.speed_sps),
-            acceleration_spmss=own.acceleration_spmss * self.acceleration,
-            deceleration_spmss=own.deceleration_spmss * self.deceleration,
+            programmed,
+            speed_sps=self.sps(programmed.speed_sps),
+            acceleration_spmss=programmed.acceleration_spmss * self.acceleration,
+            deceleration_spmss=programmed.deceleration_spmss * self.deceleration,
         )
 
 
 class ScaledGenerator(StepGenerator):
-    """A step generator with factors; see `StepGenerator` for the rest."""
+    """A step generator with factors; see `StepGenerator` for the other arguments."""
 
-    def __init__(self, scales: AxisScales, *rest: Any, **named: Any) -> None:
-        super().__init__(*rest, **named)
+    def __init__(self, scales: AxisScales, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
         self._scales = scales
 
     @override

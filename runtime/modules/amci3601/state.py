@@ -1,7 +1,4 @@
-"""The memory of a 3601 from one tick to the next.
-
-Operations and commands change the state; this file depends on neither.
-"""
+"""The memory of a 3601 from tick to tick, which commands and operations change."""
 
 from __future__ import annotations
 
@@ -21,35 +18,35 @@ NO_COMMAND = CommandWords((0,) * 8)
 
 @dataclass(frozen=True, slots=True)
 class HeldMove:
-    """A held move: its name, and its target in steps as the module counts them."""
+    """A held move."""
 
-    target: int
+    target: int  # in the module's steps
     name: str
 
 
 @dataclass(slots=True)
 class ModuleState:
-    """Memory of a 3601: modes, stored programs, sampled inputs, obeyed words."""
+    """Modes, stored programs, sampled inputs and obeyed words of a 3601."""
 
     latches: Latches
     configuration: Configuration | None = None  # the accepted configuration, or None
     mirror: tuple[int, ...] = (0, 0, 0, 0)  # the words that configuration mode echoes
-    command: CommandWords = NO_COMMAND
+    command: CommandWords = NO_COMMAND  # the obeyed words
     running: bool = True  # whether the PLC is in run mode
     held: HeldMove | None = None  # the move that Resume continues; None after a command or an error
-    held_by_external: bool = False  # whether the external input has held the last move
+    held_by_external: bool = False  # whether the external input held the last move
     error_since_start: bool = False  # whether a command error occurred since the last move was accepted
-    blend: BlendProgram | None = None
-    blending: BlendSession | None = None  # the blend profile in programming
-    minimum_registration: int = 0  # steps of a registration move before its input counts
+    blend: BlendProgram | None = None  # the stored blend profile
+    blending: BlendSession | None = None  # the programming of a blend profile
+    minimum_registration: int = 0  # steps of a registration move during which its input is ignored
     active: int = 0  # active inputs, as a mask of `InputBit`
-    risen: int = 0  # inputs that became active at this tick
-    reported_inputs: int = 0  # inputs that the image shows as active
-    captured: int = 0
+    risen: int = 0  # mask of inputs that became active at this tick
+    reported_inputs: int = 0  # mask of inputs that the image shows as active
+    captured: int = 0  # last captured position or encoder count
 
     @property
     def start_sps(self) -> int:
-        """Starting speed of the accepted configuration."""
+        """Starting speed of the accepted configuration, steps/s."""
         return 1 if self.configuration is None else self.configuration.starting_speed
 
     @property
@@ -59,7 +56,7 @@ class ModuleState:
 
     @property
     def locked(self) -> bool:
-        """Whether only Reset Errors is accepted [chapter 6, bit 12; chapter 5, blend routine 2]."""
+        """Whether the module accepts only Reset Errors [chapter 6, bit 12; chapter 5, blend routine 2]."""
         return bool(self.latches.bits & (COMMAND_ERROR | INVALID_PROFILE))
 
     @property
@@ -69,12 +66,12 @@ class ModuleState:
 
     @property
     def proximity(self) -> bool:
-        """Whether the backplane home proximity bit is set; in a configuration word it is another bit."""
+        """Whether the backplane home proximity bit is set; configuration words do not contain it."""
         return bool(self.command.lsw & PROXIMITY) and not self.command.configures
 
-    def hold(self, held: HeldMove | None, *, by_external: bool) -> None:
+    def hold(self, held_move: HeldMove | None, *, by_external: bool) -> None:
         """Store the move that Resume continues."""
-        self.held = held
+        self.held = held_move
         self.held_by_external = by_external
 
     def begin_move(self) -> None:
@@ -84,24 +81,24 @@ class ModuleState:
         self.held_by_external = False
 
     def store_minimum(self, distance: int) -> None:
-        """Store the minimum registration distance; Resume must be the first command (reading A-83)."""
+        """Store the minimum registration distance, and drop a held move (reading A-83)."""
         self.minimum_registration = distance
         self.held = None
 
     def begin_blend(self) -> BlendSession:
-        """Start to program a blend profile; Resume must be the first command (reading A-83)."""
+        """Start to program a blend profile, and drop a held move (reading A-83)."""
         self.blend = self.held = None
         self.blending = BlendSession()
         return self.blending
 
     def end_blend(self) -> None:
-        """Store a complete and good blend profile."""
+        """End the programming, and store the blend profile if it is complete and valid."""
         if self.blending is not None:
             self.blend = self.blending.program()
             self.blending = None
 
     def enter_configuration_mode(self) -> None:
-        """Drop a held move and a blend session, even if the request is refused (reading A-101)."""
+        """Enter the mode, and drop a held move and a blend session (reading A-101)."""
         self.held = None
         self.blending = None
         self.latches.clear(COMMAND_ERROR)

@@ -1,12 +1,10 @@
-"""The simulated axis: steps in closed form, and a machine that they move.
+"""The simulated axis: its steps are computed from formulas and move a machine.
 
-The generator holds at most one motion (a piecewise polynomial of time) and
-never loops over steps: it gives the instant of its next change, and the position
-at any instant.
+The generator has at most one motion, a piecewise polynomial of time. It never loops over steps:
+it calculates the instant of its next change, and the position at any instant.
 
-The machine keeps its own, true position. It is updated whenever the
-generator is advanced, so that switches and encoder follow the shaft and not
-the module's count.
+The machine has its own, true position, which is updated whenever the generator is advanced.
+Switches and encoder therefore follow the shaft and not the module's count.
 """
 
 from __future__ import annotations
@@ -49,11 +47,11 @@ class AxisConfiguration(Protocol):
 
     @property
     def diagnostic_feedback(self) -> bool:
-        """Whether the step outputs give the counts."""
+        """Whether the step outputs are counted instead of the encoder."""
 
 
 class StepGenerator:
-    """An `Axis` whose steps are computed and whose motor turns a `Machine`.
+    """An `Axis` with computed steps, which turn a `Machine`.
 
     Args:
         diagnostic_wiring: the step outputs are wired to the encoder inputs
@@ -64,18 +62,20 @@ class StepGenerator:
 
     def __init__(self, machine: Machine, *, diagnostic_wiring: bool = False) -> None:
         self.machine = machine
-        self.position = 0
-        self.motion: Motion | None = None
-        self.segment: Segment | None = None
         self._diagnostic_wiring = diagnostic_wiring
         self._configuration: AxisConfiguration | None = None
-        self._start_sps = 1
-        self._steps_made = 0  # steps of the present motion, as reported to the machine
+        self._start_sps = 1  # starting speed, steps/s
+        # State at the last `advance`
         self.now_ns = 0
-        self._encoder_offset = 0
-        self._encoder_held = 0
+        self.position = 0  # steps
+        self.motion: Motion | None = None
+        self.segment: Segment | None = None  # segment of the motion at `now_ns`
+        self._steps_made = 0  # steps of the present motion, as reported to the machine
+        self._encoder_offset = 0  # encoder count of the image - count of the source
+        self._last_encoder = 0  # encoder count when the encoder was last configured
+        # Events of the present motion that an operation has requested
         self._watched_steps: int | None = None
-        self._watched_counts: tuple[int, int] | None = None
+        self._watched_counts: tuple[int, int] | None = None  # count and direction
         self._marker_watched = False
         self.marker_seen = False
 
@@ -103,7 +103,7 @@ class StepGenerator:
 
     @property
     def encoder(self) -> int:
-        """Encoder or diagnostic count now; 0 where neither is configured (reading A-89)."""
+        """Encoder or diagnostic count now; 0 if neither is configured (reading A-89)."""
         return self._source_counts() + self._encoder_offset if self.counting else 0
 
     def _source_counts(self) -> int:
@@ -111,7 +111,7 @@ class StepGenerator:
 
     @property
     def _counts_itself(self) -> bool:
-        """Whether the step outputs, instead of the shaft, give the counts."""
+        """Whether the step outputs are counted instead of the encoder."""
         configuration = self._configuration
         return configuration is not None and configuration.diagnostic_feedback and self._diagnostic_wiring
 
@@ -125,21 +125,20 @@ class StepGenerator:
         if motion is None:
             return False
         steps = motion.steps_at(now_ns)
-        self._count(motion, steps)
+        self._make_steps(motion, steps)
         if motion.end_ns is not None and now_ns >= motion.end_ns:
             self._end(now_ns)
             return True
         self.segment = motion.segment_at(now_ns)
         return False
 
-    def _count(self, motion: Motion, steps: int) -> None:
+    def _make_steps(self, motion: Motion, steps: int) -> None:
+        """Update machine and position for `steps` steps of the motion in all."""
         new_steps = steps - self._steps_made
         if new_steps:
-            if self._marker_watched:
+            if self._marker_watched and not self.marker_seen:
                 marker_steps = self.machine.steps_to_marker(motion.direction)
-                self.marker_seen = self.marker_seen or (
-                    marker_steps is not None and marker_steps <= new_steps
-                )
+                self.marker_seen = marker_steps is not None and marker_steps <= new_steps
             self.machine.follow(motion.direction, new_steps, self.now_ns)
             self._steps_made = steps
             self.position = motion.origin + motion.direction * steps
@@ -159,7 +158,7 @@ class StepGenerator:
         self.machine.rest(now_ns)
 
     def next_change_ns(self) -> int:
-        """Instant of the next change of the ramp state or of the motion's end, or NEVER."""
+        """Return the instant of the next change of the ramp state or of the motion's end, or NEVER."""
         return NEVER if self.segment is None else self.segment.until_ns
 
     def next_input_ns(self) -> int:
@@ -168,38 +167,39 @@ class StepGenerator:
         instants = [machine.next_change_ns(now_ns)]
         if self.motion is not None:
             direction = self.motion.direction
-            instants.append(self._when_made(machine.steps_to_switch(direction)))
+            instants.append(self._instant_after(machine.steps_to_switch(direction)))
             if self._watched_steps is not None:
-                instants.append(self._when_made(self._watched_steps - self._steps_made))
+                instants.append(self._instant_after(self._watched_steps - self._steps_made))
             if self._watched_counts is not None:
-                instants += self._when_counted(*self._watched_counts)
+                instants += self._instants_of_counts(*self._watched_counts)
             if self._marker_watched:
-                instants.append(self._when_made(machine.steps_to_marker(direction)))
+                instants.append(self._instant_after(machine.steps_to_marker(direction)))
                 instants.append(machine.next_marker_ns(now_ns))
         return min((instant for instant in instants if instant is not None), default=NEVER)
 
-    def _when_made(self, steps: int | None) -> int | None:
+    def _instant_after(self, steps: int | None) -> int | None:
+        """Return the instant at which the motion has made `steps` more steps, None if it never does."""
         if steps is None or self.motion is None or steps <= 0:
             return None
         return self.motion.instant_of(self._steps_made + steps)
 
-    def _when_counted(self, counts: int, direction: int) -> list[int | None]:
+    def _instants_of_counts(self, counts: int, direction: int) -> list[int | None]:
         """Return the instants at which the encoder reaches `counts`, or must be checked again."""
-        source_counts = counts - self._encoder_offset
-        if (self._source_counts() - source_counts) * direction >= 0:
+        goal_counts = counts - self._encoder_offset
+        if (self._source_counts() - goal_counts) * direction >= 0:
             return []
         if self.machine.turning(self.now_ns):
-            return [self.now_ns + 1]  # by hand and by the shaft at once: check at every tick
+            return [self.now_ns + 1]  # motor and hand turn the shaft together: check at every tick
         assert self.motion is not None
-        sense = self.motion.direction
-        return [self._when_made(self.machine.steps_to_counts(sense, source_counts, self.now_ns))]
+        steps = self.machine.steps_to_counts(self.motion.direction, goal_counts, self.now_ns)
+        return [self._instant_after(steps)]
 
     def watch_steps(self, steps: int) -> None:
-        """Request a tick when the motion has made `steps` steps."""
+        """Request a tick as soon as the motion has made `steps` steps."""
         self._watched_steps = steps
 
     def watch_counts(self, counts: int, direction: int) -> None:
-        """Request a tick when the encoder has reached `counts`, or passed it in `direction`."""
+        """Request a tick as soon as the encoder reaches `counts`, or passes it in `direction`."""
         self._watched_counts = counts, direction
 
     def watch_marker(self) -> None:
@@ -207,49 +207,49 @@ class StepGenerator:
         self._marker_watched = True
         self.marker_seen = False
 
-    def instant_after(self, steps: int) -> int:
-        """Return the instant at which the motion will have made a number of steps more, or NEVER."""
-        instant = self._when_made(steps)
+    def instant_after(self, steps: int | None) -> int:
+        """Return the instant at which the motion has made `steps` more steps, or NEVER."""
+        instant = self._instant_after(steps)
         return NEVER if instant is None else instant
 
     # -- prediction ---------------------------------------------------------------------------
 
     def counts_calm_until_ns(self) -> int:
-        """Return the instant before which the counts follow the motor one to one; 0 if they don't."""
+        """Return the instant until which the counts follow the motor one to one; 0 if they don't."""
         if self._counts_itself:
             return NEVER
         turns_ns = self.machine.turns_ns(self.now_ns)
         if turns_ns == self.now_ns:
             return 0
-        still_ns = NEVER if turns_ns is None else turns_ns
+        calm_until_ns = NEVER if turns_ns is None else turns_ns
         if self.motion is None:
-            return still_ns
+            return calm_until_ns
         free_steps = self.machine.free_steps(self.motion.direction)
-        slip_ns = self._when_made(free_steps + 1) if free_steps else 0
-        return still_ns if slip_ns is None else min(slip_ns, still_ns)
+        slip_ns = self._instant_after(free_steps + 1) if free_steps else 0
+        return calm_until_ns if slip_ns is None else min(slip_ns, calm_until_ns)
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        """Return the instant until which the shaft does not enter or leave positions `first` to `last`."""
         if self.motion is None:
             return NEVER
         direction, shaft = self.motion.direction, self.machine.shaft
-        bounds = [bound for bound in (first, None if last is None else last + 1) if bound is not None]
+        bounds = [] if first is None else [first]
+        if last is not None:
+            bounds.append(last + 1)
         if direction > 0:
-            end_positions = [bound for bound in bounds if bound > shaft]
+            nearest = min((bound for bound in bounds if bound > shaft), default=None)
         else:
-            end_positions = [bound - 1 for bound in bounds if bound <= shaft]
-        nearest = min(end_positions, key=lambda end: abs(end - shaft), default=None)
-        steps = None if nearest is None else self.machine.steps_to_shaft(direction, nearest)
-        instant = self._when_made(steps)
-        return NEVER if instant is None else instant
+            nearest = max((bound - 1 for bound in bounds if bound <= shaft), default=None)
+        return (
+            NEVER if nearest is None else self.instant_after(self.machine.steps_to_shaft(direction, nearest))
+        )
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant before which no input's level changes."""
-        instant = None
-        if self.motion is not None:
-            instant = self._when_made(self.machine.steps_to_switch(self.motion.direction))
+        """Return the instant until which no input's level changes."""
         acts_ns = self.machine.acts_next_ns
-        return acts_ns if instant is None else min(instant, acts_ns)
+        if self.motion is None:
+            return acts_ns
+        return min(acts_ns, self.instant_after(self.machine.steps_to_switch(self.motion.direction)))
 
     def positions_at_all(self, first_ns: int, every_ns: int, count: int) -> NDArray[np.int64]:
         """Return the positions at many instants within the present segment, or at rest."""
@@ -261,7 +261,7 @@ class StepGenerator:
         return self.motion.origin + self.motion.direction * steps
 
     def encoders_at_all(self, positions: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return the counts at positions, all before `counts_calm_until_ns`."""
+        """Return the counts at positions that are reached before `counts_calm_until_ns`."""
         if self._counts_itself:
             return positions + self._encoder_offset
         shafts = positions + (self.machine.shaft - self.position)
@@ -271,14 +271,15 @@ class StepGenerator:
 
     def configure(self, configuration: AxisConfiguration | None) -> None:
         """Adopt an accepted configuration; the encoder continues from its last count."""
-        self._encoder_held = self.encoder if self.counting else self._encoder_held
+        if self.counting:
+            self._last_encoder = self.encoder
         self._configuration = configuration
         if configuration is not None:
             self._start_sps = configuration.starting_speed
-        self._encoder_offset = self._encoder_held - self._source_counts()
+        self._encoder_offset = self._last_encoder - self._source_counts()
 
     def move(self, now_ns: int, distance: int, profile: Profile) -> None:
-        """Start a move over `distance` steps (signed, not 0)."""
+        """Start a move over `distance` steps, which is signed and not 0."""
         self._begin(plan_move(now_ns, self.position, distance, profile))
 
     def step_slowly(self, now_ns: int, direction: int, speed_sps: int) -> None:
@@ -302,7 +303,7 @@ class StepGenerator:
         self.segment = motion.segment_at(motion.start_ns)
 
     def home(self, now_ns: int, direction: int, profile: Profile) -> None:
-        """Raise: the generator only makes steps; the command layer finds home."""
+        """Raise NotImplementedError: the command layer finds home with the other motions."""
         raise NotImplementedError
 
     def change_speed(self, now_ns: int, profile: Profile) -> None:
@@ -325,10 +326,8 @@ class StepGenerator:
         if self.motion is not None:
             start, speed = self._start_sps, self.motion.speed_at(now_ns)
             stopping_steps = -(-stopping_distance(speed, start, deceleration_spmss, shape) // PICO)
-            enough = max(steps, stopping_steps)  # rounding of the ramp's time never costs the move
-            self._replace(
-                now_ns, plan_register(self.motion, now_ns, enough, start, deceleration_spmss, shape)
-            )
+            steps = max(steps, stopping_steps)  # the ramp's rounded time can need one step more
+            self._replace(now_ns, plan_register(self.motion, now_ns, steps, start, deceleration_spmss, shape))
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
         """Start a blend move over all segments of a stored program."""
@@ -347,19 +346,20 @@ class StepGenerator:
     def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop on a whole step.
 
-        A motion on its last ramp continues with it, unless another ramp ends sooner; any other begins to
-        brake now, even if that takes more steps than it had left (reading A-111).
+        A motion on its last ramp continues with this ramp, unless the new ramp ends sooner. Every other
+        motion begins to brake now, even if it needs more steps than the move had left (reading A-111).
         """
         if self.motion is None:
             return
         stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
-        by_itself = self.motion.final_steps
+        planned_steps = self.motion.final_steps
         assert stopped.final_steps is not None
-        if by_itself is None or stopped.final_steps < by_itself or not self.motion.on_last_ramp(now_ns):
+        ends_sooner = planned_steps is None or stopped.final_steps < planned_steps
+        if ends_sooner or not self.motion.on_last_ramp(now_ns):
             self._replace(now_ns, stopped)
 
     def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
-        """Return the steps that a controlled stop beginning now would still make."""
+        """Return the number of steps of a controlled stop that begins now."""
         if self.motion is None:
             return 0
         stopped = plan_stop(self.motion, now_ns, self._start_sps, deceleration_spmss, shape)
@@ -367,7 +367,7 @@ class StepGenerator:
         return stopped.final_steps - self._steps_made
 
     def _replace(self, now_ns: int, motion: Motion) -> None:
-        """Continue with another plan of the same motion, whose step count continues."""
+        """Continue with another plan of the same motion; its step count continues."""
         self.motion = motion
         if motion.end_ns is not None and now_ns >= motion.end_ns:
             self._end(now_ns)
@@ -375,7 +375,7 @@ class StepGenerator:
             self.segment = motion.segment_at(now_ns)
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once; steps already made stay counted."""
+        """End the step output at once; the steps made so far remain counted."""
         if self.motion is not None:
             self._end(now_ns)
 
@@ -394,20 +394,20 @@ class StepGenerator:
 
 
 class SteppedModule:
-    """A module with a step generator: its machine, and its predictions, see `ForeseeingModule`."""
+    """The machine of a module with a step generator, and its predictions, see `ForeseeingModule`."""
 
     axis: StepGenerator
     machine: Machine
     before_change: Callable[[], None]
     _now_ns: int
     _tick_ns: int
-    _due_ns: int  # before this instant only position and count change
+    _due_ns: int  # until this instant only position and count change
     _counting: bool
     _segment: Segment | None  # the segment whose position the image shows
     _acted_on: bytes | None  # the output words that were obeyed
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only position and count change."""
+        """Return the instant until which only position and count change."""
         if outputs.raw.tobytes() != self._acted_on:
             return 0
         return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
@@ -423,11 +423,11 @@ class SteppedModule:
         return words
 
     def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the upper and the lower words of numbers."""
+        """Return the upper and the lower words of positions or counts."""
         raise NotImplementedError
 
     def machine_at(self, now_ns: int) -> Machine:
-        """Return the machine as it is at `now_ns`, the instant of the last `update`."""
+        """Return the machine in its state at `now_ns`, the instant of the last `update`."""
         self.axis.advance(now_ns)
         return self.machine
 
@@ -441,11 +441,11 @@ class SteppedModule:
         return -(-instant_ns // self._tick_ns) * self._tick_ns
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        """Return the instant until which the shaft does not enter or leave positions `first` to `last`."""
         self.axis.advance(self._now_ns)
         return self.axis.shaft_calm_until_ns(first, last)
 
     def levels_calm_until_ns(self) -> int:
-        """Return the instant before which no level of the machine's inputs changes."""
+        """Return the instant until which no level of the machine's inputs changes."""
         self.axis.advance(self._now_ns)
         return self.axis.levels_calm_until_ns()

@@ -1,4 +1,4 @@
-"""The input image of a 3601 that does not answer normally, defined bit by bit, and only here.
+"""The input image of a 3601 during a fault, bit by bit.
 
 [3601 manual, chapter 6, The Module OK Flag; readings A-88, A-117]
 """
@@ -29,9 +29,9 @@ class FaultImage(NamedTuple):
     """The input image during a fault.
 
     Attributes:
-        kept: mask of each input word's bits that stay as they were; all others are 0.
-        linked: whether the PLC reaches the module, see `Slot.fault`.
-        lights: lights of the front panel; None = as without a link.
+        kept: mask of the bits of each input word that keep their value; all others are 0.
+        linked: whether the PLC reaches the module; see `Slot.fault`.
+        lights: lights of the front panel, None for the lights without a link.
     """
 
     kept: tuple[int, ...]
@@ -41,7 +41,7 @@ class FaultImage(NamedTuple):
 
 FROZEN = (EVERY_BIT,) * WORDS
 
-ANSWERS: Mapping[ModuleFault, FaultImage] = {
+FAULT_IMAGES: Mapping[ModuleFault, FaultImage] = {
     ModuleFault.LINK_LOST: FaultImage(FROZEN),
     ModuleFault.ASIC_LOST: FaultImage(FROZEN, lights=ASIC_LOST),
     ModuleFault.REMOVED: FaultImage((0,) * WORDS, lights=UNPOWERED),
@@ -49,4 +49,4 @@ ANSWERS: Mapping[ModuleFault, FaultImage] = {
         (EVERY_BIT & ~FATAL_CLEARS, *FROZEN[1:]), linked=True, lights=DIAGNOSTICS_FAILED
     ),
 }
-"""By fault; the image is the last one before it."""
+"""The change that each fault makes to the last image before it."""

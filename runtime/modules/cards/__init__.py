@@ -1,4 +1,4 @@
-"""Generic cards: digital and analog inputs and outputs, as Rockwell sells them; `io_images.cards` has them.
+"""Generic cards: Rockwell's digital and analog inputs and outputs, listed in `io_images.cards`.
 
 They depend on the module contract of the loop, and on the machine of a stepper that operates a cam.
 """

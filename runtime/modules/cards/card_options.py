@@ -33,7 +33,7 @@ WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
 
 
 def _exact(value: object) -> object:
-    """Return a number as it was written: 0.1 is a tenth."""
+    """Return a number as the exact decimal that the user wrote."""
     return Decimal(str(value)) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
@@ -53,8 +53,8 @@ class InputPress(_Row):
         at_ms: time since power-up, ms; or `at_s`.
         input: one of `inputs`.
         for_ms: duration, ms; or `for_s`. Unlimited if left out.
-        value: value of an analog input from then on, in V or mA if the input has a range in `ranges`,
-            otherwise the raw number.
+        value: new value of an analog input, in V or mA if the input has a range in `ranges`, otherwise the
+            raw number.
     """
 
     at_ms: Milliseconds | None = None
@@ -71,22 +71,24 @@ class InputPress(_Row):
 
     @property
     def end_ns(self) -> int | None:
-        """End, ns since power-up; None = never."""
-        length_ns = _ns(self.for_ms, self.for_s)
-        return None if length_ns is None else self.begin_ns + length_ns
+        """End, ns since power-up, or None for no end."""
+        duration_ns = _ns(self.for_ms, self.for_s)
+        return None if duration_ns is None else self.begin_ns + duration_ns
 
     @model_validator(mode="after")
-    def _has_one_unit(self) -> Self:
+    def _check_units(self) -> Self:
         if (self.at_ms is None) is (self.at_s is None):
             raise ValueError("one of at_ms and at_s is needed")
         if self.for_ms is not None and self.for_s is not None:
-            raise ValueError("for_ms and for_s are given: one of them is enough")
+            raise ValueError("use for_ms or for_s, not both")
         return self
 
 
 def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
-    """Convert the time given in one of the two units to ns; None without one."""
-    return int(ms * 10**6) if ms is not None else int(s * 10**9) if s is not None else None
+    """Return a time in ns from ms or s; None without both."""
+    if ms is not None:
+        return int(ms * 10**6)
+    return None if s is None else int(s * 10**9)
 
 
 class Cam(_Row):
@@ -96,8 +98,8 @@ class Cam(_Row):
         input: one of `inputs`.
         slot: slot of the stepper.
         first: lowest position of the shaft that operates the input, steps; unlimited if left out.
-        last: highest such position, steps; unlimited if left out.
-        switch: instead of positions, the stepper's input that it follows, such as "home".
+        last: highest position that operates the input, steps; unlimited if left out.
+        switch: instead of positions, a switch of the stepper's machine, such as "home".
     """
 
     input: str
@@ -107,14 +109,14 @@ class Cam(_Row):
     switch: str | None = None
 
     @model_validator(mode="after")
-    def _is_sound(self) -> Self:
+    def _check_consistency(self) -> Self:
         has_range = self.first is not None or self.last is not None
         if has_range is (self.switch is not None):
-            raise ValueError("a cam needs first, last or both; or a switch")
+            raise ValueError("a cam needs a switch, or first, last or both")
         if self.switch is not None and self.switch not in INPUT_NAMES:
             raise ValueError(f"no switch {self.switch!r}; choose from {', '.join(INPUT_NAMES)}")
         if self.first is not None and self.last is not None and self.first > self.last:
-            raise ValueError(f"first {self.first} lies after last {self.last}")
+            raise ValueError(f"first {self.first} is above last {self.last}")
         return self
 
 
@@ -125,11 +127,11 @@ class CardOptions(Options):
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
         timeline: operations of inputs, and new values of analog inputs.
-        normally_closed: inputs whose contacts are closed at rest; operating one de-energizes it.
+        normally_closed: inputs with contacts that are closed at rest; an operated input is de-energized.
         cam: inputs that the machine of another slot operates.
-        ranges: analog card: ranges of named channels, such as "4..20 mA"; the card converts their signals and
-            shows over-range and under-range.
-        formats: analog card: data formats of channels with a range; "raw" if left out.
+        ranges: ranges of an analog card's channels by name, such as "4..20 mA"; the card converts their
+            signals and shows over-range and under-range.
+        formats: data formats of an analog card's channels with a range; "raw" if left out.
     """
 
     owner: ClassVar[str] = "card"
@@ -143,37 +145,35 @@ class CardOptions(Options):
     formats: Mapping[str, str] = Field(default_factory=dict)
 
     @model_validator(mode="after")
-    def _is_sound(self) -> Self:
+    def _check_consistency(self) -> Self:
         for field in ("inputs", "outputs"):
             _check_names(field, getattr(self, field))
         shared_names = sorted(set(self.inputs) & set(self.outputs))
         if shared_names:
-            raise ValueError(
-                f"{shared_names[0]!r} is the name of an input and of an output: each terminal has its own"
-            )
+            raise ValueError(f"{shared_names[0]!r} names an input and an output; rename one of them")
         _check_presses(self.timeline)
         input_list = ", ".join(self.inputs) or "none"
-        by_machine = [cam.input for cam in self.cam]
-        by_hand = [press.input for press in self.timeline]
-        for name in (*self.normally_closed, *by_hand, *by_machine):
+        cam_inputs = [cam.input for cam in self.cam]
+        timeline_inputs = [press.input for press in self.timeline]
+        for name in (*self.normally_closed, *timeline_inputs, *cam_inputs):
             if name not in self.inputs:
                 raise ValueError(f"no input {name!r}: inputs are {input_list}")
-        for name in by_machine:
-            if name in by_hand or by_machine.count(name) > 1:
-                raise ValueError(f"cam: {name!r} is wired twice: one cam, or the timeline")
+        for name in cam_inputs:
+            if name in timeline_inputs or cam_inputs.count(name) > 1:
+                raise ValueError(f"cam: {name!r} is wired twice; use one cam, or the timeline")
         return self
 
     def check(self, kind: CardKind) -> None:
         """Refuse a wiring that does not fit a kind of card.
 
         Raises:
-            ValueError: a terminal or channel that it lacks, or a contact on an analog one.
+            ValueError: the card lacks a terminal or channel, or an analog card has a contact.
         """
         for field, image, masks in (("inputs", "I", kind.inputs), ("outputs", "O", kind.outputs)):
             channels = [(1 << kind.channels[image]) - 1]
-            _check_places(kind, field, getattr(self, field), channels if kind.analog else masks)
+            _check_terminals(kind, field, getattr(self, field), channels if kind.analog else masks)
         if kind.analog and (self.normally_closed or self.cam):
-            raise ValueError(f"a {kind.name} has no contacts: normally_closed and cam go with a digital card")
+            raise ValueError(f"a {kind.name} has no contacts; remove normally_closed and cam")
         for press in self.timeline:
             self._check_press(press, analog=kind.analog)
         self._check_ranges(kind)
@@ -183,7 +183,7 @@ class CardOptions(Options):
             reason = "needs a value" if analog else "is a contact and has no value"
             raise ValueError(f"timeline: {press.input!r} {reason}")
         if analog and press.end_ns is not None:
-            raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
+            raise ValueError(f"timeline: {press.input!r} keeps its value until the next one; remove for_ms")
         if press.value is not None:
             self.check_value(press.input, press.value)
 
@@ -196,30 +196,28 @@ class CardOptions(Options):
         for name, choice in self.formats.items():
             _check_choice(f"formats: {name!r}", choice, tuple(kind.formats), kind.name)
             if name not in self.ranges:
-                raise ValueError(f"formats: {name!r} has no range: name one in ranges")
+                raise ValueError(f"formats: {name!r} has no range; add it to ranges")
             if choice == "percent" and RANGES[self.ranges[name]].low < 0:
-                raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
+                raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent format")
 
     def check_value(self, name: str, value: Decimal) -> None:
-        """Refuse an illegal value of an analog input.
+        """Refuse an invalid value of an analog input.
 
         Raises:
-            ValueError: a signal beyond 30 V or mA; without a range, a number beyond a word.
+            ValueError: a signal beyond 30 V or mA; without a range, a number that is not a word.
         """
         if name in self.ranges:
             if abs(value) > SIGNAL_MAX:
                 unit = self.ranges[name].rpartition(" ")[2]
-                raise ValueError(
-                    f"{name!r}: {value} {unit} is not a signal of it: must be -{SIGNAL_MAX} to {SIGNAL_MAX}"
-                )
+                raise ValueError(f"{name!r}: {value} {unit} must be -{SIGNAL_MAX} to {SIGNAL_MAX}")
         elif value != int(value) or not WORD_MIN <= value <= WORD_MAX:
             raise ValueError(
-                f"{name!r}: {value} is not a word: must be {WORD_MIN} to {WORD_MAX}, "
-                "or V and mA with a range in ranges"
+                f"{name!r}: {value} is not a word: must be {WORD_MIN} to {WORD_MAX}; "
+                "for V or mA, add the input to ranges"
             )
 
     def channel_of(self, name: str) -> tuple[str, int]:
-        """Return the image and the number of a channel that is wired."""
+        """Return the image, "I" or "O", and the number of a wired channel."""
         return ("I", self.inputs[name]) if name in self.inputs else ("O", self.outputs[name])
 
     def channels(self, kind: CardKind) -> dict[tuple[str, int], Channel]:
@@ -242,12 +240,12 @@ class CardOptions(Options):
     @property
     def buttons(self) -> tuple[str, ...]:
         """The inputs that only a person operates."""
-        by_machine = {cam.input for cam in self.cam}
-        return tuple(name for name in self.inputs if name not in by_machine)
+        cam_inputs = {cam.input for cam in self.cam}
+        return tuple(name for name in self.inputs if name not in cam_inputs)
 
     @property
     def signals(self) -> dict[str, tuple[float, ...]]:
-        """Inputs of an analog card, with values for tests: ends, middle, and beyond the ends."""
+        """Inputs of an analog card with test values: ends, middle, and beyond the ends."""
         return {
             name: RANGES[self.ranges[name]].landmarks if name in self.ranges else RAW_LANDMARKS
             for name in self.inputs
@@ -279,76 +277,80 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
 
 
 def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
-    """Name the channels by their wiring; the stem of the message types identifies the wiring."""
+    """Return words named after the wired channels.
+
+    The stem of the message types contains the wiring, so that different wirings have different types.
+    """
     images: dict[str, tuple[str, ...]] = {}
     profile: dict[str, tuple[str, int]] = {}
     stem = "Analog"
     for image, channels_by_name in (("I", options.inputs), ("O", options.outputs)):
         channels = kind.channels[image]
         names = [f"ch{index}_data" if index < channels else f"word{index}" for index in range(WORDS)]
-        for name, channel in sorted(channels_by_name.items(), key=lambda pair: pair[1]):
+        for channel, name in sorted((channel, name) for name, channel in channels_by_name.items()):
             names[channel] = name
             stem += f"{image}{channel}{name.title().replace('_', '')}"
         images[image] = tuple(names)
         profile |= {f"Ch{number}Data": (image, number) for number in range(channels)}
-    stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
+    if kind.channels_out and not options.outputs:
+        stem += "Out"
     ranges = _range_bits(kind, options) if options.ranges else {}
     groups = {"status": ranges} if options.ranges else {}
     return ModuleWords(stem, images["O"], images["I"], groups, profile_words=profile, errors=tuple(ranges))
 
 
 def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
-    """Return the range bits of the channels with a range, by name: `level_over`, `level_under`."""
-    places = {}
+    """Return the range bits of channels with a range, for example `level_over`, `level_under`."""
+    bit_places = {}
     for name in options.ranges:
         image, channel = options.channel_of(name)
         bits = kind.bits[image]
-        places[f"{name}_over"] = BitPlace("I", bits.word, bits.over_bit(channel))
-        places[f"{name}_under"] = BitPlace("I", bits.word, bits.over_bit(channel) + 1)
-    return places
+        bit_places[f"{name}_over"] = BitPlace("I", bits.word, bits.over_bit(channel))
+        bit_places[f"{name}_under"] = BitPlace("I", bits.word, bits.over_bit(channel) + 1)
+    return bit_places
 
 
 def _check_presses(timeline: Sequence[InputPress]) -> None:
     """Refuse overlapping presses of an input, and two values at one instant."""
     last_presses: dict[str, InputPress] = {}
-    for press in sorted(timeline, key=lambda other: other.begin_ns):
+    for press in sorted(timeline, key=lambda press: press.begin_ns):
         previous = last_presses.get(press.input)
         last_presses[press.input] = press
         if previous is None:
             continue
         end_ns = previous.begin_ns + 1 if previous.value is not None else previous.end_ns
         if end_ns is None or press.begin_ns < end_ns:
-            until = "for good" if end_ns is None else f"until {time_text(end_ns)}"
+            until = "on" if end_ns is None else f"to {time_text(end_ns)}"
             raise ValueError(
-                f"timeline: {press.input!r} is operated at {time_text(press.begin_ns)}, and it is already, "
-                f"from {time_text(previous.begin_ns)} {until}: presses must not overlap"
+                f"timeline: {press.input!r} is pressed at {time_text(press.begin_ns)}, but also from "
+                f"{time_text(previous.begin_ns)} {until}; presses must not overlap"
             )
 
 
-def _check_choice(where: str, chosen: str, allowed: Sequence[str], card: str) -> None:
+def _check_choice(key: str, chosen: str, allowed: Sequence[str], card: str) -> None:
     if chosen not in allowed:
         problem = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
-        raise ValueError(f"{where} = {chosen!r}: {problem}")
+        raise ValueError(f"{key} = {chosen!r}: {problem}")
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:
     for name in names:
         if not (name.isascii() and name.isidentifier() and name == name.lower()):
-            raise ValueError(f"{field}: {name!r} is not a name: small letters, digits and _ only")
+            raise ValueError(f"{field}: {name!r} is not a name: use small letters, digits and _ only")
         if name in WORD_NAMES or name in CHANNEL_NAMES:
-            raise ValueError(f"{field}: {name!r} is the name of a word: choose another one")
+            raise ValueError(f"{field}: {name!r} is the name of a word: choose another name")
     terminals = list(names.values())
     for name, terminal in names.items():
         if terminals.count(terminal) > 1:
             raise ValueError(f"{field}: terminal {terminal} of {name!r} is used twice")
 
 
-def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
-    place_noun = "channel" if kind.analog else "terminal"
+def _check_terminals(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
+    noun = "channel" if kind.analog else "terminal"
     if names and not any(masks):
-        raise ValueError(f"{field}: a {kind.name} has none")
+        raise ValueError(f"{field}: a {kind.name} has no {field}")
     for name, terminal in names.items():
         if terminal not in terminals_in(masks):
             raise ValueError(
-                f"{field}: {name!r}: a {kind.name} has no {place_noun} {terminal}: {numbers_of(masks)}"
+                f"{field}: {name!r}: a {kind.name} has no {noun} {terminal}: {numbers_of(masks)}"
             )

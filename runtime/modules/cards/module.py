@@ -1,11 +1,11 @@
 """A card in its slot: inputs follow their wiring at once, outputs follow the image.
 
     scan n         the program reads the inputs at the scan's instant
-                   the program writes the output words; lamps show them until the next ones
+                   the program writes the output words; lamps show them until the next write
     program mode   outputs are off
 
-A cam is a function of another slot's machine at the instant of `update`. The exchange advances that slot
-first, so the order of the slots has no effect.
+A cam depends on another slot's machine at the instant of `update`. The exchange advances that slot first, so
+the order of the slots has no effect.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 WORD_MASK = (1 << WORD_BITS) - 1
 Contact = Callable[[int], bool]
-"""Returns whether a contact is operated at a time in ns."""
+"""Returns whether a contact is operated at an instant in ns."""
 
 
 class Change(NamedTuple):
@@ -40,12 +40,17 @@ class Change(NamedTuple):
 
     at_ns: int
     input: str
-    acted_on: bool  # for a contact: True = operated, False = released
-    value: Decimal | None  # for an analog input: its new value
+    operated: bool  # whether a contact is operated or released
+    value: Decimal | None  # new value of an analog input
 
 
 class GenericCard(Module):
-    """A card at power-up, at t = 0.
+    """A simulated card.
+
+    Attributes:
+        events: in order of time; the caller empties it.
+        lit: mask of the digital outputs that are on.
+        before_change: called before any change from outside.
 
     Raises:
         ValueError: the kind of card lacks a terminal of the wiring.
@@ -56,23 +61,24 @@ class GenericCard(Module):
         self.options.check(kind)
         self.kind = kind
         self.events: list[Event] = []
-        self.lit = 0  # mask of the digital outputs that are on
-        self._levels = self.options.at_rest
+        self.lit = 0
         self.before_change: Callable[[], None] = unnoticed
-        self._cams: list[tuple[str, Contact]] = []
-        self._horizons: list[Callable[[], int]] = []
+        self._levels = self.options.at_rest  # mask of the energized digital inputs
+        self._cams: list[tuple[str, Contact]] = []  # with the names of their inputs
+        self._horizons: list[Callable[[], int]] = []  # each returns until when a cam keeps its state
         self._changes = sorted(_changes(self.options), key=lambda change: change.at_ns)
-        self._next = 0
-        self._runs = True
+        self._next_index = 0  # of the first change that is not applied yet
+        self._plc_running = True
         self._image = Image()
         self._channels = self.options.channels(kind)
-        self._driven: tuple[int, ...] | None = None
+        self._driven_before: tuple[int, ...] | None = None  # analog output words at the last `update`
+        # fixed tables of the digital words, for speed
         self._output_words = [(index, mask, WORD_BITS * index) for index, mask in enumerate(kind.outputs)]
         self._shown_words = range(len(kind.shown))
         self._echo_shift = WORD_BITS * kind.echo_at
         for image, channel in self._channels:
             if image == "I":
-                self._take_signal(channel, Fraction(0))
+                self._set_signal(channel, Fraction(0))
 
     @property
     def follows(self) -> frozenset[int]:
@@ -80,35 +86,38 @@ class GenericCard(Module):
         return self.options.follows
 
     def join(self, modules: Mapping[int, Module]) -> None:
-        """Connect the cams to the machines of other modules, by slot number.
+        """Connect the cams to the machines of other modules.
+
+        Args:
+            modules: by slot number.
 
         Raises:
-            ValueError: a slot without a readable machine.
+            ValueError: a slot without a simulated machine.
         """
         self._cams = [(cam.input, _contact(cam, modules)) for cam in self.options.cam]
         self._horizons = [_horizon(cam, modules) for cam in self.options.cam]
 
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
-        while self._next < len(self._changes) and self._changes[self._next].at_ns <= now_ns:
-            self._act(self._changes[self._next])
-            self._next += 1
+        while self._next_index < len(self._changes) and self._changes[self._next_index].at_ns <= now_ns:
+            self._apply(self._changes[self._next_index])
+            self._next_index += 1
         for name, operated in self._cams:
             self._put_level(name, self._energized(name, operated(now_ns)))
-        self.lit = self._outputs(outputs) if self._runs else 0
+        self.lit = self._outputs(outputs) if self._plc_running else 0
         if not self.kind.analog:
             self._show(self._levels | self.lit << self._echo_shift if self.kind.echo else self._levels)
-        elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven:
+        elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven_before:
             self._drive(driven)
         return self._image
 
     def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which no input changes; see `runtime.loop.module.ForeseeingModule`."""
-        if self.lit != (self._outputs(outputs) if self._runs else 0):
+        """Return the instant until which no input changes; see `runtime.loop.module.ForeseeingModule`."""
+        if self.lit != (self._outputs(outputs) if self._plc_running else 0):
             return 0
-        if self.kind.channels_out and self._driving(outputs) != self._driven:
+        if self.kind.channels_out and self._driving(outputs) != self._driven_before:
             return 0
-        change_ns = self._changes[self._next].at_ns if self._next < len(self._changes) else FAR
+        change_ns = self._changes[self._next_index].at_ns if self._next_index < len(self._changes) else FAR
         return min([change_ns, *(horizon() for horizon in self._horizons)])
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
@@ -117,95 +126,96 @@ class GenericCard(Module):
 
     @override
     def plc_run(self, running: bool) -> None:
-        if running != self._runs:
+        if running != self._plc_running:
             self.before_change()
-            self._runs = running
+            self._plc_running = running
 
     @override
     def power_cycle(self) -> None:
         """Do nothing: contacts keep their state, and the next image is the same."""
 
     def set_input(self, name: str, energized: bool) -> None:
-        """Set a digital input; it keeps that level.
+        """Set a digital input, which keeps the level.
 
         Raises:
-            ValueError: an unknown input, an analog one, or one that a cam operates.
+            ValueError: an unknown input, an analog input, or an input that a cam operates.
         """
         if self.kind.analog:
-            raise ValueError(f"input {name!r} is an analog one: it has a value, no level")
-        self._place(name)
+            raise ValueError(f"input {name!r} is analog: set its value, not a level")
+        self._terminal_of(name)
         if name not in self.options.buttons:
-            raise ValueError(f"input {name!r} is wired to a cam: the machine operates it")
+            raise ValueError(f"input {name!r} is wired to a cam; only the machine operates it")
         self.before_change()
         self._put_level(name, energized)
 
     def end_timeline(self) -> bool:
-        """Cancel the remaining presses of the timeline; return whether there were any."""
+        """Cancel the remaining presses of the timeline; return whether any remained."""
         self.before_change()
-        there_are = self._next < len(self._changes)
-        del self._changes[self._next :]
-        return there_are
+        had_changes = self._next_index < len(self._changes)
+        del self._changes[self._next_index :]
+        return had_changes
 
     def _put_level(self, name: str, energized: bool) -> None:
-        terminal = self._place(name)
+        terminal = self._terminal_of(name)
         self._levels = self._levels | 1 << terminal if energized else self._levels & ~(1 << terminal)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
-        """Set an analog input; it keeps that value.
+        """Set an analog input, which keeps the value.
 
         Args:
-            value: V or mA of a channel with a range, -30 to 30; else the raw number, -32,768 to 32,767.
+            value: -30 to 30 V or mA of a channel with a range; otherwise the raw number, -32,768 to 32,767.
 
         Raises:
-            ValueError: an unknown input, a digital one, or an illegal value.
+            ValueError: an unknown input, a digital input, or an invalid value.
         """
-        channel_number = self._place(name)
+        channel_number = self._terminal_of(name)
         if not self.kind.analog:
-            raise ValueError(f"input {name!r} is a contact: it has a level, no value")
+            raise ValueError(f"input {name!r} is a contact: set its level, not a value")
         exact_value = value if isinstance(value, Decimal) else Decimal(str(value))
         self.options.check_value(name, exact_value)
         self.before_change()
         if ("I", channel_number) in self._channels:
-            self._take_signal(channel_number, Fraction(exact_value))
+            self._set_signal(channel_number, Fraction(exact_value))
         else:
             self._image[channel_number] = int(exact_value)
 
-    def _take_signal(self, place: int, signal: Fraction) -> None:
+    def _set_signal(self, channel_number: int, signal: Fraction) -> None:
         """Convert a signal of an input channel, and set its range bits."""
-        channel = self._channels["I", place]
-        self._image[place] = channel.word(signal)
-        self._show_range("I", place, *channel.signal_beyond(signal))
+        channel = self._channels["I", channel_number]
+        self._image[channel_number] = channel.word(signal)
+        self._show_range("I", channel_number, *channel.signal_beyond(signal))
 
-    def _show_range(self, image: str, place: int, over: bool, under: bool) -> None:
+    def _show_range(self, image: str, channel_number: int, over: bool, under: bool) -> None:
         bits = self.kind.bits[image]
-        self._image.set_bit(bits.word, bits.over_bit(place), over)
-        self._image.set_bit(bits.word, bits.over_bit(place) + 1, under)
-        self._image.set_bit(bits.status_word, place, over or under)
+        self._image.set_bit(bits.word, bits.over_bit(channel_number), over)
+        self._image.set_bit(bits.word, bits.over_bit(channel_number) + 1, under)
+        self._image.set_bit(bits.status_word, channel_number, over or under)
 
     def _driving(self, outputs: Image) -> tuple[int, ...]:
-        """Return the present words of the analog outputs; 0 while the PLC does not run."""
-        return tuple(outputs[index] if self._runs else 0 for index in range(self.kind.channels_out))
+        """Return the words that drive the analog outputs; 0 while the PLC does not run."""
+        return tuple(outputs[index] if self._plc_running else 0 for index in range(self.kind.channels_out))
 
     def _drive(self, driven: tuple[int, ...]) -> None:
         """Set the analog outputs, their range bits and the echo."""
-        self._driven = driven
+        self._driven_before = driven
         for index, word in enumerate(driven):
             channel = self._channels.get(("O", index))
             shown_word = word
             if channel is not None:
-                seen_word = word & ~self.kind.ignored
-                shown_word = channel.limited(seen_word)
-                self._show_range("O", index, *channel.word_beyond(seen_word))
+                used_word = word & ~self.kind.ignored
+                shown_word = channel.limited(used_word)
+                self._show_range("O", index, *channel.word_beyond(used_word))
             if self.kind.echo:
                 self._image[self.kind.echo_at + index] = shown_word
 
-    def _place(self, name: str) -> int:
+    def _terminal_of(self, name: str) -> int:
         if name not in self.options.inputs:
             input_list = ", ".join(self.options.inputs) or "none"
             raise ValueError(f"no input {name!r}: inputs are {input_list}")
         return self.options.inputs[name]
 
     def _outputs(self, outputs: Image) -> int:
+        """Return the mask of the digital outputs that the words switch on."""
         mask = 0
         for word, terminals, shift in self._output_words:
             mask |= (outputs[word] & terminals) << shift
@@ -215,10 +225,10 @@ class GenericCard(Module):
         for word in self._shown_words:
             self._image[word] = signed_word(bits >> WORD_BITS * word & WORD_MASK)
 
-    def _energized(self, name: str, acted_on: bool) -> bool:
-        return acted_on is not (name in self.options.normally_closed)
+    def _energized(self, name: str, operated: bool) -> bool:
+        return operated is not (name in self.options.normally_closed)
 
-    def _act(self, change: Change) -> None:
+    def _apply(self, change: Change) -> None:
         name = change.input
         if change.value is not None:
             self.set_value(name, change.value)
@@ -226,14 +236,14 @@ class GenericCard(Module):
             value = int(change.value) if change.value == int(change.value) else float(change.value)
             self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": value}))
             return
-        energized = self._energized(name, change.acted_on)
+        energized = self._energized(name, change.operated)
         self._put_level(name, energized)
         level_word = "energized" if energized else "de-energized"
         text = f"The {name} input is {level_word}."
         self.events.append(Event(change.at_ns, "stimulus", name, text, {"energized": energized}))
 
     def _unit(self, name: str) -> str:
-        """Return a space and the unit of a channel with a range."""
+        """Return a space and the unit of a channel with a range; otherwise an empty text."""
         channel = self._channels.get(("I", self.options.inputs[name]))
         return "" if channel is None else f" {channel.range.unit}"
 
@@ -249,12 +259,12 @@ def _contact(cam: Cam, modules: Mapping[int, Module]) -> Contact:
     """Return the function that evaluates a cam."""
     stepper = modules.get(cam.slot)
     if not isinstance(stepper, ModuleWithMachine):
-        raise ValueError(f"cam {cam.input}: slot {cam.slot} has no machine that can be seen")
+        raise ValueError(f"cam {cam.input}: slot {cam.slot} has no simulated machine")
     return partial(_at_switch if cam.switch is not None else _in_range, cam, stepper)
 
 
 def _horizon(cam: Cam, modules: Mapping[int, Module]) -> Callable[[], int]:
-    """Return a function that predicts until when a cam keeps its state; 0 if its module can't predict."""
+    """Return a function that predicts until when a cam keeps its state, or 0 if its module can't predict."""
     stepper = modules[cam.slot]
     if not isinstance(stepper, PredictableMachine):
         return lambda: 0

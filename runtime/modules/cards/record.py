@@ -1,4 +1,4 @@
-"""The registry records of the cards: one for every row of the table."""
+"""The registry records of the cards, one for each kind."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class CardView:
     >>> view["start"], view["stop"], str(view)
     (False, True, 'stop')
 
-    An analog input has a value:
+    An analog input returns its word:
 
     >>> view = CardView(Image([6240]), CardOptions(inputs={"level": 0}).words(KINDS["1769-IF4"]))
     >>> view["level"]
@@ -49,19 +49,17 @@ class CardView:
 def make(
     kind: CardKind, firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None
 ) -> Module:
-    """Make a card; it has no machine, wiring, firmware or random numbers.
+    """Make a card; firmware and seed have no effect.
 
     Raises:
-        ValueError: an illegal option, or a machine or wiring.
+        ValueError: an invalid option, or a machine or wiring.
     """
     from .module import GenericCard
 
     if machine != MachineSpec():
-        raise SettingError(
-            "machine", f"machine: a {kind.name} is bolted to none; its inputs are wired in its options"
-        )
+        raise SettingError("machine", f"machine: a {kind.name} has no machine; wire its inputs in options")
     if wiring is not None:
-        raise SettingError("wiring", f"wiring {wiring}: a {kind.name} has none; leave it out")
+        raise SettingError("wiring", f"wiring {wiring}: a {kind.name} has no wiring option; remove it")
     return GenericCard(CardOptions.of(options), kind)
 
 

@@ -7,7 +7,7 @@
 | `motions` | moves, jogs, home search, assembled moves |
 | `nonvolatile` | content of the flash |
 | `registers` | the Modbus registers of a stack, as PDUs |
-| `conditions` | the conditions around a unit, as text |
-| `drive_options` | readings that can be switched |
+| `conditions` | the environment of a unit, as text |
+| `drive_options` | interpretations that can be switched |
 | `record` | the records for the registry |
 """

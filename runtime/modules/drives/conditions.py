@@ -1,21 +1,22 @@
-"""The conditions of a drive as text, for rack files, pages, command lines and test programs.
+"""The environment of a drive as text, for rack files, pages, command lines and test programs.
 
-in1=on, in1=off          a level of an input; an input of a model has its own name
-in1=1000..1500           a switch that is closed while the shaft is at these steps from power-up
+in1=on, in1=off          level of an input; the names of the inputs depend on the model
+in1=1000..1500           switch that is closed between these shaft positions, steps from power-up
 encoder=-400             the shaft's encoder is turned by hand, x4 counts
 stall=now                the motor stalls
-temperature=95           of the driver, degC
+temperature=95           temperature of the driver, degC
 driver_fault=on, off     the driver is too hot to work
 encoder_error=on, off    the multi-turn encoder has an error
 cable=lost, connected    the network cable
 connection=lost          the controlling connection times out
-power=cycle              power goes off and on; the flash and the shaft keep what they have
+power=cycle              power goes off and on; the flash and the shaft keep their state
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.bits import StatusBit
@@ -25,14 +26,14 @@ from ...controllers.pcl601.pinstates import range_of
 from ...machine import Switch
 from .drive import DriveUnit
 
-Act = Callable[[DriveUnit], None]
+Action = Callable[[DriveUnit], None]
 
 COLDEST_C, HOTTEST_C = -273, 1000
-COUNTS_MOST = 2**31 - 1
+COUNTS_MAX = 2**31 - 1
 
 _ON_OFF = {"on": True, "off": False}
 
-STATES: Mapping[str, Mapping[str, Act]] = {
+STATES: Mapping[str, Mapping[str, Action]] = {
     "driver_fault": {
         "on": lambda drive: drive.set_driver_fault(True),
         "off": lambda drive: drive.set_driver_fault(False),
@@ -51,11 +52,20 @@ STATES: Mapping[str, Mapping[str, Act]] = {
 }
 """The action of a name in each of its states."""
 
-NUMBERS: Mapping[str, tuple[int, int, str, Callable[[DriveUnit, int], None]]] = {
-    "temperature": (COLDEST_C, HOTTEST_C, "95", DriveUnit.set_temperature),
-    "encoder": (-COUNTS_MOST, COUNTS_MOST, "-400", lambda drive, counts: _turn(drive, counts)),
+
+class NumberRow(NamedTuple):
+    """A name with a number."""
+
+    lowest: int
+    highest: int
+    example: str
+    set_number: Callable[[DriveUnit, int], None]
+
+
+NUMBERS: Mapping[str, NumberRow] = {
+    "temperature": NumberRow(COLDEST_C, HOTTEST_C, "95", DriveUnit.set_temperature),
+    "encoder": NumberRow(-COUNTS_MAX, COUNTS_MAX, "-400", lambda drive, counts: _turn(drive, counts)),
 }
-"""Names with a number: its range, an example, and its action."""
 
 
 NEEDED: Mapping[str, StatusBit] = {
@@ -68,7 +78,7 @@ NEEDED: Mapping[str, StatusBit] = {
 
 
 class DriveConditions:
-    """The conditions of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
+    """The environment of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
 
     Args:
         drive: a drive with no input set so far; inputs that its machine operates can't be set.
@@ -79,20 +89,20 @@ class DriveConditions:
 
     def check(self, state: str) -> None:
         """Refuse a state that the drive can't have, with a ValueError."""
-        action(self._drive, *_parts(state), self._wired)
+        action(self._drive, *_split_state(state), self._wired)
 
     def put(self, state: str) -> None:
         """Put the drive into a state at the instant of its last `update`."""
-        action(self._drive, *_parts(state), self._wired)()
+        action(self._drive, *_split_state(state), self._wired)()
 
 
 def states() -> Mapping[str, Sequence[str]]:
     """Return the names of all models with their states, or with an example of their number."""
-    number_examples = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
-    return {**{name: tuple(values) for name, values in STATES.items()}, **number_examples}
+    examples = {name: (row.example,) for name, row in NUMBERS.items()}
+    return {**{name: tuple(actions) for name, actions in STATES.items()}, **examples}
 
 
-def _parts(state: str) -> tuple[str, str]:
+def _split_state(state: str) -> tuple[str, str]:
     name, equals, value = state.partition("=")
     if not equals:
         raise SettingError("state", f"state {state!r}: must be NAME=STATE, such as temperature=95")
@@ -100,7 +110,7 @@ def _parts(state: str) -> tuple[str, str]:
 
 
 def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
-    """Return a function that changes a condition of a drive at the instant of its last call.
+    """Return a function that puts a drive into a state at the instant of the drive's last call.
 
     Args:
         wired: mask of the inputs that only the machine may change.
@@ -120,14 +130,14 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
             raise ValueError(f"{name}={state}: must be {' or '.join(STATES[name])}")
         return partial(STATES[name][state], drive)
     if name in NUMBERS:
-        lowest, highest, _, act_on = NUMBERS[name]
+        row = NUMBERS[name]
         try:
             number = int(state)
         except ValueError:
-            number = highest + 1
-        if not lowest <= number <= highest:
-            raise ValueError(f"{name}={state}: must be {lowest:,} to {highest:,}")
-        return partial(act_on, drive, number)
+            number = row.highest + 1
+        if not row.lowest <= number <= row.highest:
+            raise ValueError(f"{name}={state}: must be {row.lowest:,} to {row.highest:,}")
+        return partial(row.set_number, drive, number)
     names = (*model.input_names, *STATES, *NUMBERS)
     raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")
 

@@ -1,8 +1,8 @@
 """A simulated networked drive: its time, its inputs, and its images of ten words in each direction.
 
 It has no clock and no port. In a slot the scan loop calls `update`; a server or an adapter calls `advance`
-and `obey`. New words take effect the instant they arrive. Inputs are sampled every 250 us (reading
-R-41), and the end of a motion is exact; between such instants only the position moves, by a formula. So the
+and `obey`. New words act when they arrive. The drive samples its inputs every 250 us (interpretation R-41),
+and the end of a motion is exact. Between these instants only the position changes, by a formula, so the
 image does not depend on the number of calls.
 """
 
@@ -47,13 +47,12 @@ class DriveUnit(SteppedModule):
         events: in order of time; the caller empties it.
         before_change: called before any access to the unit or its machine except `update`.
         words: the ten output words in force, unsigned.
-        terminals: the machine's inputs that are wired to its inputs, in their order.
+        terminals: the machine's inputs that are wired to the drive's inputs, in order.
 
     Args:
-        model: a row of the family's models.
-        machine: by default one without switches.
-        options: options of the model by name, see `SmdOptions`.
-        memory: the flash; by default empty, or with the configuration of the option `stored`.
+        machine: by default a machine without switches.
+        options: options of the model by name; see `SmdOptions`.
+        memory: the flash; by default empty, or with the configuration of option `stored`.
 
     Raises:
         ValueError: an unknown option, or a stored configuration that the model does not accept.
@@ -77,9 +76,9 @@ class DriveUnit(SteppedModule):
         self._tick_ns = 1000 * self.options.input_scan_us
         self._now_ns = 0
         self._running = self._cable = True
-        self._due_ns = 0  # before this instant only position and encoder change
+        self._due_ns = 0  # until this instant only position and encoder change
         self._hot = False
-        self._conditions = StatusBit(0)
+        self._condition_bits = StatusBit(0)
         self._image = Image(size=WORDS)
         self._power_up(DriveMemory(configuration=stored_words) if memory is None else memory)
 
@@ -89,7 +88,7 @@ class DriveUnit(SteppedModule):
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
         self.words = NO_WORDS
         self._acted_on = b""
-        self._counting = False
+        self._only_counts_change = False
         self._segment: Segment | None = None
         self._due_ns = 0
         self._tick(self._now_ns)
@@ -122,7 +121,7 @@ class DriveUnit(SteppedModule):
             for index, word in enumerate(self.inputs()):
                 words[index] = signed_word(word)
             self._foresee(now_ns)
-        elif self._counting:
+        elif self._only_counts_change:
             self._report_counts(now_ns)
         elif self._segment is not None:
             self._report_travel(now_ns, self._segment)
@@ -130,12 +129,12 @@ class DriveUnit(SteppedModule):
         return self._image
 
     def _foresee(self, now_ns: int) -> None:
-        """Compute the instant before which only the position and the encoder can change."""
+        """Compute the instant until which only the position and the encoder can change."""
         beat_ns = NS_PER_MS * self.options.beat_ms
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
         is_shown = not self.layer.in_configuration
-        self._counting = is_shown and self.axis.counting
+        self._only_counts_change = is_shown and self.axis.counting
         self._segment = self.axis.segment if is_shown else None
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:
@@ -157,7 +156,7 @@ class DriveUnit(SteppedModule):
         return self.layer.input_format.split_all(values)
 
     def plc_run(self, running: bool) -> None:
-        """Set whether the PLC is in run mode: an idle scanner counts as a lost connection [reading R-22]."""
+        """Set whether the PLC is in run mode; program mode loses the connection [interpretation R-22]."""
         if running != self._running:
             self._touch()
             self._running = running
@@ -168,7 +167,7 @@ class DriveUnit(SteppedModule):
             self.look_again()
 
     def power_cycle(self) -> None:
-        """Remove and restore power at the last `now_ns`; the flash and the shaft keep their state."""
+        """Cycle the power at the last `now_ns`; the flash and the shaft keep their state."""
         self._touch()
         self.axis.cut(self._now_ns)
         self._power_up(self.memory)
@@ -176,7 +175,7 @@ class DriveUnit(SteppedModule):
     # -- a server or an adapter -----------------------------------------------------------------
 
     def obey(self, words: Sequence[int] | Image) -> None:
-        """Put ten output words, signed or unsigned, in force at the instant of the last call."""
+        """Obey ten output words, signed or unsigned, at the instant of the last call."""
         new_words = tuple(word & 0xFFFF for word in words)
         if self._running and new_words != self.words:
             self._touch()
@@ -184,19 +183,18 @@ class DriveUnit(SteppedModule):
             self._tick(self._now_ns)
 
     def advance(self, now_ns: int) -> None:
-        """Let time pass up to `now_ns`, never less than in the previous call."""
+        """Advance to `now_ns`, which never decreases."""
         while True:
-            change = self.axis.next_change_ns()
-            due_ns = min(change, self._tick_due_ns, self._stall_due_ns)
+            due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
             if due_ns > now_ns:
                 break
-            self._pass(due_ns)
+            self._process(due_ns)
         self.axis.advance(now_ns)
         self._now_ns = now_ns
 
     def inputs(self) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
-        condition_bits = int(self._conditions)
+        condition_bits = int(self._condition_bits)
         if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
             condition_bits |= HEARTBEAT
         if not self._running:
@@ -206,45 +204,45 @@ class DriveUnit(SteppedModule):
     # -- the machine, the driver, the link -------------------------------------------------------
 
     def operate(self, bit: InputBit, energized: bool | None) -> None:
-        """Operate an input of the machine at the last call, see `Machine.operate`."""
+        """Operate an input of the machine; see `Machine.operate`."""
         self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:
-        """Sample the inputs at the next sample, after a change from outside."""
+        """Sample the inputs at the next tick, after an external change."""
         self._touch()
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
 
     def set_temperature(self, celsius: float) -> None:
-        """Set the temperature of the driver now."""
-        self._condition(StatusBit.TEMPERATURE_90C, on=celsius > HOT_C)
+        """Set the temperature of the driver."""
+        self._set_condition(StatusBit.TEMPERATURE_90C, on=celsius > HOT_C)
 
     def set_driver_fault(self, faulty: bool) -> None:
-        """Make the driver too hot to work, or cool again, now."""
+        """Make the driver too hot to work, or cool again."""
         self._touch()
         self._hot = faulty
         self.layer.overheat(self._now_ns, faulty)
         self.look_again()
 
     def set_encoder_error(self, faulty: bool) -> None:
-        """Set or clear the error of the multi-turn encoder now."""
-        self._condition(StatusBit.ENCODER_ERROR, on=faulty)
+        """Set or clear the error of the multi-turn encoder."""
+        self._set_condition(StatusBit.ENCODER_ERROR, on=faulty)
 
     def set_cable(self, connected: bool) -> None:
-        """Unplug the network cable, or plug it back in, now [17 p. 82, p. 84; reading R-22]."""
+        """Connect or disconnect the network cable [17 p. 82, p. 84; interpretation R-22]."""
         if connected != self._cable:
             self._touch()
             self._cable = connected
             self.layer.fire(self._now_ns, "INP-05" if connected else "POS-05")
 
     def lose_connection(self) -> None:
-        """Let the controlling connection time out now [reading R-22]."""
+        """Time out the controlling connection [interpretation R-22]."""
         self._touch()
         self.layer.lose_connection(self._now_ns)
         self._plan(self._now_ns)
 
     def stall(self) -> None:
-        """Let the motor stall now: a motion with stall detection stops."""
+        """Stall the motor: a motion with stall detection stops."""
         configuration = self.layer.state.configuration
         if configuration is not None and configuration.stall_detection:
             self._touch()
@@ -257,16 +255,16 @@ class DriveUnit(SteppedModule):
         self.axis.advance(self._now_ns)
         self._due_ns = 0
 
-    def _condition(self, bit: StatusBit, *, on: bool) -> None:
+    def _set_condition(self, bit: StatusBit, *, on: bool) -> None:
         self._touch()
-        self._conditions = self._conditions | bit if on else self._conditions & ~bit
+        self._condition_bits = self._condition_bits | bit if on else self._condition_bits & ~bit
 
     # -- time ---------------------------------------------------------------------------------
 
-    def _pass(self, due_ns: int) -> None:
-        """Process an instant at which something happens."""
+    def _process(self, due_ns: int) -> None:
+        """Process the end of a motion, a check for a stall, or a tick."""
         has_ended = self.axis.advance(due_ns)
-        if due_ns == self._stall_due_ns and self._behind() >= self._stall_steps():
+        if due_ns == self._stall_due_ns and self._lag_steps() >= self._stall_steps():
             self.layer.stall(due_ns)
         if has_ended:
             self.layer.settle(due_ns)
@@ -277,40 +275,41 @@ class DriveUnit(SteppedModule):
 
     def _tick(self, at_ns: int) -> None:
         self.layer.tick(at_ns, self.words, self._levels(at_ns))
-        if self._hot and self.layer.enabled:  # the tick may have enabled the driver: the fault begins then
+        if self._hot and self.layer.enabled:  # a driver that the tick has enabled shows its fault at once
             self.layer.overheat(at_ns, True)
         self._plan(at_ns)
 
     def _levels(self, at_ns: int) -> int:
-        """Return the levels of the drive's inputs, bit n = input n + 1."""
+        """Return the levels of the drive's inputs; bit n is input n + 1."""
         levels = self.machine.levels(at_ns)
         return sum(1 << index for index, bit in enumerate(self.terminals) if levels & bit)
 
     def _plan(self, at_ns: int) -> None:
         """Compute the next tick after `at_ns`, and the next check of the shaft's lag."""
-        instants = [self.axis.next_input_ns()]
-        wake = self.layer.next_wake_ns(at_ns)
-        if wake is not None:
-            instants.append(wake)
-        instant = max(min(instants), at_ns + 1)
-        self._tick_due_ns = NEVER if instant >= NEVER else self._tick_at_or_after(instant)
+        due_ns, wake_ns = self.axis.next_input_ns(), self.layer.next_wake_ns(at_ns)
+        if wake_ns is not None:
+            due_ns = min(due_ns, wake_ns)
+        due_ns = max(due_ns, at_ns + 1)
+        self._tick_due_ns = NEVER if due_ns >= NEVER else self._tick_at_or_after(due_ns)
         self._stall_due_ns = self._next_stall(at_ns)
 
     # -- stall detection ------------------------------------------------------------------------
 
     def _stall_steps(self) -> int:
+        """Return the lag of the shaft, in steps, at which a stall is detected."""
         configuration = self.layer.state.configuration
         assert configuration is not None
         return max(1, configuration.steps_per_turn * self.options.stall_angle // 360)
 
-    def _behind(self) -> int:
-        """Return the number of steps by which the shaft lags behind this motion."""
-        return abs(self.axis.position - self.machine.shaft - self._lead)
+    def _lag_steps(self) -> int:
+        """Return the steps that the shaft has lost in this motion."""
+        return abs(self.axis.position - self.machine.shaft - self._lead_at_start)
 
     def _next_stall(self, at_ns: int) -> int:
+        """Return the earliest instant at which the lag can reach the stall limit."""
         configuration, motion = self.layer.state.configuration, self.axis.motion
         if motion is None or configuration is None or not configuration.stall_detection:
-            self._lead = self.axis.position - self.machine.shaft
+            self._lead_at_start = self.axis.position - self.machine.shaft
             return NEVER
-        steps_missing = self._stall_steps() - self._behind()
+        steps_missing = self._stall_steps() - self._lag_steps()
         return self.axis.instant_after(self.machine.free_steps(motion.direction) + max(1, steps_missing))

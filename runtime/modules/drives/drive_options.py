@@ -21,11 +21,11 @@ class DriveOptions(Options):
 
     Attributes:
         encoder_fitted: the unit has an encoder.
-        hold_at_rest_refused: Hold without a motion is a command error; false: it has no effect (R-15).
+        hold_at_rest_refused: Hold without a motion is a command error; otherwise it has no effect (R-15).
         jog_stops_on_bad_values: invalid new values end a jog (R-16).
         timeout_stops: a time-out of the controlling connection cuts the motion (R-22).
         error_locks_stop: Immediate Stop is refused while COMMAND_ERROR is set (R-24).
-        input_scan_us: period of the samples of the inputs, µs, 50 to 250,000 (R-41).
+        input_scan_us: sampling period of the inputs, µs, 50 to 250,000 (R-41).
     """
 
     owner: ClassVar[str] = "simulated drive"
@@ -41,12 +41,12 @@ class DriveOptions(Options):
 
     @property
     def build(self) -> Build:
-        """How the unit reads its configuration."""
+        """The unit's interpretation of its configuration words."""
         return Build(encoder=self.encoder_fitted)
 
     @property
     def beat_ms(self) -> int:
-        """Time between changes of the heartbeat."""
+        """Time between changes of the heartbeat, ms."""
         return 500
 
     @property
@@ -55,11 +55,15 @@ class DriveOptions(Options):
         return 45
 
     def terminals(self, model: Model) -> tuple[InputBit, ...]:
-        """Return the machine's inputs that are wired to the drive's, in their order."""
+        """Return the machine's inputs that are wired to the drive's inputs, in order."""
         return model.terminals
 
     def stored_in(self, model: Model) -> tuple[int, ...] | None:
-        """Return the configuration in the flash at power-up, or None; ValueError for an invalid one."""
+        """Return the configuration in the flash at power-up, or None.
+
+        Raises:
+            ValueError: the configuration is invalid.
+        """
         return None
 
 
@@ -67,14 +71,14 @@ class SmdOptions(DriveOptions):
     """Options of the SMD family.
 
     Attributes:
-        in1: input of the machine that is wired to input 1; the drive's configuration gives it its function.
+        in1: input of the machine that is wired to input 1; the drive's configuration selects its function.
         in2: input of the machine that is wired to input 2.
         stored: ten configuration words in the flash at power-up; empty for an empty flash.
         input_codes: codes 0 to 7 of the input functions general purpose, CW limit, CCW limit, start indexed
             move, stop jog, capture encoder, emergency stop, home (R-01).
-        low_word_first: Binary_Endian = 0 means that the low word comes first (R-02).
+        low_word_first: with Binary_Endian = 0 the low word comes first (R-02).
         save_bit: bit of configuration word 1 that saves to flash (R-06).
-        read_back_bit: bit of configuration word 1 that reads back (R-06).
+        read_back_bit: bit of configuration word 1 that requests read-back (R-06).
         heartbeat_ms: time between changes of the heartbeat, 1 or more (R-11).
         stall_degrees: lag of the shaft, in degrees, at which a stall is detected, 1 to 360 (R-42).
     """
@@ -93,14 +97,14 @@ class SmdOptions(DriveOptions):
     @classmethod
     def _are_a_permutation(cls, codes: tuple[int, ...]) -> tuple[int, ...]:
         if sorted(codes) != list(range(8)):
-            raise ValueError(f"{list(codes)} is not allowed: 0 to 7, each once")
+            raise ValueError(f"{list(codes)} is not allowed: must contain 0 to 7, each once")
         return codes
 
     @field_validator("stored")
     @classmethod
     def _are_words(cls, words: tuple[int, ...]) -> tuple[int, ...]:
         if words and (len(words) != WORDS or not all(0 <= word <= 0xFFFF for word in words)):
-            raise ValueError(f"{list(words)} is not allowed: {WORDS} words of 0 to 65535, or none")
+            raise ValueError(f"{list(words)} is not allowed: must be empty or {WORDS} words of 0 to 65535")
         return words
 
     @property
@@ -136,5 +140,5 @@ class SmdOptions(DriveOptions):
 
 
 def options_of(model: Model) -> type[DriveOptions]:
-    """Return the declaration of a model's options."""
+    """Return the class of a model's options."""
     return DriveOptions if model.layout is Layout.ANF2 else SmdOptions

@@ -1,12 +1,12 @@
 """The command layer of a drive: modes, rising bits, refusals, latched status.
 
 The unit calls it when its words change, when an input may have changed, and at the exact end of a motion.
-A tick does, in this order:
+A tick does the following, in this order:
 
 1. sample the inputs;
-2. obey the words: configuration mode, the driver's enable bit, bits that fell, the one command bit that rose;
-3. obey the inputs that stop a motion, and the one that starts an armed move;
-4. let the running motion look at its inputs.
+2. obey the words: configuration mode, the enable bit, bits that fell, and the one command bit that rose;
+3. obey the inputs that stop a motion, and the input that starts an armed move;
+4. pass the tick to the running motion, which checks its inputs.
 """
 
 from __future__ import annotations
@@ -83,7 +83,9 @@ MOVES = (
     | CommandBit.RUN_ASSEMBLED_MOVE
 )
 SYNCHROSTEP = 1 << 12 | 1 << 14
+"""Modifiers of SynchroStep, reserved on a model without it."""
 RESULTS = StatusBit.HOLD_STATE | StatusBit.AT_HOME | StatusBit.MOVE_COMPLETE
+"""Status bits that show the end of a motion."""
 RESETTABLE = (
     StatusBit.COMMAND_ERROR
     | StatusBit.INPUT_ERROR
@@ -97,22 +99,30 @@ RESETTABLE = (
 
 @dataclass(slots=True)
 class AssembledSession:
-    """An assembled move in programming."""
+    """The programming of an assembled move."""
 
     segments: list[DriveCommand] = field(default_factory=list)
-    waiting: bool = True
-    good: bool = True
+    waiting: bool = True  # for the next segment
 
 
 class DriveLayer:
     """Rules, modes and memory of one axis of a model.
 
     Attributes:
-        held: the held move, which Resume continues.
         memory: the content of the flash.
-        frozen: whether the unit ignores all words since a write to flash, until a power cycle [SMD p. 72].
+        build: the unit's interpretation of its configuration words.
+        status: the latched status bits.
+        operation: the running motion.
+        held: the held move, which Resume continues.
+        armed: starts the move that waits for its input; called with the instant.
+        session: the programming of an assembled move.
+        in_configuration: whether the unit is in configuration mode.
         enabled: whether the driver is enabled.
         faulty: whether the driver is too hot.
+        frozen: whether the unit ignores all words since a write to flash, until a power cycle [SMD p. 72].
+        current: motor current in force, 0.1 A.
+        jerk: jerk of the last motion.
+        command: the output words in force.
         segments: the stored assembled move.
     """
 
@@ -138,10 +148,10 @@ class DriveLayer:
         self.current = self.jerk = 0
         self._events = events
         self._levels = 0
-        self._written: tuple[int, ...] | None = None  # configuration words of the present configuration mode
-        self._mirror: tuple[int, ...] = (0,) * WORDS
+        self._written: tuple[int, ...] | None = None  # words written in the present configuration mode
+        self._mirror: tuple[int, ...] = (0,) * WORDS  # input words of configuration mode
         self.command = DriveCommand((0,) * WORDS, model, self._format)
-        self._noted = (NumberFormat.THOUSANDS, NumberFormat.THOUSANDS) if now_ns == 0 else None
+        self._reported_formats = (NumberFormat.THOUSANDS, NumberFormat.THOUSANDS) if now_ns == 0 else None
         self.fire(now_ns, "POS-01")
         if memory.configuration is None:
             self.fire(now_ns, "CFG-20")
@@ -156,12 +166,12 @@ class DriveLayer:
 
     @property
     def start_sps(self) -> int:
-        """Starting speed of the configuration."""
+        """Starting speed of the configuration, steps/s."""
         return 1 if self.state.configuration is None else self.state.configuration.starting_speed
 
     @property
     def busy(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is running."""
         return self.operation is not None and not self.operation.over
 
     @property
@@ -183,18 +193,18 @@ class DriveLayer:
         """Return the instant of the next tick without a change of words or inputs, or None."""
         return None if self.operation is None else self.operation.next_wake_ns(now_ns)
 
-    def report(self, further: int) -> tuple[int, ...]:
+    def report(self, unit_bits: int) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned.
 
         Args:
-            further: status bits of the unit, in addition to those of the axis.
+            unit_bits: status bits that the axis does not have.
         """
         if self.in_configuration:
             return self._mirror
         axis = self.axis
         split_number = self.input_format.split
         return (
-            *self.model.status_words(int(self.status.bits) | further | self._present_bits()),
+            *self.model.status_words(int(self.status.bits) | unit_bits | self._present_bits()),
             *split_number(axis.position),
             *split_number(axis.encoder),
             *split_number(self.state.captured),
@@ -236,10 +246,10 @@ class DriveLayer:
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
 
     def _note_formats(self, now_ns: int) -> None:
-        """Report the formats of the numbers, if the configuration selects them and they have changed."""
+        """Report the number formats if the configuration has changed them."""
         formats = self.input_format, self._format
-        if formats != self._noted and self.model.number_format is None:
-            self._noted = formats
+        if formats != self._reported_formats and self.model.number_format is None:
+            self._reported_formats = formats
             reads, writes = (number_format.value for number_format in formats)
             text = f"The host reads numbers as {reads}, and writes them as {writes}."
             fields: dict[str, JsonValue] = {"reads": reads, "writes": writes}
@@ -253,7 +263,7 @@ class DriveLayer:
         Args:
             now_ns: the instant; the axis has been advanced to it.
             words: ten output words, unsigned.
-            levels: electrical levels of the inputs, bit n = input n + 1.
+            levels: electrical levels of the inputs; bit n is input n + 1.
         """
         self._sample(levels)
         if not self.frozen and words != self.command.words:
@@ -297,7 +307,7 @@ class DriveLayer:
         self.command = command = DriveCommand(words, self.model, self._format)
         self.state.proximity = bool(command.modifiers & Modifier.BACKPLANE_PROXIMITY)
         self._enable(now_ns)
-        self._fall(now_ns, previous.bits & ~command.bits)
+        self._react_to_fallen_bits(now_ns, previous.bits & ~command.bits)
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
         risen_bits = command.bits & ~previous.bits
@@ -308,14 +318,14 @@ class DriveLayer:
             self._command(now_ns, command, risen_bits)
 
     def _enable(self, now_ns: int) -> None:
-        """Obey the enable bit; without it the current is off, and a motion is cut [reading R-33]."""
+        """Obey the enable bit; without it the current is off and a motion is cut [interpretation R-33]."""
         command = self.command
         self.enabled = self.state.configuration is not None and command.enables and not self.in_configuration
         if self.busy and not self.enabled:
             self.cut(now_ns, "DRV-02")
 
-    def _fall(self, now_ns: int, fallen: CommandBit) -> None:
-        """React to bits that fell: the acknowledge, an armed move, assembled programming."""
+    def _react_to_fallen_bits(self, now_ns: int, fallen: CommandBit) -> None:
+        """Clear the acknowledge, disarm a move or continue the programming when their bit falls."""
         if fallen & (CommandBit.PRESET_POSITION | CommandBit.PRESET_ENCODER | CommandBit.RESET_ERRORS):
             self.status.clear(StatusBit.ACKNOWLEDGE)
         if fallen & MOVES:
@@ -347,9 +357,13 @@ class DriveLayer:
         else:
             HANDLERS[risen](self, now_ns, command)
 
-    def _refused(self, now_ns: int, *broken: tuple[str, bool]) -> bool:
-        """Report the first broken rule; return whether there is one."""
-        for rule_id, is_broken in broken:
+    def _refused(self, now_ns: int, *rules: tuple[str, bool]) -> bool:
+        """Report the first broken rule; return whether a rule is broken.
+
+        Args:
+            rules: ids of rules, each with whether the rule is broken.
+        """
+        for rule_id, is_broken in rules:
             if is_broken:
                 self.fire(now_ns, rule_id)
                 return True
@@ -358,7 +372,7 @@ class DriveLayer:
     # -- configuration mode -------------------------------------------------------------------
 
     def _configure(self, now_ns: int, words: tuple[int, ...], *, entering: bool) -> None:
-        """Store the words of configuration mode, which take effect when the mode is left."""
+        """Store the words of configuration mode, which act when the mode is left."""
         if entering:
             self.in_configuration = True
             self._written = self.armed = self.held = self.session = None
@@ -375,7 +389,7 @@ class DriveLayer:
             self.in_configuration = self.state.configuration is None
 
     def _leave_configuration(self, now_ns: int) -> None:
-        """Adopt or refuse the words last written; with read-back alone nothing changes."""
+        """Adopt or refuse the words last written; without written words nothing changes."""
         self.in_configuration = False
         words, self._written = self._written, None
         if words is None:
@@ -397,12 +411,12 @@ class DriveLayer:
             self.memory = self.memory.written(configuration=stored_words(words, self.build))
 
     def _adopt(self, words: tuple[int, ...]) -> None:
-        """Use a valid configuration; the encoder keeps its count."""
+        """Adopt a valid configuration; the encoder keeps its count."""
         configuration = configuration_of(words, self.model, self.build)
         self.status.clear(StatusBit.CONFIG_ERROR)
         encoder_count = self.axis.encoder
         self.state.configuration = configuration
-        _, self.state.active = configuration.active(self._levels)  # makes no transition, as on a 3601
+        _, self.state.active = configuration.active(self._levels)  # no edge, as on a 3601
         if self.axis.machine.spec.encoder is None and configuration.counts_per_turn:
             ratio = Fraction(configuration.counts_per_turn, configuration.steps_per_turn)
             self.axis.machine.mount(EncoderSpec(ratio))
@@ -414,55 +428,48 @@ class DriveLayer:
     # -- commands -----------------------------------------------------------------------------
 
     def _stop(self, now_ns: int) -> None:
-        """Cut the motion, and end a hold; without either nothing changes, as on a 3601."""
+        """Cut the motion and end a hold; otherwise the status stays, as on a 3601."""
         self.held = self.armed = None
         self.status.clear(StatusBit.HOLD_STATE)
         if self.busy:
             self.status.clear(RESULTS)
             self.cut(now_ns, "POS-02")
 
-    def _may_move(self, now_ns: int, *further: tuple[str, bool]) -> bool:
-        """Whether a move may begin; report why not."""
+    def _may_move(self, now_ns: int, *further_rules: tuple[str, bool]) -> bool:
+        """Return whether a move may begin; report the first broken rule, see `_refused`."""
         return not self._refused(
             now_ns,
             ("CMD-04", self.busy),
             ("CMD-08", not self.enabled or self.faulty),
             ("INP-01", bool(self.state.active & ESTOP)),
-            *further,
+            *further_rules,
         )
 
-    def _toward_limit(self, now_ns: int, heading: int, *, jog: bool = False) -> bool:
-        """Whether an active limit forbids a direction; report it [reading R-39]."""
+    def _limit_forbids(self, now_ns: int, heading: int, *, jog: bool = False) -> bool:
+        """Return whether an active limit forbids a direction, and report it [interpretation R-39]."""
         limits = self.state.active & LIMITS
-        leaves_by_jog = self.model.layout is Layout.ANF2 and not jog
+        only_jogs_leave_limits = self.model.layout is Layout.ANF2
         return self._refused(
             now_ns,
-            ("CMD-19", leaves_by_jog and bool(limits)),
+            ("CMD-19", only_jogs_leave_limits and not jog and bool(limits)),
             ("INP-03", bool(limits & LIMIT_OF.get(heading, 0))),
         )
 
     def _absolute(self, now_ns: int, command: DriveCommand) -> None:
-        target = command.target
-        self._move(
-            now_ns,
-            command,
-            "absolute",
-            lambda: target,
-            ("CMD-05", bool(self.status.bits & StatusBit.POSITION_INVALID)),
-        )
+        is_invalid = bool(self.status.bits & StatusBit.POSITION_INVALID)
+        self._move(now_ns, command, "absolute", lambda: command.target, ("CMD-05", is_invalid))
 
     def _relative(self, now_ns: int, command: DriveCommand) -> None:
-        encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
+        by_encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
         distance = command.target
         if distance is None:
             self.fire(now_ns, "CMD-03")
             return
-        self._move(
-            now_ns,
-            command,
-            "relative",
-            lambda: distance + (self.axis.encoder if encoder else self.axis.position),
-        )
+
+        def target() -> int:
+            return distance + (self.axis.encoder if by_encoder else self.axis.position)
+
+        self._move(now_ns, command, "relative", target)
 
     def _move(
         self,
@@ -470,54 +477,54 @@ class DriveLayer:
         command: DriveCommand,
         name: str,
         target: Callable[[], int | None],
-        *further: tuple[str, bool],
+        *further_rules: tuple[str, bool],
     ) -> None:
-        """Start, or arm, a move to a target that is known when it starts."""
-        encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
+        """Start or arm a move; a call of `target` at the start returns its target."""
+        by_encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
         if not self._may_move(
             now_ns,
-            *further,
-            ("CMD-12", encoder and not self.axis.counting),
+            *further_rules,
+            ("CMD-12", by_encoder and not self.axis.counting),
             ("CMD-03", not self._ranges_hold(command) or target() is None),
         ):
             return
         profile = profile_of(command, self.start_sps)
 
-        def go(now_ns: int) -> None:
+        def start(now_ns: int) -> None:
             target_steps = target()
             assert target_steps is not None
             motion: Move | DriveEncoderMove
-            if encoder:
+            if by_encoder:
                 motion = DriveEncoderMove(self, now_ns, target_steps, profile)
                 heading = motion.heading
             else:
                 motion = Move(self, now_ns, name, target_steps, profile)
                 heading = (target_steps > self.axis.position) - (target_steps < self.axis.position)
-            if not self._toward_limit(now_ns, heading):
+            if not self._limit_forbids(now_ns, heading):
                 self._begin(command, motion)
                 motion.start(now_ns)
 
-        self._start_or_arm(now_ns, command, go)
+        self._start_or_arm(now_ns, command, start)
 
-    def _start_or_arm(self, now_ns: int, command: DriveCommand, go: Callable[[int], None]) -> None:
-        """Start a move, or with Indexed Command wait for its input's edge [reading R-18]."""
+    def _start_or_arm(self, now_ns: int, command: DriveCommand, start: Callable[[int], None]) -> None:
+        """Start a move, or with Indexed Command wait for its input's edge [interpretation R-18]."""
         if command.modifiers & Modifier.INDEXED_COMMAND:
-            self.armed = go
+            self.armed = start
             self.status.clear(RESULTS)
         else:
-            go(now_ns)
+            start(now_ns)
 
     def _ranges_hold(self, command: DriveCommand) -> bool:
-        return command.ranges_hold(self.start_sps) and command.current_holds
+        return command.is_in_range(self.start_sps) and command.current_is_legal
 
     def _begin(self, command: DriveCommand, motion: DriveMotion) -> None:
-        """Make a motion the running one, and note current and jerk of its command."""
+        """Make a motion the running motion, and adopt current and jerk of its command."""
         self.held = None
         self.status.clear(RESULTS)
         self.operation = motion
-        self._program(command)
+        self._adopt_current_and_jerk(command)
 
-    def _program(self, command: DriveCommand) -> None:
+    def _adopt_current_and_jerk(self, command: DriveCommand) -> None:
         configuration = self.state.configuration
         assert configuration is not None
         if not command.modifiers & Modifier.REGISTRATION_MOVE:
@@ -532,16 +539,14 @@ class DriveLayer:
 
     def _resume(self, now_ns: int, command: DriveCommand) -> None:
         held_move = self.held
-        ranges = self._ranges_hold(command)
-        if (
-            self._may_move(now_ns, ("CMD-07", held_move is None), ("CMD-03", not ranges))
-            and held_move is not None
-        ):
-            motion = Move(self, now_ns, held_move.name, held_move.target, profile_of(command, self.start_sps))
-            heading = 1 if held_move.target > self.axis.position else -1
-            if not self._toward_limit(now_ns, heading):
-                self._begin(command, motion)
-                motion.start(now_ns)
+        rules = ("CMD-07", held_move is None), ("CMD-03", not self._ranges_hold(command))
+        if not self._may_move(now_ns, *rules) or held_move is None:
+            return
+        motion = Move(self, now_ns, held_move.name, held_move.target, profile_of(command, self.start_sps))
+        heading = 1 if held_move.target > self.axis.position else -1
+        if not self._limit_forbids(now_ns, heading):
+            self._begin(command, motion)
+            motion.start(now_ns)
 
     def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
         configuration = self.state.configuration
@@ -552,16 +557,17 @@ class DriveLayer:
             motion.start(now_ns)
 
     def _jog(self, now_ns: int, command: DriveCommand, heading: int) -> None:
+        """Start a jog or a registration move, or restart the jog that decelerates."""
         registers = bool(command.modifiers & Modifier.REGISTRATION_MOVE)
-        running = self._stopping_jog(heading)
-        if running is not None and not registers and self._ranges_hold(command):
-            running.change(now_ns, command)  # interpretation R-38
-            self._program(command)
+        stopping_jog = self._stopping_jog(heading)
+        if stopping_jog is not None and not registers and self._ranges_hold(command):
+            stopping_jog.change(now_ns, command)  # interpretation R-38
+            self._adopt_current_and_jerk(command)
             return
         is_allowed = self._ranges_hold(command) and (not registers or self._distances_hold(command))
-        if not self._may_move(now_ns, ("CMD-03", not is_allowed)) or self._toward_limit(
-            now_ns, heading, jog=True
-        ):
+        if not self._may_move(now_ns, ("CMD-03", not is_allowed)):
+            return
+        if self._limit_forbids(now_ns, heading, jog=True):
             return
         if registers and self._refused(
             now_ns,
@@ -574,19 +580,19 @@ class DriveLayer:
         motion.start(now_ns)
 
     def _stopping_jog(self, heading: int) -> Jog | None:
-        """Return the jog that decelerates in a direction, None without one."""
-        running = self.operation
-        if not isinstance(running, Jog) or isinstance(running, DriveRegistrationMove):
+        """Return the jog that decelerates in a direction, or None."""
+        motion = self.operation
+        if not isinstance(motion, Jog) or isinstance(motion, DriveRegistrationMove):
             return None
-        continues = self.busy and self.enabled and running.stopping and running.heading == heading
-        return running if continues else None
+        decelerates = self.busy and self.enabled and motion.stopping and motion.heading == heading
+        return motion if decelerates else None
 
     @staticmethod
     def _distances_hold(command: DriveCommand) -> bool:
         return command.target is not None and command.target > 0 and command.minimum_distance is not None
 
     def _too_short(self, command: DriveCommand) -> bool:
-        """Whether the ramp of a registration move is longer than its stopping distance."""
+        """Return whether the ramp down of a registration move is longer than its distance."""
         assert command.target is not None
         profile = profile_of(command, self.start_sps)
         ramp = stopping_distance(
@@ -617,7 +623,8 @@ class DriveLayer:
         self.axis.preset_encoder(value)
         self.status.bits |= StatusBit.ACKNOWLEDGE
         if command.modifiers & Modifier.SAVE_TO_FLASH and not command.selects_current:
-            self._save(encoder_offset=value - self.axis.machine.encoder_counts(now_ns))
+            encoder_offset = value - self.axis.machine.encoder_counts(now_ns)
+            self.memory = self.memory.written(encoder_offset=encoder_offset)
 
     # -- assembled moves ----------------------------------------------------------------------
 
@@ -626,13 +633,13 @@ class DriveLayer:
             self.session = AssembledSession()
 
     def _read_segment(self, now_ns: int, command: DriveCommand) -> None:
-        """Store a segment; a bad segment ends the programming without a profile [reading R-30]."""
+        """Store a segment; an invalid segment ends the programming with no profile [interpretation R-30]."""
         session = self.session
         if session is None:
             self.fire(now_ns, "CMD-16")
             return
         session.waiting = False
-        is_allowed = bool(command.target) and command.ranges_hold(self.start_sps)
+        is_allowed = bool(command.target) and command.is_in_range(self.start_sps)
         if not is_allowed or len(session.segments) == SEGMENTS_MAX:
             self.fire(now_ns, "CMD-11")
             self.session, self.segments = None, []
@@ -640,41 +647,40 @@ class DriveLayer:
             session.segments.append(command)
 
     def _end_session(self, now_ns: int) -> None:
-        """Store the profile; Save to Flash also writes the flash, and freezes the unit [SMD p. 72]."""
+        """Store the profile; Save to Flash also writes the flash and freezes the unit [SMD p. 72]."""
         session, self.session = self.session, None
         assert session is not None
         self.segments = session.segments
         if self.command.modifiers & Modifier.SAVE_TO_FLASH and self.model.flash:
-            self._save(segments=tuple(segment.words for segment in self.segments))
+            self.memory = self.memory.written(segments=tuple(segment.words for segment in self.segments))
             self.frozen = True
 
-    def _save(self, **changes: object) -> None:
-        self.memory = self.memory.written(**changes)
-
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_holds)):
+        if not self._may_move(
+            now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)
+        ):
             return
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)
         blend_heading = -1 if command.modifiers & Modifier.REVERSE_BLEND else 1
-        if not dwells and self._refused(now_ns, ("CMD-18", not self._fits(segments))):
+        if not dwells and self._refused(now_ns, ("CMD-18", not self._segments_fit(segments))):
             return
 
-        def go(now_ns: int) -> None:
+        def start(now_ns: int) -> None:
             motion: BlendMove | DwellMove
             if dwells:
                 motion = DwellMove(self, now_ns, segments, 1_000_000 * command.words[9])
                 heading = 1 if (segments[0].target or 0) > 0 else -1
             else:
                 motion, heading = BlendMove(self, now_ns, blend_heading, segments), blend_heading
-            if not self._toward_limit(now_ns, heading):
+            if not self._limit_forbids(now_ns, heading):
                 self._begin(command, motion)
                 self.jerk = segments[-1].jerk
                 motion.start(now_ns)
 
-        self._start_or_arm(now_ns, command, go)
+        self._start_or_arm(now_ns, command, start)
 
-    def _fits(self, segments: Sequence[DriveCommand]) -> bool:
+    def _segments_fit(self, segments: Sequence[DriveCommand]) -> bool:
         try:
             blend_program(segments, self.start_sps)
         except ValueError:
@@ -696,14 +702,14 @@ class DriveLayer:
             self.fire(now_ns, "INP-02")
             self.cut(now_ns, "POS-04")
         if risen_bits & INDEXED and self.armed is not None:
-            go, self.armed = self.armed, None
+            start, self.armed = self.armed, None
             if self._may_move(now_ns):
-                go(now_ns)
+                start(now_ns)
 
     # -- the driver and the link --------------------------------------------------------------
 
     def overheat(self, now_ns: int, faulty: bool) -> None:
-        """Begin or end a fault of the driver; it exists while the driver is enabled [17 p. 84]."""
+        """Begin or end a fault of the driver, which only an enabled driver shows [17 p. 84]."""
         self.faulty = faulty and self.enabled
         if not self.faulty:
             self.status.clear(StatusBit.DRIVER_FAULT)
@@ -713,16 +719,16 @@ class DriveLayer:
                 self.cut(now_ns, "DRV-04")
 
     def stall(self, now_ns: int) -> None:
-        """Stop a motion whose shaft does not follow."""
+        """Cut a motion that the shaft does not follow."""
         if self.busy:
             self.cut(now_ns, "DRV-03")
 
     def regain_connection(self, now_ns: int) -> None:
-        """Obey the enable bit again; a command bit that is still on does not start a command."""
+        """Obey the enable bit again; a command bit that is still on starts no command."""
         self._enable(now_ns)
 
     def lose_connection(self, now_ns: int) -> None:
-        """React to a time-out of the controlling connection [reading R-22]."""
+        """React to a time-out of the controlling connection [interpretation R-22]."""
         if self.options.timeout_stops:
             if self.busy:
                 self.cut(now_ns, "POS-06")
@@ -731,18 +737,18 @@ class DriveLayer:
     # -- ends ---------------------------------------------------------------------------------
 
     def cut(self, now_ns: int, rule_id: str) -> None:
-        """End the motion without a ramp, for a rule."""
+        """End the motion without a ramp, and report the rule that requires it."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
         if self.operation is not None:
             self.finish(now_ns, 0, "cut short")
 
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End a home search that end limits have stopped; `rule_id` is that of a 3601."""
+        """End a home search that end limits have stopped; the 3601's `rule_id` does not apply."""
         self.cut(now_ns, "INP-04")
 
-    def finish(self, now_ns: int, result: int, how: str) -> None:
-        """End the running motion with a result bit, or 0, and record it."""
+    def finish(self, now_ns: int, result: int, outcome: str) -> None:
+        """End the running motion, set a status bit for the result, or 0, and report the motion."""
         motion, self.operation = self.operation, None
         assert motion is not None
         self.status.clear(RESULTS)
@@ -751,9 +757,9 @@ class DriveLayer:
             "from": motion.started_at,
             "to": self.axis.position,
             "started_ns": motion.started_ns,
-            "outcome": how,
+            "outcome": outcome,
         }
-        text = f"{motion.name} move from {motion.started_at}: {how} at {self.axis.position}"
+        text = f"{motion.name} move from {motion.started_at}: {outcome} at {self.axis.position}"
         self._events.append(Event(now_ns, "move", motion.name, text, fields))
 
 
@@ -772,4 +778,4 @@ HANDLERS: dict[CommandBit, Callable[[DriveLayer, int, DriveCommand], None]] = {
     CommandBit.RUN_ASSEMBLED_MOVE: DriveLayer._run_assembled,
     CommandBit.PRESET_ENCODER: DriveLayer._preset_encoder,
 }
-"""The handlers of commands by bit; Reset Errors and Immediate Stop are handled before all refusals."""
+"""The handlers of commands by bit; `_command` handles Reset Errors and Immediate Stop itself."""

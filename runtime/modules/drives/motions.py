@@ -6,9 +6,10 @@ by calling `MotionHost.finish`.
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate
-from typing import ClassVar, Protocol, cast
+from typing import ClassVar, NamedTuple, Protocol, cast
 
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.bits import CommandBit, StatusBit
@@ -29,18 +30,18 @@ JOG_BIT = {1: CommandBit.JOG_CW, -1: CommandBit.JOG_CCW}
 
 
 def shape_of(jerk: int) -> AnyShape:
-    """Return the course of the rate for a jerk word."""
+    """Return the shape of a ramp for a jerk word; 0 is a constant rate."""
     return Jerk(jerk) if jerk else Shape.CONSTANT
 
 
 def profile_of(command: DriveCommand, start_sps: int) -> Profile:
-    """Return the profile of a command whose ranges hold."""
+    """Return the profile of a command with valid ranges."""
     assert command.speed is not None
     return Profile(start_sps, command.speed, *command.rates, shape_of(command.jerk))
 
 
 class MotionHost(Protocol):
-    """The interface of the drive to its motions, see `DriveLayer`."""
+    """The drive's interface for its motions; see `DriveLayer`."""
 
     axis: StepGenerator
     options: DriveOptions
@@ -53,17 +54,36 @@ class MotionHost(Protocol):
         """The starting speed, steps/s."""
 
     def fire(self, now_ns: int, rule_id: str) -> None:
-        """Set the bits of a rule, and record it."""
+        """Set the bits of a rule, and report it."""
 
     def cut(self, now_ns: int, rule_id: str) -> None:
-        """End the motion without a ramp, for a rule."""
+        """End the motion without a ramp, and report the rule that requires it."""
 
-    def finish(self, now_ns: int, result: int, how: str) -> None:
-        """End the motion with a result bit, or 0, and record it."""
+    def finish(self, now_ns: int, result: int, outcome: str) -> None:
+        """End the motion, set a status bit for the result, or 0, and report the motion."""
+
+
+class JogValues(NamedTuple):
+    """The words of a jog that may change while it runs."""
+
+    speed: tuple[int, ...]  # two words
+    rates: tuple[int, ...]  # acceleration and deceleration
+    jerk: int
+
+
+def jog_values(command: DriveCommand) -> JogValues:
+    """Return the words of a command that a jog follows."""
+    return JogValues(command.words[4:6], command.words[6:8], command.jerk)
 
 
 class DriveMotion:
-    """A motion of the axis."""
+    """A motion of the axis.
+
+    Attributes:
+        name: name of the motion in events.
+        stops_at_limits: whether a limit cuts the motion.
+        started_at: position at the start, steps.
+    """
 
     name: ClassVar[str] = ""
     stops_at_limits: ClassVar[bool] = True
@@ -90,7 +110,7 @@ class DriveMotion:
         return self.axis.ramp
 
     def on_hold(self, now_ns: int) -> None:
-        """Refuse Hold, unless the motion can be held [SD p. 23; reading R-15]."""
+        """Refuse Hold; a motion that can be held overrides this [SD p. 23; interpretation R-15]."""
         self.layer.fire(now_ns, "CMD-06")
 
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
@@ -100,11 +120,11 @@ class DriveMotion:
         """Check inputs and counts."""
 
     def next_wake_ns(self, now_ns: int) -> int | None:
-        """Return the instant of a tick that the motion needs without another event, or None."""
+        """Return the instant at which the motion needs a tick without an event, or None."""
         return None
 
     def on_end(self, now_ns: int) -> None:
-        """React to the regular end of the motion: show MOVE_COMPLETE."""
+        """Finish a motion that has made its last step, with MOVE_COMPLETE."""
         self.layer.finish(now_ns, StatusBit.MOVE_COMPLETE, "complete")
 
 
@@ -119,26 +139,23 @@ class Move(DriveMotion):
         self.holding = False
 
     def start(self, now_ns: int) -> None:
-        """Start the axis; a move over no distance is complete at once [reading R-37]."""
+        """Start the axis; a move over no distance is complete at once [interpretation R-37]."""
         if self.target != self.axis.position:
             self.axis.move(now_ns, self.target - self.axis.position, self.profile)
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ramp down into the hold state; a move that ends with its own ramp anyway completes."""
+        """Ramp down into the hold state, unless the move is already on its last ramp."""
         axis, profile = self.axis, self.profile
+        rate, shape = profile.deceleration_spmss, profile.shape
         steps_left = abs(self.target - axis.position)
-        if (
-            self.holding
-            or axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= steps_left
-        ):
-            return
-        self.holding = True
-        axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
+        if not self.holding and axis.steps_to_stop(now_ns, rate, shape) < steps_left:
+            self.holding = True
+            axis.stop(now_ns, rate, shape)
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
+        """Finish with MOVE_COMPLETE, or with HOLD_STATE and a held move for Resume."""
         if self.holding and self.axis.position != self.target:
             self.layer.finish(now_ns, StatusBit.HOLD_STATE, "held")
             self.layer.held = HeldMove(self.target, self.name)
@@ -147,7 +164,7 @@ class Move(DriveMotion):
 
 
 class DriveEncoderMove(DriveMotion):
-    """A move until the encoder has reached a count, and a ramp down from there [K p. 69]."""
+    """A move until the encoder reaches a count, and a ramp down from there [K p. 69]."""
 
     name: ClassVar[str] = "encoder"
 
@@ -172,7 +189,7 @@ class DriveEncoderMove(DriveMotion):
 
 
 class Jog(DriveMotion):
-    """A motion as long as the bit is on; its speed and rates may change [17 p. 84]."""
+    """A motion that runs while its bit is on; its speed and rates may change [17 p. 84]."""
 
     name: ClassVar[str] = "jog"
 
@@ -180,7 +197,7 @@ class Jog(DriveMotion):
         super().__init__(layer, now_ns)
         self.heading = heading
         self.profile = profile_of(command, layer.start_sps)
-        self.values = command.words[4:8], command.jerk
+        self.values = jog_values(command)
         self.stopping = False
 
     def start(self, now_ns: int) -> None:
@@ -190,16 +207,16 @@ class Jog(DriveMotion):
 
     @override
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
-        """Ramp down when the bit is released, or else adopt new values."""
+        """Ramp down when the bit is released; otherwise adopt new values."""
         if not command.bits & JOG_BIT[self.heading]:
             self.stop(now_ns)
-        elif not self.stopping and (command.words[4:8], command.jerk) != self.values:
+        elif not self.stopping and jog_values(command) != self.values:
             self.change(now_ns, command)
 
     def change(self, now_ns: int, command: DriveCommand) -> None:
-        """Adopt new values, or report invalid ones [reading R-16]."""
-        layer, self.values = self.layer, (command.words[4:8], command.jerk)
-        if command.ranges_hold(layer.start_sps):
+        """Adopt new values, or report invalid values [interpretation R-16]."""
+        layer, self.values = self.layer, jog_values(command)
+        if command.is_in_range(layer.start_sps):
             self.stopping = False
             self.profile = profile_of(command, layer.start_sps)
             self.axis.change_speed(now_ns, self.profile)
@@ -226,9 +243,9 @@ class Jog(DriveMotion):
 
 
 class DriveRegistrationMove(Jog):
-    """A jog that ends a distance after its input, or after the release of its bit [SMD p. 67; reading R-17].
+    """A jog that stops a distance after its input, or after the release of its bit.
 
-    Below the minimum distance neither ends it.
+    Before the minimum distance neither stops it [SMD p. 67; interpretation R-17].
     """
 
     name: ClassVar[str] = "registration"
@@ -248,16 +265,20 @@ class DriveRegistrationMove(Jog):
 
     @override
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
-        """Record the released bit; before the input, adopt a lower speed at the same rates, like a 3601."""
+        """Note the release of the bit; until then, adopt new values.
+
+        As on a 3601, only a lower speed at the same rates is valid.
+        """
         self.released = self.released or not command.bits & JOG_BIT[self.heading]
-        if self.stopping or self.released or (command.words[4:8], command.jerk) == self.values:
+        values = jog_values(command)
+        if self.stopping or self.released or values == self.values:
             return
-        faster = command.speed is None or command.speed > self.profile.speed_sps
-        if faster or command.words[6:8] != self.values[0][2:]:
-            self.values = command.words[4:8], command.jerk
-            self.layer.fire(now_ns, "JOG-01")
-        else:
+        is_slower = command.speed is not None and command.speed <= self.profile.speed_sps
+        if is_slower and values.rates == self.values.rates:
             self.change(now_ns, command)
+        else:
+            self.values = values
+            self.layer.fire(now_ns, "JOG-01")
 
     @override
     def on_tick(self, now_ns: int) -> None:
@@ -269,21 +290,21 @@ class DriveRegistrationMove(Jog):
 
 
 class HomeSearch(DriveMotion):
-    """A home search: the sequence of a 3601, whose search reads the drive's state [reading R-19]."""
+    """A home search with the sequence of a 3601 [interpretation R-19]."""
 
     name: ClassVar[str] = "home"
     stops_at_limits: ClassVar[bool] = False
 
     def __init__(self, layer: MotionHost, now_ns: int, heading: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
-        # a search uses only members that a drive also has: axis, options, state, finish and abort_homing
+        # the 3601's search uses only members that a drive has: axis, options, state, finish, abort_homing
         self._search = Homing(cast(Host, layer), now_ns, heading, profile)
         configuration = layer.state.configuration
-        most_s = configuration.homing_timeout_s if configuration is not None else 0
-        self._ends_ns = now_ns + 1_000_000_000 * most_s if most_s else None
+        timeout_s = configuration.homing_timeout_s if configuration is not None else 0
+        self._timeout_ns = now_ns + 1_000_000_000 * timeout_s if timeout_s else None
 
     def start(self, now_ns: int) -> None:
-        """Begin with the phase that the inputs require."""
+        """Begin the search."""
         self._search.start(now_ns)
 
     @property
@@ -303,15 +324,15 @@ class HomeSearch(DriveMotion):
 
     @override
     def on_tick(self, now_ns: int) -> None:
-        if self._ends_ns is not None and now_ns >= self._ends_ns:
-            self.layer.cut(now_ns, "INP-06")  # reading R-44
+        if self._timeout_ns is not None and now_ns >= self._timeout_ns:
+            self.layer.cut(now_ns, "INP-06")  # interpretation R-44
         else:
             self._search.on_tick(now_ns, NO_COMMAND)
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        wakes = (self._search.next_wake_ns(now_ns), self._ends_ns)
-        return min((wake_ns for wake_ns in wakes if wake_ns is not None), default=None)
+        instants = self._search.next_wake_ns(now_ns), self._timeout_ns
+        return min((instant for instant in instants if instant is not None), default=None)
 
     @override
     def on_end(self, now_ns: int) -> None:
@@ -319,26 +340,30 @@ class HomeSearch(DriveMotion):
 
 
 def blend_program(segments: Sequence[DriveCommand], start_sps: int) -> BlendProgram:
-    """Return segments as one motion: each ramps at its own rate to its speed [SMD p. 38; reading R-20].
+    """Return segments as one motion; each segment ramps to its speed at its own rate.
+
+    See SMD p. 38, interpretation R-20.
 
     Raises:
         ValueError: a segment is shorter than its ramps.
     """
     legs: list[BlendLeg] = []
-    before_sps = start_sps
+    speed_before = start_sps
     for segment in segments:
         assert segment.target is not None
         assert segment.speed is not None
-        rate = segment.rates[0] if segment.speed >= before_sps else segment.rates[1]
+        acceleration, deceleration = segment.rates
+        rate = acceleration if segment.speed >= speed_before else deceleration
         legs.append((abs(segment.target), segment.speed, rate, shape_of(segment.jerk)))
-        before_sps = segment.speed
-    final = segments[-1]
-    check_blend(start_sps, legs, final.rates[1], shape_of(final.jerk))
-    return BlendProgram(tuple(legs), final.rates[1], shape_of(final.jerk))
+        speed_before = segment.speed
+    final_shape = shape_of(segments[-1].jerk)
+    _, final_deceleration = segments[-1].rates
+    check_blend(start_sps, legs, final_deceleration, final_shape)
+    return BlendProgram(tuple(legs), final_deceleration, final_shape)
 
 
 class BlendMove(DriveMotion):
-    """An assembled move without pauses [17 p. 80]; Hold ends it, and it can't be resumed [SD p. 23]."""
+    """An assembled move without pauses [17 p. 80]; Hold ends it without Resume [SD p. 23]."""
 
     name: ClassVar[str] = "blend"
 
@@ -349,8 +374,8 @@ class BlendMove(DriveMotion):
         self.heading = heading
         self.segments = segments
         self.program = blend_program(segments, layer.start_sps)
-        self._ends = list(accumulate(leg[0] for leg in self.program.segments))
-        self.held = False
+        self._segment_ends = list(accumulate(length for length, *_ in self.program.segments))
+        self._is_held = False
 
     def start(self, now_ns: int) -> None:
         """Start the axis."""
@@ -360,20 +385,21 @@ class BlendMove(DriveMotion):
     def on_hold(self, now_ns: int) -> None:
         """Ramp down at the deceleration of the present segment."""
         steps_made = abs(self.axis.position - self.started_at)
-        index = next((segment_index for segment_index, end in enumerate(self._ends) if steps_made < end), -1)
-        self.held = True
-        self.axis.stop(now_ns, self.segments[index].rates[1], shape_of(self.segments[index].jerk))
+        last_index = len(self.segments) - 1
+        segment = self.segments[min(bisect_right(self._segment_ends, steps_made), last_index)]
+        self._is_held = True
+        self.axis.stop(now_ns, segment.rates[1], shape_of(segment.jerk))
 
     @override
     def on_end(self, now_ns: int) -> None:
-        if self.held and abs(self.axis.position - self.started_at) != self._ends[-1]:
+        if self._is_held and abs(self.axis.position - self.started_at) != self._segment_ends[-1]:
             self.layer.finish(now_ns, StatusBit(0), "held")
         else:
             super().on_end(now_ns)
 
 
 class DwellMove(DriveMotion):
-    """An assembled move with pauses: relative moves one after the other [SMD p. 38; reading R-20]."""
+    """An assembled move with pauses between relative moves [SMD p. 38; interpretation R-20]."""
 
     name: ClassVar[str] = "dwell"
 
@@ -383,22 +409,22 @@ class DwellMove(DriveMotion):
         super().__init__(layer, now_ns)
         self.segments = segments
         self.pause_ns = pause_ns
-        self._at = -1
+        self._index = -1  # of the present segment
         self._resumes_ns: int | None = None  # the end of a pause
-        self._held = False
+        self._is_held = False
 
     def start(self, now_ns: int) -> None:
         """Start the next segment."""
-        self._at += 1
+        self._index += 1
         self._resumes_ns = None
-        segment = self.segments[self._at]
+        segment = self.segments[self._index]
         assert segment.target is not None
         self.axis.move(now_ns, segment.target, profile_of(segment, self.layer.start_sps))
 
     @property
     @override
     def over(self) -> bool:
-        return not self.axis.moving and (self._held or self._at + 1 == len(self.segments))
+        return not self.axis.moving and (self._is_held or self._index + 1 == len(self.segments))
 
     @override
     def on_tick(self, now_ns: int) -> None:
@@ -415,14 +441,14 @@ class DwellMove(DriveMotion):
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Ramp down, or end in the pause."""
-        self._held, self._resumes_ns = True, None
-        rates, shape = self.segments[self._at].rates, shape_of(self.segments[self._at].jerk)
-        self.axis.stop(now_ns, rates[1], shape)
+        """Ramp down; in a pause, end at once."""
+        self._is_held, self._resumes_ns = True, None
+        segment = self.segments[self._index]
+        self.axis.stop(now_ns, segment.rates[1], shape_of(segment.jerk))
 
     @override
     def on_end(self, now_ns: int) -> None:
-        if self._held:
+        if self._is_held:
             self.layer.finish(now_ns, StatusBit(0), "held")
         else:
             super().on_end(now_ns)

@@ -15,10 +15,10 @@ class DriveMemory(BaseModel):
     """The flash of one axis.
 
     Attributes:
-        configuration: ten configuration words, None if there are none.
-        segments: output words of the stored assembled move's segments, in order; empty without one.
-        encoder_offset: count of the absolute encoder less that of the shaft, x4 counts; None if not saved.
-        writes: how often the flash was written.
+        configuration: ten configuration words, or None.
+        segments: output words of the stored assembled move's segments, in order; empty without a move.
+        encoder_offset: count of the absolute encoder less the shaft's count, x4 counts; None if not saved.
+        writes: number of writes to the flash.
     """
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
@@ -29,5 +29,5 @@ class DriveMemory(BaseModel):
     writes: Annotated[int, Field(ge=0)] = 0
 
     def written(self, **changes: object) -> DriveMemory:
-        """Return the memory after one more write."""
+        """Return the memory after one more write, with changed fields."""
         return self.model_copy(update={"writes": self.writes + 1, **changes})

@@ -1,4 +1,4 @@
-"""The registry records of the networked drives, which are modules with ten words in each direction."""
+"""The registry records of the networked drives: modules with ten words in each direction."""
 
 from __future__ import annotations
 
@@ -23,16 +23,19 @@ if TYPE_CHECKING:
 def make(
     model: Model, firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None
 ) -> Module:
-    """Make a simulated drive with a machine; ValueError for an unknown option or a wiring.
+    """Make a simulated drive with a machine.
 
     Args:
         seed: seed of the machine's random numbers.
-        options: options of the model by name, see `SmdOptions`.
+        options: options of the model by name; see `SmdOptions`.
+
+    Raises:
+        ValueError: an unknown option, or a wiring.
     """
     from .drive import DriveUnit
 
     if wiring is not None:
-        raise SettingError("wiring", f"wiring {wiring}: a {model.title} has none; leave it out")
+        raise SettingError("wiring", f"wiring {wiring}: a {model.title} has no wiring option; remove it")
     return DriveUnit(model, Machine(machine, seed), options)
 
 
@@ -43,14 +46,17 @@ def _option_table(model: Model) -> type[DriveOptions]:
 
 
 def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
-    """Return the machine's inputs by name, in the order of the terminals, which may share an input."""
-    from .drive_options import options_of
+    """Return the machine's inputs with the drive's names for them, in the order of the terminals.
 
-    inputs: dict[str, str] = {}
-    for bit, own_name in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):
-        name = input_name(bit)
-        inputs[name] = ", ".join(filter(None, (inputs.get(name, ""), "" if own_name == name else own_name)))
-    return inputs
+    Several terminals may share an input of the machine.
+    """
+    terminals = _option_table(model).of(options).terminals(model)
+    drive_names: dict[str, list[str]] = {}
+    for bit, drive_name in zip(terminals, model.input_names, strict=True):
+        names = drive_names.setdefault(input_name(bit), [])
+        if drive_name != input_name(bit):
+            names.append(drive_name)
+    return {name: ", ".join(names) for name, names in drive_names.items()}
 
 
 def _conditions(drive: DriveUnit) -> Conditions:

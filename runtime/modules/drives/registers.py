@@ -3,9 +3,9 @@
     inputs     input registers from 0, also holding registers from 0; discrete inputs from 0
     outputs    holding registers from 1024; coils from 16,384: 16 for each register, bit 0 first
 
-Each axis has ten registers, followed by those of the next axis. The registers of one request act together,
-at the instant of the request. Function 23 answers with the data from before its own write. A request is
-refused as a whole: 1 for another function, 2 for an address without a register, 3 for a count or value.
+Each axis has ten registers; the registers of the next axis follow. The registers of one request act together,
+at the instant of the request. Function 23 returns the data from before its own write. A request is refused
+as a whole: exception 1 for a function, 2 for an address, 3 for a count or value.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ OUTPUTS = 1024
 """The first output register."""
 
 COILS = 16 * OUTPUTS
-"""The coil of its bit 0."""
+"""The first coil: bit 0 of the first output register."""
 
 REQUESTS_KEPT = 64
-"""Maximum decoded requests that are cached: clients repeat the same requests."""
+"""Maximum cached requests, decoded; clients repeat the same requests."""
 
 
 class DriveRegisters:
@@ -80,24 +80,24 @@ class DriveRegisters:
         return words
 
     def _coils(self, first: int, count: int) -> list[bool]:
-        return _part(_bits(self._outputs()), first - COILS, count)
+        return _slice(_bits(self._outputs()), first - COILS, count)
 
     def _discrete(self, first: int, count: int) -> list[bool]:
-        return _part(_bits(self._inputs()), first, count)
+        return _slice(_bits(self._inputs()), first, count)
 
     def _holding(self, first: int, count: int) -> list[int]:
-        return (
-            _part(self._outputs(), first - OUTPUTS, count) if first >= OUTPUTS else self._input(first, count)
-        )
+        if first < OUTPUTS:
+            return self._input(first, count)
+        return _slice(self._outputs(), first - OUTPUTS, count)
 
     def _input(self, first: int, count: int) -> list[int]:
-        return _part(self._inputs(), first, count)
+        return _slice(self._inputs(), first, count)
 
     # writing
 
     def _write(self, first: int, values: Sequence[int]) -> None:
         outputs, offset = self._outputs(), first - OUTPUTS
-        if _part(outputs, offset, len(values)) == list(values):
+        if _slice(outputs, offset, len(values)) == list(values):
             return
         outputs[offset : offset + len(values)] = values
         for number, axis in enumerate(self.axes):
@@ -105,7 +105,7 @@ class DriveRegisters:
 
     def _write_bits(self, request: ModbusPDU) -> None:
         outputs, offset, values = _bits(self._outputs()), request.address - COILS, request.bits
-        _part(outputs, offset, len(values))
+        _slice(outputs, offset, len(values))
         outputs[offset : offset + len(values)] = values
         self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 
@@ -115,7 +115,7 @@ class DriveRegisters:
     def _mask_write(self, request: ModbusPDU) -> None:
         assert isinstance(request, MaskWriteRegisterRequest)
         kept_mask, added = request.and_mask, request.or_mask
-        (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
+        (word,) = _slice(self._outputs(), request.address - OUTPUTS, 1)
         self._write(request.address, [word & kept_mask | added & ~kept_mask & 0xFFFF])
 
 
@@ -132,15 +132,15 @@ WRITES: Mapping[int, Callable[[DriveRegisters, ModbusPDU], None]] = {
     16: DriveRegisters._write_registers,
     22: DriveRegisters._mask_write,
 }
-"""The functions by code, apart from 23, which writes and reads."""
+"""The functions by code; `_carry_out` handles 23, which writes and reads."""
 
 
 def _bits(registers: Sequence[int]) -> list[bool]:
     return [bit for register in registers for bit in bits_of(register, 16)]
 
 
-def _part(values: Sequence[T], first: int, count: int) -> list[T]:
-    """Return the values at some places; refuse places that have no value."""
+def _slice(values: Sequence[T], first: int, count: int) -> list[T]:
+    """Return `count` values from index `first`; refuse an address without a value."""
     if first < 0 or first + count > len(values):
         raise ModbusRefusedError(ILLEGAL_ADDRESS)
     return list(values[first : first + count])

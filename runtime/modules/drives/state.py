@@ -15,18 +15,18 @@ class StatusLatches:
         self.bits = StatusBit.MODULE_OK
 
     def clear(self, bits: int) -> None:
-        """Clear bits."""
+        """Clear bits of a mask."""
         self.bits &= ~StatusBit(bits)
 
 
 @dataclass(slots=True)
 class DriveState:
-    """The state that a 3601's home search reads and writes: inputs by function, and latched bits."""
+    """The state that a home search of a 3601 uses: inputs by function, and latched bits."""
 
     latches: StatusLatches
     configuration: DriveConfiguration | None = None
-    active: int = 0  # mask of active functions, see `ROLES`
-    risen: int = 0  # functions that became active at this tick
-    shown: int = 0  # active inputs by number
-    captured: int = 0
+    active: int = 0  # mask of active functions; see `ROLES`
+    risen: int = 0  # mask of functions that became active at this tick
+    shown: int = 0  # mask of active inputs by number
+    captured: int = 0  # last captured position or encoder count
     proximity: bool = False  # the backplane proximity bit

@@ -1,4 +1,4 @@
-"""`scanrack check FILE`: finds mistakes in a rack and its program without running them."""
+"""`scanrack check FILE`: checks a rack and its program without running them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _check_command(
         list[str],
         typer.Argument(
             metavar="FILE...",
-            help="Rack file, TOML or Python; or a ladder program or export; or stored programs, .pclt.",
+            help="Rack file (TOML or Python), ladder program, export, or stored programs (.pclt).",
             show_default=False,
         ),
     ],
@@ -40,7 +40,7 @@ def _check_command(
         typer.Option(
             "--for",
             metavar="DRIVE",
-            help="List what must change to run on a networked drive, such as smd23e2, in place of a 3601.",
+            help="List the changes for a networked drive, such as smd23e2, instead of a 3601.",
         ),
     ] = None,
     form: Annotated[
@@ -54,8 +54,8 @@ def _check_command(
 ) -> None:
     """Check a rack or program without running it: conditions, readers and writers, commands to axes.
 
-    An L5X, SLC, .rung or .st file is also checked without a rack. For stored programs of the PCL601,
-    one or several files, it prints the memory that each takes.
+    An L5X, SLC, .rung or .st file is checked without a rack. For stored programs of the PCL601 (one or more
+    files), it prints the size of each in memory.
 
     Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
     Example: scanrack check machine.L5X --format sarif > machine.sarif
@@ -67,8 +67,8 @@ def _check_command(
     form = ReportFormat.JSON if as_json else form
     rack = files[0]
     try:
-        summaries = _stored(files) if any(map(_is_stored, files)) else None
-        report = _checked(files, drive) if summaries is None else CheckReport((), ())
+        summaries = _stored_summaries(files) if any(map(_is_stored, files)) else None
+        report = _check_files(files, drive) if summaries is None else CheckReport((), ())
     except ValueError as error:
         if form is not ReportFormat.TEXT:
             _print(refused(error, rack), form, rack)
@@ -82,13 +82,13 @@ def _check_command(
         raise typer.Exit(NO)
 
 
-def _checked(files: Sequence[str], drive: str | None) -> CheckReport:
+def _check_files(files: Sequence[str], drive: str | None) -> CheckReport:
     from scanrack.io_images.drives.models import MODELS
     from scanrack.jobs.check import check_rack, check_replacement, load_any
     from scanrack.jobs.prove.serving.judging import verdicts
 
     if len(files) > 1:
-        raise ValueError(f"{files[1]}: one rack or program at a time; several .pclt files may be given")
+        raise ValueError(f"{files[1]}: give one rack or program; only .pclt files may be several")
     if drive is not None and drive not in MODELS:
         raise ValueError(f"--for {drive}: no such drive; choose from {', '.join(MODELS)}")
     job, alone = load_any(files[0])
@@ -101,15 +101,15 @@ def _is_stored(file: str) -> bool:
     return file.lower().endswith(".pclt")
 
 
-def _stored(files: list[str]) -> list[str]:
-    """Return a line per stored program of the PCL601; raise ValueError if one can't be stored."""
+def _stored_summaries(files: list[str]) -> list[str]:
+    """Return a line for each stored program of the PCL601; raise ValueError if one can't be stored."""
     from scanrack.runtime.controllers.pcl601.program import read_program
 
     from ..wire.pclt import summary
 
-    other = next((path for path in files if not _is_stored(path)), None)
-    if other is not None:
-        raise ValueError(f"{other} is no .pclt file: check it alone")
+    other_file = next((path for path in files if not _is_stored(path)), None)
+    if other_file is not None:
+        raise ValueError(f"{other_file}: not a .pclt file; check it separately")
     return [f"{path}: {summary(read_program(Path(path)))}" for path in files]
 
 

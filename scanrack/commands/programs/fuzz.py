@@ -32,7 +32,7 @@ from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
-"""The checks without --check and --invariants."""
+"""The checks if neither --check nor --invariants is given."""
 
 
 def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
@@ -43,11 +43,11 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
     possible = possible_kinds(job.spec)
     for name in only:
         if _kind(name) not in possible:
-            can = ", ".join(kind.value for kind in Kind if kind in possible)
-            raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
+            names = ", ".join(kind.value for kind in Kind if kind in possible)
+            raise ValueError(f"--only {name}: not applicable to this rack; choose from {names}")
     kinds = (chosen or kinds_for(job.spec)) - excluded
     if not kinds:
-        raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
+        raise ValueError(f"--without {', '.join(without)}: nothing random remains")
     return kinds
 
 
@@ -74,16 +74,16 @@ def _fuzz_command(
     """Search for inputs and faults that break a program.
 
     The search presses buttons, makes sensors stick, moves switches, cuts links and power, stops the CPU and
-    tears updates, all at random. It shrinks a scenario that breaks an invariant, and writes it as a rack
-    file, a trace with its chart, and a script for the bench, with the sentence of the rule.
+    tears updates, all at random. It shrinks a scenario that breaks an invariant, and writes a rack file, a
+    trace with its chart, and a script for the bench, with the text of the rule.
     A campaign continues from the state in its folder.
-    For a trace, the search runs the rack file and program in it, and varies the recorded inputs.
+    For a trace, the search runs its rack file and program, and varies the recorded inputs.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
-    Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
-    can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
-    Ctrl-C; the results so far are kept.
+    Exit status: 0 no invariant is broken, 1 an invariant is broken, 2 a file or an option can't be used, 3 a
+    file can't be written, or with --strict a condition of @sometimes was never true, 130 stopped by Ctrl-C;
+    the results so far are kept.
     """
     with reported_mistakes(), ExitStack() as resources:
         if options.tests is not None:
@@ -94,9 +94,9 @@ def _fuzz_command(
             resources.enter_context(locked(folder))
             learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
             print_notes(learned)
-        searched = options.rack if learned is None else str(learned.rack)
-        job = load_job(searched)
-        setup = _setup(searched, job, options, _scans(job, options.duration, learned))
+        rack = options.rack if learned is None else str(learned.rack)
+        job = load_job(rack)
+        setup = _setup(rack, job, options, _scans(job, options.duration, learned))
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse unusable files before a search begins
         if options.scenario is not None:
@@ -107,7 +107,9 @@ def _fuzz_command(
             job=job,
             setup=setup,
             folder=folder,
-            budget=Budget(options.runs, _ns(options.time), options.scans, _ns(options.processor)),
+            budget=Budget(
+                options.runs, _nanoseconds(options.time), options.scans, _nanoseconds(options.processor)
+            ),
             options=options,
             base=None if learned is None else learned.scenario,
         )
@@ -115,10 +117,10 @@ def _fuzz_command(
     raise typer.Exit(status)
 
 
-def _setup(searched: str, job: LoadedRack, options: FuzzOptions, scans: int) -> Setup:
+def _setup(rack: str, job: LoadedRack, options: FuzzOptions, scans: int) -> Setup:
     files = tuple(options.invariants or ())
     return Setup(
-        rack=searched,
+        rack=rack,
         invariants=files,
         checks=_checks(options.check or [], list(files)),
         scans=scans,
@@ -127,7 +129,7 @@ def _setup(searched: str, job: LoadedRack, options: FuzzOptions, scans: int) -> 
     )
 
 
-def _ns(duration: str | None) -> int | None:
+def _nanoseconds(duration: str | None) -> int | None:
     """Return the nanoseconds of a duration; None without one."""
     return None if duration is None else parse_duration(duration)
 
@@ -146,7 +148,7 @@ def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
     if as_json:
         say_json({"broken": [failure_row(counterexample) for counterexample in failures]})
     else:
-        say("\n".join(map(failure, failures)) or "everything held")
+        say("\n".join(map(failure, failures)) or "no invariant is broken")
     return NO if failures else DONE
 
 
@@ -160,11 +162,11 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
         raise ValueError(f"{file}: no such scenario")
     try:
         data = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
-        recipe = isinstance(data, dict) and "scenario" in data
-        scenario = Scenario.from_json(data["scenario"] if recipe else data)
+        is_recipe = isinstance(data, dict) and "scenario" in data
+        scenario = Scenario.from_json(data["scenario"] if is_recipe else data)
         scenario.check(bench_of(setup).spec)
     except json.JSONDecodeError as error:
-        raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None
+        raise ValueError(f"{file}:{error.lineno}: not JSON: {error.msg}") from None
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from None
     return scenario

@@ -1,4 +1,4 @@
-"""The budget of a session of `scanrack fuzz`, and its share for explaining."""
+"""The budget of a session of `scanrack fuzz`, and its share for explanations."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.runtime.loop.pace import wall_ns
 
 EXPLAINING = 2
-"""Divisor of a budget of time: 1/2 is for explaining, the rest for the search."""
+"""Divisor of a time budget for the share of explanations: 2 = one half."""
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """The limits of a session, which ends at the first one; `runs` applies only without the others."""
+    """The limits of a session, which ends at the first limit; `runs` applies only without other limits."""
 
     runs: int  # number of scenarios
     wall_ns: int | None = None
@@ -27,7 +27,7 @@ class Budget:
 
     @property
     def is_by_runs(self) -> bool:
-        """Whether only the runs count."""
+        """Whether only the number of runs is limited."""
         return self.wall_ns is None and self.scans is None and self.processor_ns is None
 
 
@@ -45,18 +45,18 @@ NO_TIME = Times(0, 0)
 class Spending:
     """The used part of a session's budget.
 
-    Explaining takes part of the time. Once that part or the budget is used up, further failures are not
+    Explanations have a share of the time. When the share or the budget is used up, further failures are not
     explained.
     """
 
     budget: Budget
     state: State
     scans_before: int
-    explaining: Allowance = field(default_factory=Allowance)  # the time it may take
-    not_explained: int = 0  # number of failures
+    explaining: Allowance = field(default_factory=Allowance)  # the time for explanations
+    not_explained: int = 0  # number of failures without an explanation
     begin_ns: int = field(default_factory=wall_ns)
-    _explained: Times = NO_TIME
-    _since: Times | None = None
+    _explained: Times = NO_TIME  # the time of finished explanations
+    _since: Times | None = None  # the beginning of the running explanation; None without one
 
     def __post_init__(self) -> None:
         wall, processor = self.budget.wall_ns, self.budget.processor_ns
@@ -71,7 +71,7 @@ class Spending:
 
     @property
     def explains(self) -> bool:
-        """Whether there is time for explaining."""
+        """Whether time is left for explanations."""
         return self.explaining.covers(*self._explained_so_far)
 
     @property
@@ -81,7 +81,7 @@ class Spending:
         return Times(wall_ns() - self.begin_ns, processor_ns)
 
     def allowance(self, jobs: int) -> Allowance:
-        """Return the time for a task, one of several at the same time."""
+        """Return the time for one of several tasks that run at the same time."""
         used, limits = self.used, self.budget
         return Allowance(
             None if limits.wall_ns is None else limits.wall_ns - used.wall_ns,
@@ -97,8 +97,8 @@ class Spending:
 
     @contextmanager
     def on_explaining(self) -> Iterator[None]:
-        """Count the time within as explaining."""
-        self._since = _now()
+        """Count the time of the block as explanation."""
+        self._since = _current_times()
         try:
             yield
         finally:
@@ -106,20 +106,16 @@ class Spending:
 
     @property
     def _explained_so_far(self) -> Times:
-        before, since = self._explained, self._since
-        if since is None:
-            return before
-        now = _now()
-        return Times(
-            before.wall_ns + now.wall_ns - since.wall_ns,
-            before.processor_ns + now.processor_ns - since.processor_ns,
-        )
+        if self._since is None:
+            return self._explained
+        times = zip(self._explained, _current_times(), self._since, strict=True)
+        return Times(*(explained + current - begin for explained, current, begin in times))
 
 
 def _share(limit: int | None) -> int | None:
     return None if limit is None else limit // EXPLAINING
 
 
-def _now() -> Times:
+def _current_times() -> Times:
     """Return the time of the wall clock, and the processor time of this process."""
     return Times(wall_ns(), round(sum(os.times()[:2]) * 1e9))

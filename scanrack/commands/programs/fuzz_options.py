@@ -21,7 +21,7 @@ class FuzzOptions:
     rack: Annotated[
         str,
         typer.Argument(
-            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
+            metavar="RACK", help="Rack file (TOML, or Python that defines rack()), or a trace to vary."
         ),
     ]
     invariants: Annotated[
@@ -30,7 +30,7 @@ class FuzzOptions:
     ] = None
     check: Annotated[
         list[str] | None,
-        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
+        typer.Option("--check", metavar="NAME", help=f"Built-in invariant: {', '.join(STANDARD)}."),
     ] = None
     duration: Annotated[
         str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
@@ -41,7 +41,7 @@ class FuzzOptions:
             "--runs",
             metavar="N",
             min=1,
-            help="How many scenarios to try, excluding shrinking and the corpus.",
+            help="Number of scenarios to try, without shrinking and the corpus.",
         ),
     ] = 500
     time: Annotated[
@@ -58,14 +58,16 @@ class FuzzOptions:
     ] = None
     only: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
+        typer.Option(
+            "--only", metavar="KIND", help=f"Random kinds: {', '.join(kind.value for kind in Kind)}."
+        ),
     ] = None
-    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
-        None
-    )
+    without: Annotated[
+        list[str] | None, typer.Option("--without", metavar="KIND", help="Kinds that are not random.")
+    ] = None
     jobs: Annotated[
         int | None,
-        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
+        typer.Option("--jobs", "-j", metavar="N", min=1, help="Parallel tasks.", show_default="cores"),
     ] = None
     dask: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
@@ -73,7 +75,7 @@ class FuzzOptions:
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
+            "--out", "-o", metavar="FOLDER", help="Folder of the campaign.", show_default="RACK-fuzz"
         ),
     ] = None
     begin_with: Annotated[
@@ -83,19 +85,19 @@ class FuzzOptions:
         ),
     ] = None
     scenario: Annotated[
-        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
+        Path | None, typer.Option("--scenario", metavar="FILE", help="Run only this scenario.")
     ] = None
     tests: Annotated[
         Path | None,
         typer.Option(
             "--write-tests",
             metavar="FOLDER",
-            help="Write pytest tests that reach the same parts of the program.",
+            help="Write pytest tests that cover the same parts of the program.",
         ),
     ] = None
     trust: TrustOption = False
     strict: Annotated[
-        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
+        bool, typer.Option("--strict", help="Exit status 3 if a condition of @sometimes was never true.")
     ] = False
     as_json: JsonOption = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
@@ -107,5 +109,5 @@ class FuzzOptions:
 
     @property
     def reports(self) -> bool:
-        """Whether there is a summary."""
+        """Whether to print a summary."""
         return self.as_json or not self.quiet

@@ -1,4 +1,4 @@
-"""A session of `scanrack fuzz`: confirm known failures, search, report, write the files."""
+"""A session of `scanrack fuzz`: it repeats known failures, searches, reports, and writes the files."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ from .fuzz_summary import (
 )
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
-"""Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
+"""Maximum and minimum scenarios of a task, and its number of scans, which take a few seconds.
 
-With an adapter in the rack a scan takes at least ten times as long.
+With an adapter in the rack, a scan takes at least ten times as long.
 """
 
 MOST_COVERED = 60
-"""Largest number of runs whose coverage is shown: the first of each new thing."""
+"""Maximum number of runs on the coverage page: the first runs that reached something new."""
 
 COVERAGE = "coverage.html"
 """File of the page of coverage."""
@@ -79,7 +79,7 @@ FULL = (errno.ENOSPC, errno.EDQUOT)
 def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
     """Raise KeyboardInterrupt on Ctrl-C; yield a function that returns whether that has happened.
 
-    An ignored signal, as in the background of a shell, and a foreign handler stay as they are.
+    An ignored signal, as in the background of a shell, and another handler are left unchanged.
     """
     times = 0
 
@@ -107,7 +107,7 @@ class Session:
     folder: Path
     budget: Budget
     options: FuzzOptions
-    base: Scenario | None  # the scenario of a recording, or None
+    base: Scenario | None  # the scenario of a recording; None without a recording
     _bench: TrialBench = field(init=False)
     _state: State = field(init=False)
     _spending: Spending = field(init=False)
@@ -134,7 +134,7 @@ class Session:
 
     @property
     def tasks(self) -> int | None:
-        """Number of tasks; None = limited by the budget only."""
+        """Number of tasks; None = only the budget limits it."""
         return -(-self.budget.runs // self._most_examples) if self.budget.is_by_runs else None
 
     @property
@@ -143,7 +143,7 @@ class Session:
         return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:
-        """Search; return the exit status. The caller holds the folder, see `locked`.
+        """Search; return the exit status. The caller has locked the folder, see `locked`.
 
         Raises:
             ValueError: an unusable file or option.
@@ -158,9 +158,9 @@ class Session:
         earlier_scenarios = self._memory.known(tuple(options.begin_with or ()))
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
-        self._look_again()
-        earlier_scenarios += tuple(self._shrink_what_is_left())
-        self._keep(state.note(self._undisturbed()))
+        self._repeat_known_failures()
+        earlier_scenarios += tuple(self._shrink_remaining())
+        self._save(state.note(self._run_undisturbed()))
         status = self._search(earlier_scenarios) if self._can_be_searched() else DONE
         broken = [
             counterexample
@@ -173,9 +173,9 @@ class Session:
             complain(f"{count} tests are written: pytest {shlex.quote(str(tests))}")
         took_s, covered = (wall_ns() - self._spending.begin_ns) / 1e9, ""
         never: list[UnfiredRule] = []
-        if status == DONE and options.reports:  # a stopped session has no time for the runs that this takes
+        if status == DONE and options.reports:  # a stopped session has no time for further runs
             with self._spending.on_explaining():
-                never, covered = self._cover()
+                never, covered = self._write_coverage()
         if options.as_json:
             rows = [
                 failure_row(counterexample, self._folder_of(counterexample.broken))
@@ -199,13 +199,12 @@ class Session:
             say(f"{failure(counterexample)}\n  see {self._folder_of(counterexample.broken)}")
 
     def _kept_runs(self) -> list[Scenario]:
-        """Return the undisturbed run, and the first ones that showed something new."""
-        return [self.base or Scenario(), *(entry.scenario for entry in self._state.kept.entries)][
-            :MOST_COVERED
-        ]
+        """Return the undisturbed run, and the first runs that reached something new."""
+        runs = [self.base or Scenario(), *(entry.scenario for entry in self._state.kept.entries)]
+        return runs[:MOST_COVERED]
 
-    def _cover(self) -> tuple[list[UnfiredRule], str]:
-        """Write the page of coverage; return the rules that never fired, and its line of the summary."""
+    def _write_coverage(self) -> tuple[list[UnfiredRule], str]:
+        """Write the coverage page; return the rules that never fired, and the line of the summary."""
         runs_kept, count, slots = self._kept_runs(), 0, self._bench.spec.slot
 
         def runs() -> Iterator[Scenario]:
@@ -220,34 +219,35 @@ class Session:
             (site.routine, site.rung, site.instruction, point.state.value)
             for point, site in self._solver.dead_points.items()
         ]
-        went = coverage_of(self._bench, runs(), self.job, proved)
+        coverage = coverage_of(self._bench, runs(), self.job, proved)
         oldest = {
-            slot.number: Firmware.parse(slot.needs_firmware) for slot in slots if slot.number in went.given
+            slot.number: Firmware.parse(slot.needs_firmware)
+            for slot in slots
+            if slot.number in coverage.given
         }
         profile = profile_in(slots, None)
         never = unfired(
-            {rule for rule, count in self._state.rules.items() if count}, went.given, oldest, profile
+            {rule for rule, count in self._state.rules.items() if count}, coverage.given, oldest, profile
         )
         page = self.folder / COVERAGE
         partly = (
-            f" in {count} of {len(runs_kept)} runs, for the time is over" if count < len(runs_kept) else ""
+            f" in {count} of {len(runs_kept)} runs, since the time is over" if count < len(runs_kept) else ""
         )
         title, rules = f"Coverage of {self.job.program.name}", len(error_rules(profile))
-        save_coverage(page, title, went.lines, count, never, rules)
-        return never, f"coverage      {coverage_line(went.lines)}{partly}, see {page}"
+        save_coverage(page, title, coverage.lines, count, never, rules)
+        return never, f"coverage      {coverage_line(coverage.lines)}{partly}, see {page}"
 
     def _status(self, status: int) -> int:
-        """Return the exit status; an error precedes a broken invariant, which precedes an unseen goal."""
-        broken = any(
-            counterexample.broken.invariant in self._bench.names
-            for counterexample in self._state.found.values()
-        )
-        applied, goals_set = self._state.applied, self._bench.goals
-        unseen = self.options.strict and any(goal.name not in applied for goal in goals_set)
-        return status or (NO if broken else NOT_SEEN if unseen else DONE)
+        """Return the exit status: of an error, of a broken invariant, or of an unseen goal, in this order."""
+        if status:
+            return status
+        if any(example.broken.invariant in self._bench.names for example in self._state.found.values()):
+            return NO
+        is_unseen = any(goal.name not in self._state.applied for goal in self._bench.goals)
+        return NOT_SEEN if self.options.strict and is_unseen else DONE
 
-    def _undisturbed(self) -> list[Counterexample]:
-        """Run the program without disturbances; report its use of values that may differ between runs."""
+    def _run_undisturbed(self) -> list[Counterexample]:
+        """Run the program without disturbances; report values that may differ between identical runs."""
         uses = NondeterminismSources()
         failures = undisturbed(
             uses.watching(self._bench),
@@ -262,7 +262,7 @@ class Session:
     def _report(self, text: str) -> None:
         say(text, err=self.options.as_json)
 
-    def _look_again(self) -> None:
+    def _repeat_known_failures(self) -> None:
         """Repeat known failures, and report the fixed ones."""
         for broken in self._state.recheck(self._bench):
             self._report(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
@@ -276,15 +276,15 @@ class Session:
             if counterexample.broken.invariant == NO_FAULT
         ]
         if any(not fault.scenario.size for fault in faults):
-            complain("the program faults with nothing random around it: fix that, then search")
+            complain("the program faults without random disturbances: fix this before a search")
             return False
         return True
 
-    def _shrink_what_is_left(self) -> Iterator[Scenario]:
+    def _shrink_remaining(self) -> Iterator[Scenario]:
         """Shrink the failures that a killed session left; yield the scenarios that no longer fail."""
         for file, recipe in self._memory.left():
             if recipe.broken and recipe.broken not in self._bench.names:
-                continue  # of an invariant that this session does not have
+                continue  # this session does not have the invariant
             failures = undisturbed(
                 self._bench,
                 recipe.scenario,
@@ -293,8 +293,8 @@ class Session:
                 has_time=lambda: self._spending.searches,
             )
             if not failures and recipe.origin.scans > self.setup.scans:
-                continue  # its run is longer than the runs of this session
-            self._keep(self._state.note(failures))
+                continue  # it needs a longer run than the runs of this session
+            self._save(self._state.note(failures))
             file.unlink(missing_ok=True)
             if not failures:
                 yield recipe.scenario
@@ -310,7 +310,7 @@ class Session:
                 if state.tasks >= first:
                     memory.all_were_run()
                 show(failures)
-                self._keep(failures)
+                self._save(failures)
 
             try:
                 campaign(
@@ -335,7 +335,7 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(self, failures: list[Counterexample]) -> None:
+    def _save(self, failures: list[Counterexample]) -> None:
         """Save the state, and write the files of new failures.
 
         Raises:

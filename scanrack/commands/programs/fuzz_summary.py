@@ -1,4 +1,4 @@
-"""The output of `scanrack fuzz`: a failure in words, and the summary of a campaign."""
+"""The output of `scanrack fuzz`: a failure, and the summary of a campaign."""
 
 from __future__ import annotations
 
@@ -43,15 +43,15 @@ def not_kept(error: OSError, failures: Collection[Counterexample], origin: Origi
         Recipe(counterexample.scenario, origin, counterexample.broken.invariant).text().rstrip()
         for counterexample in failures
     ]
-    heading = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
-    return "\n".join([f"{reason(error)}; {heading or 'nothing that was found is lost'}", *recipes])
+    heading = "these failures could not be saved; each is a file for --scenario:" if recipes else ""
+    return "\n".join([f"{reason(error)}; {heading or 'no failure is lost'}", *recipes])
 
 
 def failure_row(example: Counterexample, folder: Path | None = None) -> dict[str, object]:
     """Return a failure for --json.
 
     Args:
-        folder: of its files; None if the failure was only repeated.
+        folder: folder of its files; None if the failure was only repeated.
     """
     row = {**asdict(example.broken), "scenario": described(example.scenario)}
     return row if folder is None else {**row, "after_runs": example.after, "folder": str(folder)}
@@ -67,6 +67,7 @@ def summary_row(
     """Return the figures of a campaign for --json.
 
     Args:
+        before: the state at the beginning of the session.
         others: names of the invariants that were not broken.
         searched: the goals.
         never: the error rules that never fired.
@@ -96,7 +97,7 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
     rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if runs else ""
     yield f"runs          {runs:,}{rate}"
     if state.shrinking:
-        yield f"              {state.shrinking:,} of them to shrink what was found"
+        yield f"              {state.shrinking:,} of them to shrink failures"
     if before.runs:
         yield f"in all        {state.runs:,} runs, {state.scans:,} scans"
     if state.printed:
@@ -108,16 +109,13 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
 
 
 def left_over(state: State, spending: Spending) -> str:
-    """Return a line about the work for which the time did not suffice; "" if it did."""
-    reasons_left = [
-        f"{count:,} of what was found {kind}"
-        for count, kind in (
-            (state.unshrunk, "not shrunk to the end"),
-            (spending.not_explained, "without the instant since when it was inevitable"),
-        )
-        if count
-    ]
-    return f"time is over  {', '.join(reasons_left)}" if reasons_left else ""
+    """Return a line about unfinished work when the time was over; "" without such work."""
+    rests = []
+    if state.unshrunk:
+        rests.append(f"{state.unshrunk:,} failures not shrunk completely")
+    if spending.not_explained:
+        rests.append(f"{spending.not_explained:,} failures without a point of no return")
+    return f"time is over  {', '.join(rests)}" if rests else ""
 
 
 def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
@@ -138,15 +136,16 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
 
 
 def held(names: Collection[str], state: State) -> str:
-    """Return a line with the invariants that held, and the untested ones."""
+    """Return a line with the invariants that were not broken; untested ones are marked."""
     untried = _untried(names, state)
-    told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
-    return f"held          {', '.join(told_of) or 'nothing'}"
+    marked = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
+    return f"held          {', '.join(marked) or 'nothing'}"
 
 
 def goals(searched: Collection[Invariant], state: State) -> list[str]:
     """Return a line for each goal: whether it was seen, or its greatest value."""
-    return [f"{'sought' if not place else '':<14}{_goal(goal, state)}" for place, goal in enumerate(searched)]
+    lines = [f"{'':<14}{_goal(goal, state)}" for goal in searched]
+    return [line.replace(" " * 6, "sought", 1) for line in lines[:1]] + lines[1:]
 
 
 def _goal(goal: Invariant, state: State) -> str:
@@ -161,10 +160,10 @@ MOST_GAPS = 3
 
 
 def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
-    """Return three lines: the searched parts, the parts not reached, and the next step.
+    """Return three lines: the covered parts, the parts that were not reached, and the next step.
 
     Args:
-        scans: of a run.
+        scans: number of scans of a run.
     """
     coverage = reached(job, state.kept.seen)
     gaps = solver.gaps(coverage)
@@ -184,18 +183,16 @@ def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> st
 def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -> str:
     rack = shlex.quote(str(job.rack_file))
     if state.found:
-        return f"fix what is broken, then scanrack fuzz {rack} again: it looks at that first"
+        return f"fix the failures, then run scanrack fuzz {rack} again: it repeats them first"
     if state.stale < PATIENCE:
-        return f'scanrack fuzz {rack} --budget "10 min": it still meets something new'
+        return f'scanrack fuzz {rack} --budget "10 min": runs still reach new states'
     if solver.can_ask:
-        return f"scanrack prove {rack}: {state.stale:,} runs have brought nothing new, and a proof covers all"
+        return f"scanrack prove {rack}: {state.stale:,} runs reached no new state; a proof covers all runs"
     if isinstance(job.logic, LadderLogic):
-        return f"{how_to_install('prove')}: the solver then says how to come to what is not reached"
+        return f"{how_to_install('prove')}: the solver then finds runs that reach the rest"
     if is_open:
-        return (
-            "see in the program what leads to the lines that are not reached: nothing new has come for long"
-        )
-    return "more invariants: the program does nothing new"
+        return "find in the program what leads to the lines that are not reached; runs reach no new state"
+    return "add invariants: runs reach no new state"
 
 
 def _untried(names: Collection[str], state: State) -> set[str]:

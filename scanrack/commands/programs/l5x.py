@@ -1,6 +1,6 @@
 """`scanrack l5x`: the contents of an exported controller, and the parts that run.
 
-An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
+An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`) under any suffix except L5X.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ def _l5x_command(
     ],
     options: L5xOptions,
 ) -> None:
-    """Report what an L5X or SLC export supports: the imported, refused and running parts, with reasons.
+    """Report the imported, refused and running parts of an L5X or SLC export, with reasons.
 
-    Imported rungs run for a trial in the interpreter and compiled; "ran" counts the rungs of programs whose
-    two runs agree after every scan.
+    A trial runs the imported rungs interpreted and compiled; "ran" counts the rungs of programs for which
+    both runs agree after every scan.
 
-    With --run it also runs on a rack in a temporary folder, with memory for parts that are not simulated. The
-    report then lists the conditions for which the program waits, the unchanged inputs, and its modules.
+    With --run the export also runs on a rack, where parts that are not simulated are only memory. The report
+    then lists the conditions for which the program waits, the unchanged inputs, and the modules.
 
-    For a folder it prints sums: rungs, whole controllers, and reasons of refusals without names of tags.
+    For a folder it prints totals: rungs, whole controllers, and reasons of refusals without names of tags.
 
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x exports --json
@@ -43,8 +43,8 @@ def _l5x_command(
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
     Example: scanrack l5x machine.L5X --out copy.L5X
 
-    Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
-    be used; 3 a file can't be written.
+    Exit status: 0 all is imported, or no difference; 1 a part is refused, or a difference; 2 a file can't be
+    used; 3 a file can't be written.
     """
     from .l5x_job import l5x
 

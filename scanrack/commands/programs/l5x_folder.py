@@ -1,4 +1,4 @@
-"""Sums over a folder of exports: runs, and reasons of refusals, without names of tags."""
+"""Totals over a folder of exports: runs, and reasons of refusals, without names of tags."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ LACKS = "names that the file does not have: tags, members, routines, add-ons"
 WHOLE = "Controller"
 
 _REASONS = (
-    (re.compile(r"function block diagrams have no ([\w, ]+) here"), "blocks without an implementation: {}"),
+    (
+        re.compile(r"scanrack has no ([\w, ]+) in function block diagrams"),
+        "blocks without an implementation: {}",
+    ),
     (re.compile(r"is a loop without|they are a loop without"), "a loop of blocks without a feedback wire"),
     (re.compile(r"source is encoded|source of this add-on is encoded"), "encoded"),
     (re.compile(r"\btag \S+ is not declared: "), "tags that are not declared"),
@@ -32,7 +35,7 @@ _REASONS = (
     (re.compile(r"^(\w+)\("), "an operand of {}"),
     (re.compile(r"expected "), "text that is no logic"),
 )
-"""Reasons of refusals: the first matching pattern counts; a name in braces is an instruction's."""
+"""Kinds of refusals, by the first pattern that matches; {} is the name of an instruction."""
 
 
 def kind_of(reason: str) -> str:
@@ -53,10 +56,10 @@ def kind_of(reason: str) -> str:
 
 @dataclass(slots=True)
 class FolderReport:
-    """The sums over a folder."""
+    """The totals over a folder."""
 
     files: int = 0
-    controllers: int = 0  # whole ones
+    controllers: int = 0  # exports of a whole controller
     complete: int = 0  # whole controllers without a refusal
     rungs: int = 0
     imported: int = 0
@@ -83,16 +86,14 @@ class FolderReport:
 
     def reasons(self) -> list[dict[str, Any]]:
         """Return the kinds of refusals, the most frequent first."""
-        kinds = sorted(
-            self.refusals, key=lambda each: (-self.refused_files[each], -self.refusals[each], each)
-        )
-        return [
+        rows: list[dict[str, Any]] = [
             {"reason": kind, "files": self.refused_files[kind], "refusals": self.refusals[kind]}
-            for kind in kinds
+            for kind in self.refusals
         ]
+        return sorted(rows, key=lambda row: (-row["files"], -row["refusals"], row["reason"]))
 
     def as_json(self) -> dict[str, Any]:
-        """Return the sums for `--json`."""
+        """Return the totals for `--json`."""
         counts = ("files", "controllers", "complete", "rungs", "imported", "ran", "unusable")
         return {name: getattr(self, name) for name in counts} | {"reasons": self.reasons()}
 
@@ -115,7 +116,7 @@ def exports_in(folder: Path) -> list[Path]:
 
 
 def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
-    """Import exports, run their trials, and sum them up."""
+    """Import exports and run their trials; return the totals."""
     report = FolderReport()
     for path in paths:
         report.files += 1
@@ -127,10 +128,10 @@ def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
 
 
 def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
-    """Print the sums over a folder; return the exit status."""
+    """Print the totals over a folder; return the exit status."""
     paths = exports_in(folder)
     if not paths:
-        return complain(f"{folder}: no .L5X or .SLC file in it", BAD_INPUT)
+        return complain(f"{folder}: no .L5X or .SLC file", BAD_INPUT)
     report = report_of(paths, trial)
     if as_json:
         say_json(report.as_json())

@@ -1,4 +1,4 @@
-"""An export of a controller: report, trial, rack file, differences, and writing it again."""
+"""An export of a controller: its report, trial, rack file, differences and copies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
 from scanrack.rockwell.l5x.trial import SCANS
-from scanrack.rockwell.l5x.xml.document import copied, read_bytes
+from scanrack.rockwell.l5x.xml.document import checked_bytes, read_bytes
 from scanrack.rockwell.slc import import_slc
 from scanrack.rockwell.slc.document import read_document as read_slc
 from scanrack.terminal.as_json import say_json
@@ -44,23 +44,23 @@ def l5x(file: Path, options: L5xOptions) -> None:
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
-    begins = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
+    start = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
     if file.is_dir():
-        raise typer.Exit(_report_folder(file, options, begins))
-    if (status := _other_answer(file, options, begins)) is not None:
+        raise typer.Exit(_report_folder(file, options, start))
+    if (status := _print_other_output(file, options, start)) is not None:
         raise typer.Exit(status)
-    imported = _tried(file, options, begins)
-    first = _first_run(file, imported, options.scans, begins) if options.run else None
+    imported = _try_export(file, options, start)
+    first = _first_run(file, imported, options.scans, start) if options.run else None
     _print_report(imported.report, first, as_json=options.as_json)
     is_clean = first is None or not (first.fault or first.problem)
     raise typer.Exit(DONE if imported.report.complete and is_clean else NO)
 
 
-def _tried(file: Path, options: L5xOptions, begins: ExportStart) -> L5xImport | SlcImport:
+def _try_export(file: Path, options: L5xOptions, start: ExportStart) -> L5xImport | SlcImport:
     """Import an export and try its program; exit if it can't be used."""
     try:
         scans = (not options.run and options.scans) or SCANS
-        return tried(file, Trial(scans, options.stand_in, begins.memory_mib))
+        return tried(file, Trial(scans, options.stand_in, start.memory_mib))
     except LadderError as error:
         if options.as_json:
             say_json({"file": str(file), "problem": str(error)})
@@ -76,41 +76,41 @@ def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> N
         say(line)
 
 
-def _report_folder(folder: Path, options: L5xOptions, begins: ExportStart) -> int:
+def _report_folder(folder: Path, options: L5xOptions, start: ExportStart) -> int:
     """Report all exports in a folder; return the exit status."""
     of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
     if of_one != L5xOptions():
         return complain(f"{folder}: a folder takes --json, --scans, --stand-in and --memory", BAD_INPUT)
     from .l5x_folder import l5x_folder  # a single file does not need this
 
-    trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
+    trial = Trial(options.scans or SCANS, options.stand_in, start.memory_mib)
     return l5x_folder(folder, trial, as_json=options.as_json)
 
 
-def _other_answer(file: Path, options: L5xOptions, begins: ExportStart) -> int | None:
+def _print_other_output(file: Path, options: L5xOptions, start: ExportStart) -> int | None:
     """Print or write the output that replaces the report; return the exit status, or None without one."""
     with reported_mistakes():
         if options.html is not None and options.against is None:
-            raise ValueError("--html draws what --against finds: name the older version")
+            raise ValueError("--html needs --against OLDER")
         if options.against is not None:
             return _print_differences(file, options.against, options.html, as_json=options.as_json)
         if options.text:
             say(text_of_export(file), whole=True)
             return DONE
         if options.rack or options.stepper:
-            return _print_rack(file, options.stepper or [], begins, stand_in=options.stand_in)
+            return _print_rack(file, options.stepper or [], start, stand_in=options.stand_in)
     if options.export is not None or options.out is not None:
         return _export(file, options.export, options.out)
     return None
 
 
 def _first_run(
-    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportStart
+    file: Path, imported: L5xImport | SlcImport, scans: int | None, start: ExportStart
 ) -> FirstRun:
     """Run an export on its own rack."""
     from scanrack.jobs.first import first_run  # racks take time to import, and a report needs none
 
-    return first_run.first_run(file, imported, scans or first_run.SCANS, begins)
+    return first_run.first_run(file, imported, scans or first_run.SCANS, start)
 
 
 def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
@@ -145,19 +145,19 @@ def _export(file: Path, name: str | None, out: Path | None) -> int:
 
 
 def _exported(file: Path, name: str | None) -> bytes:
-    """Return an export as it was read, or a part of it; a program made here is written new."""
+    """Return a copy of an export, or a part of it; for a rung file, a new L5X."""
     if file.suffix == SUFFIX:
         if name is None:
-            raise LadderError(f"{file}: it is no export; name a program with --export")
+            raise LadderError(f"{file}: not an export; choose a program with --export")
         return export_l5x(read_program(file), name)
     if not is_slc(file):
-        return copied(file) if name is None else partial_l5x(read_bytes(file), name, str(file))
+        return checked_bytes(file) if name is None else partial_l5x(read_bytes(file), name, str(file))
     if name is not None:
         raise LadderError(f"{file}: --export prints parts of an L5X or a {SUFFIX} file; --out copies an SLC")
     return read_slc(file).source
 
 
-def _print_rack(file: Path, steppers: list[str], begins: ExportStart, *, stand_in: bool) -> int:
+def _print_rack(file: Path, steppers: list[str], start: ExportStart, *, stand_in: bool) -> int:
     """Print a rack file for an export; return the exit status."""
     from scanrack.jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from scanrack.jobs.imports.slc_rack import rack_of_slc
@@ -167,7 +167,7 @@ def _print_rack(file: Path, steppers: list[str], begins: ExportStart, *, stand_i
         printed, report = rack_of_slc(program, file, steppers), program.report
     else:
         stubs = Stubs(missing_tags=stand_in)
-        imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
-        printed, report = rack_of(imported, file, steppers, export=begins), imported.report
+        imported = import_l5x(file, stubs, trial=True, memory_mib=start.memory_mib)
+        printed, report = rack_of(imported, file, steppers, export=start), imported.report
     say(printed.rstrip(), whole=True)
     return DONE if report.complete else NO

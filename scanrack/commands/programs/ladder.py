@@ -1,4 +1,4 @@
-"""`scanrack ladder`: the rungs of a program as a picture, as text, or as the Python they run as."""
+"""`scanrack ladder`: the rungs of a program as a picture, as text, or as the Python that runs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from scanrack.traces.files.guard import SVG, Used
 from scanrack.traces.files.newfile import new_file
 
 NARROWEST = 40
-"""Least number of columns between the rails of a picture."""
+"""Minimum number of columns between the rails of a picture."""
 
 
 def load_rungs(file: str) -> LadderLogic:
@@ -45,12 +45,12 @@ def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
         program = load_program(file)
         logic, files_in_use = program.function, {program.path: "the program"}
     if not isinstance(logic, LadderLogic):
-        raise ValueError(f"{file}: the program is a Python function; it has no rungs")
+        raise ValueError(f"{file}: the program is a Python function, which has no rungs")
     return logic, files_in_use
 
 
-def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
-    """Return the routine of a name, or all of them.
+def selected_routines(program: LadderLogic, name: str | None) -> list[Routine]:
+    """Return the routine with a name, or all routines if the name is None.
 
     Raises:
         ValueError: the name is unknown; the message lists all names.
@@ -84,19 +84,19 @@ Truths = dict[str, list[tuple[bool, ...] | None]]
 """The power in each rung of a routine, by the routine's name; None for a rung that did not run."""
 
 
-def _at(file: str, at: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
+def _routines_at(file: str, time: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
     """Run a rack to a time; return the routines with their values, and the power in their rungs."""
-    running = bench_at(file, at).program
-    truths = {routine.name: running.truth(routine.name) for routine in routines}
-    return [running.routine_now(routine.name) for routine in routines], truths
+    program = bench_at(file, time).program
+    truths = {routine.name: program.truth(routine.name) for routine in routines}
+    return [program.routine_now(routine.name) for routine in routines], truths
 
 
-def bench_at(file: str, at: str) -> Bench:
+def bench_at(file: str, time: str) -> Bench:
     """Run a rack to a time; raise ValueError if it is not a rack with rungs, or not a time."""
     if not file.endswith((".toml", ".py")):
-        raise ValueError(f"{file}: --at needs a rack file to run")
+        raise ValueError(f"{file}: --at needs a rack file")
     bench = open_bench(file, watched=True)
-    bench.scan(parse_time(at) // bench.cpu.period_ns + 1)
+    bench.scan(parse_time(time) // bench.cpu.period_ns + 1)
     return bench
 
 
@@ -105,9 +105,9 @@ def ladder(
         str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
     ],
     routine: Annotated[
-        str | None, typer.Option("--routine", metavar="NAME", help="This routine only.")
+        str | None, typer.Option("--routine", metavar="NAME", help="Only this routine.")
     ] = None,
-    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung, or line, only.")] = None,
+    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="Only this rung or line.")] = None,
     width: Annotated[
         int | None,
         typer.Option(
@@ -122,13 +122,11 @@ def ladder(
     ] = None,
     text: Annotated[bool, typer.Option("--text", help="Print the rung text instead.")] = False,
     source: Annotated[
-        bool, typer.Option("--source", help="Print the Python that the program runs as.")
+        bool, typer.Option("--source", help="Print the Python that runs for the program.")
     ] = False,
     at: Annotated[
         str | None,
-        typer.Option(
-            "--at", metavar="TIME", help="Run a rack to this time, and show the power in its rungs."
-        ),
+        typer.Option("--at", metavar="TIME", help="Run a rack to this time, and show the power flow."),
     ] = None,
 ) -> None:
     """Draw rungs; with --at, show the power flow of a scan.
@@ -140,10 +138,10 @@ def ladder(
     """
     try:
         program, files_in_use = rungs_and_files(file)
-        routines = chosen(program, routine)
+        routines = selected_routines(program, routine)
         truths: Truths = {}
         if at is not None:
-            routines, truths = _at(file, at, routines)
+            routines, truths = _routines_at(file, at, routines)
         captions = captions_of(program)
         numbered = with_rung(routines, rung)
         if svg is not None:

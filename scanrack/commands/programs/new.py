@@ -27,11 +27,11 @@ def _new_command(
 ) -> None:
     """Create a project: a rack, a program that homes and moves, a test, and NEXT.md.
 
-    Nothing is ever overwritten. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
+    It never overwrites a file. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
 
-    Exit status: 0 done; 2 the folder has something in it, or no such example; 3 it can't be written.
+    Exit status: 0 done; 2 the folder is not empty, or no such example; 3 the folder can't be written.
     """
-    from scanrack.terminal.complaints import reported_mistakes  # imports libraries, which help does not need
+    from scanrack.terminal.complaints import reported_mistakes  # imports libraries that help does not need
 
     with reported_mistakes():
         paths_written = new_project(folder, logic.value, example)

@@ -1,4 +1,4 @@
-"""`scanrack prove RACK`: proofs of claims about a ladder program, or scenarios that refute them."""
+"""`scanrack prove RACK`: proofs of claims about a ladder program, and scenarios that refute claims."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from typing import Annotated
 import typer
 from scanrack.io_images.installing import how_to_install
 from scanrack.jobs.load.program import split_address
-from scanrack.jobs.prove.checking import Solver, solvers
+from scanrack.jobs.prove.checking import Solver
+from scanrack.jobs.prove.checking import solvers as find_solvers
 from scanrack.jobs.prove.differing import as_json as edited_as_json
 from scanrack.jobs.prove.differing import edited, lines_of
 from scanrack.jobs.prove.page import parts_of, parts_of_edit, save_page
@@ -44,7 +45,7 @@ _COMMA = re.compile(r",(?![^\[]*\])")
 """A comma that is not in a subscript."""
 
 UNDECIDED = 3
-"""Exit status: nothing is refuted, and something is unknown."""
+"""Exit status: no property is refuted, and at least one is unknown."""
 
 
 @dataclass(frozen=True)
@@ -54,19 +55,19 @@ class ComparedTags:
     only: Annotated[
         str | None,
         typer.Option(
-            "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
+            "--may-differ", metavar="TAGS", help="Two programs: tags that may differ, separated by commas."
         ),
     ] = None
     outputs: Annotated[
         str | None,
         typer.Option(
-            "--outputs", metavar="TAGS", help="Of two: compare only these tags, with commas between them."
+            "--outputs", metavar="TAGS", help="Two programs: compare only these tags, separated by commas."
         ),
     ] = None
 
     @property
     def option(self) -> str:
-        """The option that is given; "" if none is."""
+        """The given option; "" without one."""
         if self.only is not None:
             return "--may-differ"
         return "--outputs" if self.outputs is not None else ""
@@ -74,54 +75,54 @@ class ComparedTags:
 
 def _prove_command(
     rack: Annotated[
-        str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python; or a ladder program or export.")
+        str, typer.Argument(metavar="RACK", help="Rack file (TOML or Python), ladder program or export.")
     ],
     compared: ComparedTags,
     new: Annotated[
         str | None,
-        typer.Argument(metavar="[NEW]", help="Second program: list possible differences only."),
+        typer.Argument(metavar="[NEW]", help="Second program: only list possible differences."),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FOLDER", help="Where scenarios go.", show_default="RACK-prove"),
+        typer.Option("--out", "-o", metavar="FOLDER", help="Folder of scenarios.", show_default="RACK-prove"),
     ] = None,
     html: Annotated[
         Path | None,
         typer.Option(
-            "--html", metavar="FILE", help="Also write a page with the rungs of each scenario drawn."
+            "--html", metavar="FILE", help="Also write a page that draws the rungs of each scenario."
         ),
     ] = None,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Let other solvers check each proof: z3 and cvc5, whichever is there."),
+        typer.Option("--check", help="Check each proof with the other solvers that are installed: z3, cvc5."),
     ] = False,
     work: Annotated[
         int,
-        typer.Option("--work", metavar="N", min=1, max=1000, help="Multiply the limits: more is decided."),
+        typer.Option("--work", metavar="N", min=1, max=1000, help="Multiply the limits, to decide more."),
     ] = 1,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
     """Prove properties or find counterexamples: for every input, scan time in a range and number of scans.
 
-    Properties are those of the rack file ([[prove.property]]), of comments (prove: never Fwd AND Rev) and of
-    a routine NEVER. Each is proved, refuted with a scenario that the program and the rack have replayed, or
-    unknown, with the instruction or the limit to blame. Built-in questions follow: rungs that are never true,
-    contacts that decide nothing, coils that are never on or never off again, coils that disagree, timers that
-    are never done, faults, endless loops. What the proofs assume is listed at the end. Each proof leaves a
-    certificate, proof.smt2 and proof.json; with --check other solvers check it, and what one of them refuses
-    is unknown.
+    Properties are in the rack file ([[prove.property]]), in comments (prove: never Fwd AND Rev) and in a
+    routine NEVER. Each property is proved, or refuted with a scenario that was replayed with the program and
+    the rack, or unknown because of an instruction or a limit. Built-in questions follow: rungs that are never
+    true, contacts that decide nothing, coils that are never on or never off again, coils that disagree,
+    timers that are never done, faults, endless loops. The assumptions of the proofs are at the end. Each
+    proof has a certificate, proof.smt2 and proof.json. With --check other solvers check it; a property whose
+    certificate is refused is unknown.
 
-    Of two programs, it compares each bit and number that either writes, and lists those that can differ in
-    one scan and ever, with a run each and the inputs on which that depends. All others are equal. With
-    --may-differ, it fails if another one can differ.
+    For two programs, it compares each bit and number that either program writes. It lists the values that can
+    differ in one scan and ever, each with a run and the inputs on which the difference depends. All other
+    values are equal. With --may-differ, it fails if another value can differ.
 
     Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
     Example: scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
 
     Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
-    can't be used, 3 none of that and a property is unknown, or a file can't be written. Of two programs: 0
-    equal, or only --may-differ differs, 1 something can differ.
+    can't be used, 3 a property is unknown (and none is refuted), or a file can't be written. For two
+    programs: 0 equal, except for --may-differ, 1 another value can differ.
     """
     with reported_mistakes():
         try:
@@ -129,17 +130,17 @@ def _prove_command(
                 raise typer.Exit(_compare(rack, new, compared, out, html, as_json=as_json))
             if option := compared.option:
                 raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
-            others = _solvers() if check else []
+            solvers = _installed_solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 progress = _progress if _is_shown(quiet=quiet) else no_progress
                 results = []
-                for result in prove_all(subject, folder, progress, LIMITS.times(work), others):
+                for result in prove_all(subject, folder, progress, LIMITS.times(work), solvers):
                     if not as_json:
                         _say_result(subject, result)
                     results.append(result)
                 listener = AnswerListener() if as_json else _Printing(quiet=quiet)
-                answers = ask_questions(subject, folder, others, listener, work)
+                answers = ask_questions(subject, folder, solvers, listener, work)
                 if html is not None:
                     files_in_use = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), files_in_use)
@@ -179,9 +180,9 @@ def _compare(
     return DONE if comparison.is_equal else NO
 
 
-def _solvers() -> list[Solver]:
-    """Return the solvers that check proofs; raise ValueError if there are none."""
-    installed = solvers()
+def _installed_solvers() -> list[Solver]:
+    """Return the solvers that check proofs; raise ValueError if none is installed."""
+    installed = find_solvers()
     if not installed:
         raise ValueError(
             f"--check needs another solver, z3 or cvc5: {how_to_install('check')}, or a program on the PATH"
@@ -190,7 +191,7 @@ def _solvers() -> list[Solver]:
 
 
 def _say_result(subject: ProofSubject, result: Result) -> None:
-    """Print the answer to a claim."""
+    """Print the result of a claim."""
     say(line_of(result, max(len(claim.claim.name) for claim in subject.program.properties)))
     for line in below(subject, result):
         say(f"    {line}")
@@ -200,12 +201,12 @@ def _is_shown(*, quiet: bool) -> bool:
     return not quiet and sys.stderr.isatty()
 
 
-def _progress(name: str, number: int, of: int) -> None:
-    say(f"proving {number} of {of}: {name}", err=True)
+def _progress(name: str, number: int, total: int) -> None:
+    say(f"proving {number} of {total}: {name}", err=True)
 
 
 class _Printing(AnswerListener):
-    """Prints findings as they come."""
+    """Prints findings immediately."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet
@@ -223,7 +224,7 @@ class _Printing(AnswerListener):
     def left(self, count: int) -> None:
         """Print the number of remaining questions."""
         if not self._quiet:
-            say(f"proving: {count:,} of them are left", err=True)
+            say(f"proving: {count:,} questions remain", err=True)
 
     def next(self, question: Question, count: int) -> None:
         """Print the next remaining question."""
@@ -232,8 +233,8 @@ class _Printing(AnswerListener):
 
 
 def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
-    if left := open_text(answers):
-        say(left)
+    if open_questions := open_text(answers):
+        say(open_questions)
     if not results:
         say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
     say("assumed:")
@@ -242,7 +243,7 @@ def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questio
 
 
 def status_of(results: Sequence[Result], answers: Questions) -> int:
-    """Return the exit status for the answers; open built-in questions do not count."""
+    """Return the exit status; open built-in questions do not affect it."""
     words = {result.word for result in results}
     if VerdictKind.REFUTED in words or any(answer.refuted for answer in answers.found):
         return NO

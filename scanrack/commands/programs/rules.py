@@ -1,4 +1,4 @@
-"""`scanrack rules amci3601`, `scanrack rules smd23e2`: the rule tables."""
+"""`scanrack rules amci3601`, `scanrack rules smd23e2`: the rules of the manuals."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class RuleTable:
         return tuple(name for name, bit in self.bits.items() if bit & mask)
 
 
-def _of_drive(model: Model) -> RuleTable:
+def _drive_table(model: Model) -> RuleTable:
     bits = {str(bit.name): bit.value for bit in StatusBit if model.moved_status.get(bit, bit.value)}
     return RuleTable({row.id: _rule(row) for row in rules_of(model)}, bits)
 
@@ -77,7 +77,7 @@ AMCI3601 = RuleTable(RULES, BITS)
 
 TABLES: Mapping[str, Callable[[], RuleTable]] = {
     "amci3601": lambda: AMCI3601,
-    **{name: partial(_of_drive, model) for name, model in MODELS.items()},
+    **{name: partial(_drive_table, model) for name, model in MODELS.items()},
 }
 """Modules with a rule table."""
 
@@ -85,7 +85,7 @@ Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignor
 
 
 def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> list[Rule]:
-    """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"); all rules without any.
+    """Return the rules with these ids or prefixes ("CMD-03", "CMD"); all rules if none is given.
 
     Raises:
         ValueError: an unknown id or prefix; the message has the closest one.
@@ -93,17 +93,17 @@ def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> 
     names = {name.upper() for name in chosen}
     prefixes = list(dict.fromkeys(map(prefix_of, table.rules)))
     for name in sorted(names - set(prefixes) - set(table.rules)):
-        among = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
-        legal_ids = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
-        raise ValueError(_unknown("rule", name, among or prefixes, legal_ids))
+        ids = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
+        allowed = f"{ids[0]} to {ids[-1]}" if ids else ", ".join(prefixes)
+        raise ValueError(_unknown("rule", name, ids or prefixes, allowed))
     return [rule for rule in rules if not names or names & {rule.id, prefix_of(rule.id)}]
 
 
 def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> list[Rule]:
-    """Return the rules that set or clear the status bit of this name.
+    """Return the rules that set or clear a status bit.
 
     Raises:
-        ValueError: an unknown bit; the message lists all, and the closest one.
+        ValueError: an unknown bit; the message lists all bits, and names the closest one.
     """
     if name.upper() not in table.bits:
         raise ValueError(_unknown("status bit", name, list(table.bits), ", ".join(table.bits)))
@@ -112,18 +112,18 @@ def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> l
 
 
 def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
-    """Return the rules of a module with this firmware; raise ValueError for an unknown version."""
+    """Return the rules of a firmware version; raise ValueError for an unknown version."""
     firmware = Firmware.parse(version)
     return [rule for rule in rules if rule.applies_to(firmware)]
 
 
 def chapter_of(rule: Rule) -> str:
-    """Return the title of the chapter that states a rule; for a drive's rule, its topic."""
+    """Return the title of a rule's chapter; for a drive's rule, its topic."""
     return CHAPTERS.get(rule.section.split(",")[0]) or TOPICS[prefix_of(rule.id)]
 
 
 def firmware_words(rule: Rule) -> str:
-    """Return the firmware of a rule: "from 3.1", "before 3.1"; "" for every version."""
+    """Return the firmware versions of a rule, such as "from 3.1" or "before 3.1"; "" for all versions."""
     since = "" if rule.firmware_from is None else f"from {rule.firmware_from}"
     until = "" if rule.firmware_until is None else f"before {rule.firmware_until}"
     return ", ".join(filter(None, (since, until)))
@@ -139,9 +139,9 @@ def prefix_of(rule_id: str) -> str:
 
 
 def _unknown(kind: str, name: str, known: Sequence[str], allowed: str) -> str:
-    close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
-    meant = f" (did you mean {close[0]}?)" if close else ""
-    return f"unknown {kind} {name!r}{meant}; choose from {allowed}"
+    matches = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
+    hint = f" (did you mean {matches[0]}?)" if matches else ""
+    return f"unknown {kind} {name!r}{hint}; choose from {allowed}"
 
 
 # -- as text ----------------------------------------------------------------------------------------
@@ -213,22 +213,22 @@ def count(rules: Sequence[Rule]) -> str:
 def _rules_command(
     table: Annotated[
         Table,
-        typer.Argument(metavar="TABLE", help=f"Whose rules: {', '.join(TABLES)}.", show_default=False),
+        typer.Argument(metavar="TABLE", help=f"Module: {', '.join(TABLES)}.", show_default=False),
     ],
     ids: Annotated[
         list[str] | None,
-        typer.Option("--id", metavar="ID", help="Only this rule, or all with this prefix; may be repeated."),
+        typer.Option("--id", metavar="ID", help="Only this rule, or the rules with this prefix; repeatable."),
     ] = None,
     bit: Annotated[
         str | None,
         typer.Option("--bit", metavar="NAME", help="Only rules that set or clear this status bit."),
     ] = None,
     firmware: Annotated[
-        str | None, typer.Option("--firmware", metavar="VERSION", help="Only rules that this version knows.")
+        str | None, typer.Option("--firmware", metavar="VERSION", help="Only rules of this firmware version.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List rules and error bits of a 3601 or a drive, with the section of the manual and the words of each.
+    """List rules and error bits of a 3601 or a drive, with the section and the text of the manual.
 
     Exit status: 0 printed, 2 an option can't be used.
     """

@@ -1,4 +1,4 @@
-"""`scanrack run RACK` for typer: its page of help."""
+"""`scanrack run RACK` with typer."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from .run_command import RunArguments, run_command
 
 _HELP = f"""Run a rack and record every scan: its logic, its modules and its machine.
 
-Time is virtual and does not wait, unless --realtime says so. In real time the scans run under
-SCHED_FIFO and in locked memory where the system lets them; the first lines say whether it does, and
-the summary how late scans began. A run takes as long as --for or
---scans says, or run_for_s in the rack file, or {DEFAULT_RUN} of machine time. The trace goes where
---record or the rack file says, or into the current folder, named after the rack file.
+Time is virtual, and scans do not wait for the wall clock, unless with --realtime. In real time the scans run
+under SCHED_FIFO and in locked memory, if the system allows it; the first lines report this, and the summary
+reports late scans. The length of a run is --for, --scans, run_for_s in the rack file, or {DEFAULT_RUN} of
+machine time. The trace file is --record, or the trace of the rack file, or in the current folder a file named
+after the rack file.
 
 Exit status: 0 done, 1 the controller faulted (program exception or watchdog timeout), 2 a file or
-option can't be used, 3 the trace can't be written or a server never began, 130 stopped by Ctrl-C.
-In every case the trace is readable up to that point."""
+option can't be used, 3 the trace can't be written or a server has not started, 130 stopped by Ctrl-C.
+The trace is always readable up to the end of the run."""
 
 
 def register(app: typer.Typer) -> None:

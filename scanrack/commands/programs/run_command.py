@@ -1,4 +1,4 @@
-"""`scanrack run RACK`: its arguments and its plain words, without typer, and the run."""
+"""`scanrack run RACK` without typer, for simple command lines: its arguments, and the run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class RunArguments:
         str,
         typer.Argument(
             metavar="RACK",
-            help="Rack file: TOML, or Python that defines rack(). Or an .L5X or .SLC export.",
+            help="Rack file (TOML, or Python that defines rack()), or an .L5X or .SLC export.",
             show_default=False,
         ),
     ]
@@ -45,13 +45,13 @@ class RunArguments:
     ] = None
     scans: ScansOption = None
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C without --for and run_for_s.")
+        bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C, or for --for or run_for_s.")
     ] = False
     spin: Annotated[
         bool,
         typer.Option(
             "--spin",
-            help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
+            help="With --realtime: wait the last tenth of a period (at most 0.2 ms) without sleeping.",
         ),
     ] = False
     record: Annotated[
@@ -62,7 +62,7 @@ class RunArguments:
     live: Annotated[
         bool,
         typer.Option(
-            "--live", help="Real ports in the rack file may move real motors. This is not a safety system."
+            "--live", help="Use real ports, which may move real motors. This is not a safety system."
         ),
     ] = False
     retain: Annotated[
@@ -70,7 +70,7 @@ class RunArguments:
         typer.Option(
             "--retain",
             metavar="FILE",
-            help="Begin with the ladder tags in this file, if it exists, and write them to it at the end.",
+            help="Begin with the ladder tags in this file, if it exists; write them to it at the end.",
         ),
     ] = None
     forces: ForcesOption = False
@@ -81,7 +81,7 @@ class RunArguments:
         typer.Option(
             "--tag",
             metavar="PATTERN",
-            help="Record further tags of the program, in addition to the rack file's; '*' is all.",
+            help="Also record these tags of the program; '*' = all.",
             show_default=False,
         ),
     ] = None
@@ -110,7 +110,7 @@ WORDS = PlainWords(
 
 
 def plain_run(words: Sequence[str]) -> bool:
-    """Run a rack if the words after `run` are plain; return False if they are not.
+    """Run a rack; return False if only typer can parse the words after `run`.
 
     Raises:
         SystemExit: the run has ended.
@@ -144,9 +144,9 @@ def run_command(options: RunArguments) -> NoReturn:
         trace = trace_path(job, options.record, options.no_record, keep)
         check_ports(job.spec, realtime=options.realtime, live=options.live)
         if options.spin and not options.realtime:
-            raise ValueError("--spin goes with --realtime only: virtual time does not wait")
+            raise ValueError("--spin needs --realtime: virtual time does not wait")
         forces = forces_to_hold(job, options.forces)
-        where = servers_at(options.server, options.ua_security, options.ua_users)
+        servers = servers_at(options.server, options.ua_security, options.ua_users)
         retained = None if options.retain is None else retained_memory(job, options.retain, trace, keep)
     except ValueError as error:
         raise SystemExit(complain(str(error), BAD_INPUT)) from error
@@ -157,10 +157,10 @@ def run_command(options: RunArguments) -> NoReturn:
         run_job,
         scans=count,
         options=RunOptions(
-            trace=trace, live=options.live, pacer=pacer, keep=keep, forces=forces, handled=bool(where)
+            trace=trace, live=options.live, pacer=pacer, keep=keep, forces=forces, handled=bool(servers)
         ),
         quiet=options.quiet,
-        server=where,
+        server=servers,
         as_json=options.as_json,
     )
     raise SystemExit(run(job) if retained is None else run_retained(retained, run))

@@ -53,18 +53,18 @@ def run_job(
     Args:
         scans: number of scans; None = until Ctrl-C.
         options: options of the run; its hints are printed.
-        quiet: no progress and no summary; error messages are still printed.
+        quiet: whether to print only error messages, without progress and summary.
         summarized: whether the run ends with a summary, unless `quiet`.
         server: addresses at which clients read and write tags.
-        as_json: print the summary as one JSON object, and the program's own output on standard error.
+        as_json: whether to print the summary as a JSON object, and the program's output on standard error.
     """
     with ExitStack() as ports:
-        pacer, tally = options.pacer or FreeRun(), RunCounters()
+        pacer, counters = options.pacer or FreeRun(), RunCounters()
         if not pacer.free:
-            _in_real_time(ports, quiet=quiet)  # before the ports open: their threads inherit it
+            _in_real_time(ports, quiet=quiet)  # before the ports open, since their threads inherit it
         try:
-            reported = replace(options, pacer=pacer, listeners=[tally], warn=ignore if quiet else complain)
-            services = _opened(job, server, ports, live=options.live)
+            reported = replace(options, pacer=pacer, listeners=[counters], warn=ignore if quiet else complain)
+            services = _open_servers(job, server, ports, live=options.live)
             run = JobRun(job, ports, reported)
             if services is not None:
                 services.serve(run)
@@ -82,26 +82,26 @@ def run_job(
             )
         _complain_all(() if run.repeated is None else run.repeated.refused)
         took_ns = wall_ns() - start_ns
-        result = result_of(run, tally, options.trace)
+        result = result_of(run, counters, options.trace)
         if as_json:
             _print_json(status, summary_row(run, result, took_ns))
         elif summarized and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
-        return status if services is None else _end(services, status)
+        return status if services is None else _end_servers(services, status)
 
 
-def _end(services: TagServices, status: int) -> int:
-    """End the servers; return the exit status of the run, or NO_HELPER if a server never began."""
+def _end_servers(services: TagServices, status: int) -> int:
+    """End the servers; return the exit status of the run, or NO_HELPER if a server has not started."""
     if services.end() or status != DONE:
         return status
-    return complain("a helper process has never begun: its error stands above", NO_HELPER)
+    return complain("a helper process has not started: see its error above", NO_HELPER)
 
 
 def _warn(job: LoadedRack, *, without_clients: bool) -> None:
-    """Print the warnings of a rack file, and that its servers end before a client can connect."""
+    """Print the warnings of a job, and a warning if its servers end before a client can connect."""
     _complain_all(job.warnings)
     if without_clients:
-        complain("without --realtime the run does not wait for clients, and the servers end with it")
+        complain("without --realtime the run does not wait for clients; the servers end with the run")
 
 
 def _complain_all(sentences: Iterable[str]) -> None:
@@ -126,7 +126,7 @@ def servers_at(
     return addresses(texts, ua_security, ua_users)
 
 
-def _opened(
+def _open_servers(
     job: LoadedRack, addresses: Sequence[ServerAddress], ports: ExitStack, *, live: bool
 ) -> TagServices | None:
     """Open servers of tags that end with `ports`.
@@ -148,7 +148,7 @@ ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPT
 
 
 def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
-    """Request real-time rights before the first scan, and print the granted and refused ones."""
+    """Request real-time rights before the first scan; print which of them are granted."""
     from scanrack.runtime.loop.realtime import real_time
 
     for outcome in ports.enter_context(real_time()):
@@ -157,21 +157,21 @@ def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
 
 
 def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
-    """Return the path of the recording: by command line or rack file, or named after the rack file.
+    """Return the path of the recording from the command line or the rack file; None without a recording.
 
     Raises:
         ValueError: contradictory options, or a recording that would replace an owned file.
     """
     if record is not None and no_record:
-        raise ValueError("--record and --no-record contradict each other: give one of them")
+        raise ValueError("--record and --no-record: give only one of them")
     if no_record:
         return None
-    trace = record or _own_path(job)
+    trace = record or _default_path(job)
     check_recording(job, trace, keep=keep)
     return trace
 
 
-def _own_path(job: LoadedRack) -> Path:
+def _default_path(job: LoadedRack) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")
@@ -185,7 +185,7 @@ def retained_memory(job: LoadedRack, path: Path, trace: Path | None, keep: int |
 
 
 def run_retained(retained: RetainedMemory, run: Callable[[LoadedRack], int]) -> int:
-    """Run a job that begins with retained tags, and write them; return the exit status."""
+    """Run a job that begins with retained tags, and write the tags at its end; return the exit status."""
     with retained:
         for note in retained.begin():
             complain(note)

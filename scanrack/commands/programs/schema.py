@@ -12,18 +12,16 @@ from scanrack.terminal.terminal import say
 def schema_command(
     draft4: Annotated[
         bool,
-        typer.Option("--draft4", help="In Draft 4, for taplo; else in 2020-12, for tombi."),
+        typer.Option("--draft4", help="Use Draft 4, for taplo, instead of 2020-12, for tombi."),
     ] = False,
-    write: Annotated[
-        bool, typer.Option("--write", help="Write it to rack.schema.json in this folder, and no other file.")
-    ] = False,
+    write: Annotated[bool, typer.Option("--write", help="Write rack.schema.json in this folder.")] = False,
 ) -> None:
     """Print the JSON Schema of rack files.
 
-    It has all keys with their meaning, names, limits and the options of each module.
+    It has all keys with their meaning and limits, and the options of each module.
 
     An editor with tombi or taplo reads it if the first line of a rack file is
-    #:schema rack.schema.json. Only `scanrack check` finds conflicts between two keys.
+    #:schema rack.schema.json. Only `scanrack check` finds conflicts between keys.
 
     Example: scanrack editor schema --write
 

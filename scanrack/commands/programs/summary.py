@@ -1,8 +1,8 @@
-"""The summary of a run: scans, time, moves, errors in the manual's words, the trace."""
+"""The summary of a run: scans, time, moves, errors with the manual's text, the trace."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -21,23 +21,23 @@ def summary(
     result: RunResult, wall_ns: int, pacer: Pacer, stubs: Sequence[str] = (), sequences: Sequence[str] = ()
 ) -> str:
     """Return the closing summary of a run."""
-    lines = [
-        f"{title if first else '':<{WIDTH}}{line}"
-        for title, paragraph in (
-            ("scans", _scans(result.scans, wall_ns)),
-            ("machine time", [f"{seconds(result.time_ns)} s, run in {wall_ns / 1e9:.3g} s"]),
-            ("overruns", _overruns(pacer)),
-            ("late scans", _late_scans(pacer)),
-            ("moves", _moves(result)),
-            ("errors", _errors(result)),
-            ("normal start", _start(result)),
-            ("sequences", iter(sequences)),
-            ("stubs", iter(stubs)),
-            ("hints", iter(result.hints)),
-            ("trace", _trace(result.trace)),
-        )
-        for first, line in ((index == 0, text) for index, text in enumerate(paragraph))
-    ]
+    paragraphs: dict[str, Iterable[str]] = {
+        "scans": _scans(result.scans, wall_ns),
+        "machine time": [f"{seconds(result.time_ns)} s, run in {wall_ns / 1e9:.3g} s"],
+        "overruns": _overruns(pacer),
+        "late scans": _late_scans(pacer),
+        "moves": _moves(result),
+        "errors": _errors(result),
+        "normal start": _start(result),
+        "sequences": sequences,
+        "stubs": stubs,
+        "hints": result.hints,
+        "trace": _trace(result.trace),
+    }
+    lines = []
+    for title, paragraph in paragraphs.items():
+        for index, text in enumerate(paragraph):
+            lines.append(f"{title if index == 0 else '':<{WIDTH}}{text}")
     return "\n".join(lines)
 
 
@@ -73,7 +73,7 @@ def _overruns(pacer: Pacer) -> Iterator[str]:
 
 
 def _late_scans(pacer: Pacer) -> Iterator[str]:
-    """Yield the number of late scans, by size."""
+    """Yield the number of late scans, by their delay."""
     if pacer.free:
         return
     late, scans = sum(pacer.late[1:]), sum(pacer.late)
@@ -87,24 +87,24 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
 def _moves(result: RunResult) -> Iterator[str]:
     yield f"{sum(moved.count for moved in result.moves):,}" if result.moves else "none"
     for move in result.moves:
-        yield f"  {_of(move.slot, result)}{move.count:,} {move_wording(move.kind, move.outcome)}"
+        yield f"  {_slot_prefix(move.slot, result)}{move.count:,} {move_wording(move.kind, move.outcome)}"
 
 
 def _errors(result: RunResult) -> Iterator[str]:
     total = sum(error.count for error in result.errors)
     yield f"{total:,}" if total else "none"
     for error in result.errors:
-        often = f", {error.count:,} times in all" if error.count > 1 else ""
-        yield f"  {_of(error.slot, result)}{error.text}{often}"
+        times = f", {error.count:,} times in all" if error.count > 1 else ""
+        yield f"  {_slot_prefix(error.slot, result)}{error.text}{times}"
 
 
 def _start(result: RunResult) -> Iterator[str]:
-    """Yield a row with the bits that every start sets; they are not errors."""
+    """Yield a row for each rule that fires at every normal start."""
     for start in result.every_start:
-        yield f"{_of(start.slot, result)}{start.text}"
+        yield f"{_slot_prefix(start.slot, result)}{start.text}"
 
 
-def _of(slot: JsonValue, result: RunResult) -> str:
+def _slot_prefix(slot: JsonValue, result: RunResult) -> str:
     slots = {
         *(move.slot for move in result.moves),
         *(entry.slot for entry in result.errors + result.every_start),

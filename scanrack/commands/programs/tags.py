@@ -11,7 +11,7 @@ from scanrack.terminal.as_json import JsonOption
 
 
 class Software(StrEnum):
-    """Software that imports a list of tags; the keys of `tag_formats.FORMATS`."""
+    """Software that imports a list of tags, see `tag_formats.FORMATS`."""
 
     IGNITION = "ignition"
     KEPWARE = "kepware"
@@ -24,7 +24,7 @@ def _tags_command(
         Path, typer.Argument(metavar="RACK", help="A rack file or an export.", show_default=False)
     ],
     tag: Annotated[
-        list[str] | None, typer.Argument(metavar="TAG", help="Only these: Run, Recipe.*, Local:1:*.")
+        list[str] | None, typer.Argument(metavar="TAG", help="Only these tags: Run, Recipe.*, Local:1:*.")
     ] = None,
     as_json: JsonOption = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="Print the table as CSV.")] = False,
@@ -45,7 +45,7 @@ def _tags_command(
 
     To serve them: scanrack watch line.toml --server ethernet-ip (or opc-ua, modbus-tcp)
 
-    Exit status: 0 listed, 1 SOFTWARE has no place for some tags, 2 a file can't be used.
+    Exit status: 0 listed, 1 SOFTWARE can't represent some tags, 2 a file can't be used.
     """
     from .tags_job import tags
 

@@ -1,4 +1,4 @@
-"""The tags of a rack as a table, as a file for HMI software, or as a first `[server]` table."""
+"""The tags of a rack as a table, a file for HMI software, or a first `[server]` table."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from ..recordings.show import new_table, print_block
 
 COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")
 SHOWN_MOST = 3
-"""Maximum names of left-out tags in a message."""
+"""Maximum number of left-out tags that a message names."""
 
 
 def tags(
     rack: Path, names: list[str], as_json: bool, as_csv: bool, software: str | None, server_map: bool
 ) -> int:
-    """Print the tags of a rack, or those of patterns; return the exit status."""
+    """Print the tags of a rack, or only the tags that match patterns; return the exit status."""
     if as_json + as_csv + server_map + (software is not None) > 1:
-        return complain("--json, --csv, --for and --map contradict each other: give one", BAD_INPUT)
+        return complain("--json, --csv, --for and --map: give only one of them", BAD_INPUT)
     try:
         job = load_job(str(rack))
         database = database_of_job(job)
@@ -61,11 +61,11 @@ def _print_file(software: str, rows: list[TagRow], title: str) -> int:
     return _left_out(software, file.left_out, rows)
 
 
-def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
+def _left_out(target: str, names: list[str], rows: list[TagRow]) -> int:
     if not names:
         return DONE
     missing_names = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
-    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {missing_names}", NO)
+    return complain(f"{target} can't represent {len(names)} of {len(rows)} tags: {missing_names}", NO)
 
 
 def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:
@@ -103,8 +103,10 @@ def _csv(rows: list[TagRow]) -> str:
 
 def _print_table(rows: list[TagRow]) -> None:
     cells = [_cells(row) for row in rows]
-    columns_used = [place for place in range(len(COLUMNS)) if any(line_cells[place] for line_cells in cells)]
-    table = new_table(*(COLUMNS[place] for place in columns_used))
+    columns_used = [
+        column for column in range(len(COLUMNS)) if any(line_cells[column] for line_cells in cells)
+    ]
+    table = new_table(*(COLUMNS[column] for column in columns_used))
     for row_cells in cells:
-        table.add_row(*(row_cells[place] for place in columns_used))
+        table.add_row(*(row_cells[column] for column in columns_used))
     print_block(table)

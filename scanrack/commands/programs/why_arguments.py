@@ -17,26 +17,28 @@ class WhyArguments:
     """The arguments and the options of `scanrack why`."""
 
     file: Annotated[
-        str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or a trace of a run, or of a scenario.")
+        str, typer.Argument(metavar="RACK|TRACE", help="A rack file, or the trace of a run or a scenario.")
     ]
     what: Annotated[
         str | None,
         typer.Argument(
             metavar="[WHAT]",
             help="A tag (Run, Fill.DN), a bit or word of an image (slot1.command.HOLD_MOVE, O:1.2), or a "
-            "value of a Python program (line.step). Left out: what every module waits for.",
+            "value of a Python program (line.step). Without it: the wait of every module.",
         ),
     ] = None
     at: Annotated[
         str | None,
-        typer.Option("--at", metavar="TIME|SCAN", help="Ask at this time, such as '1.5 s', or in this scan."),
+        typer.Option(
+            "--at", metavar="TIME|SCAN", help="Time or scan of the question, such as '1.5 s' or 750."
+        ),
     ] = None
     until: Annotated[
-        str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
+        str | None, typer.Option("--until", metavar="BIT", help="Ask as soon as this tag or bit is on.")
     ] = None
     deep: Annotated[
         bool,
-        typer.Option("--deep", help="Show the whole chain of causes, also inside of add-on instructions."),
+        typer.Option("--deep", help="Show the whole chain of causes; include Add-On Instruction rungs."),
     ] = False
     want: Annotated[
         str | None,

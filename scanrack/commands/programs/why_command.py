@@ -1,4 +1,4 @@
-"""`scanrack why RACK|TRACE [WHAT]`: its plain words, without typer."""
+"""`scanrack why RACK|TRACE [WHAT]` without typer, for simple command lines."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ WORDS = PlainWords(
 
 
 def plain_why(words: Sequence[str]) -> bool:
-    """Answer a question if the words after `why` are plain; return False if they are not.
+    """Answer a question; return False if only typer can parse the words after `why`.
 
     Raises:
-        SystemExit: the question has an answer, or none.
+        SystemExit: the command has ended.
     """
     arguments = WORDS.read(words)
     if arguments is None:

@@ -1,4 +1,4 @@
-"""Answers questions about a program: the cause of a value, and the uses of tags."""
+"""The cause of a value, and the uses of tags."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ def _run(bench: Bench, moment: ScanChoice) -> None:
         ValueError: a time or a tag can't be used.
         NotReachedError: the bit does not become true.
     """
-    own = f"{bench.spec.run_for_s or 10:f} s"
+    default_time = f"{bench.spec.run_for_s or 10:f} s"
     if moment.until is not None:
-        bench.run_until(moment.until, within=own)
+        bench.run_until(moment.until, within=default_time)
     else:
         scans = moment.scans_from_power_up(bench.cpu.period_ns)
-        bench.scan(scans or ScanChoice(own).scans_from_power_up(bench.cpu.period_ns) or 1)
+        bench.scan(scans or ScanChoice(default_time).scans_from_power_up(bench.cpu.period_ns) or 1)
 
 
 def why(options: WhyArguments) -> None:
-    """Explain the value of a tag: since which scan, by which rung or line, and from which values.
+    """Explain the value of a tag: its scan, its rung or line, and the values that caused it.
 
     Raises:
         SystemExit: with the status of the command, unless it is 0.
@@ -76,17 +76,17 @@ def why(options: WhyArguments) -> None:
 
 
 class _Answer(NamedTuple):
-    """An answer."""
+    """The answer to a question."""
 
     scan: int
     now_ns: int
     fault: str | None  # the earlier fault of the CPU, or None
-    notes: Sequence[str]  # omissions, a sentence each
-    when: str  # the scan and its time, in words
+    notes: Sequence[str]  # sentences about omissions
+    when: str  # the scan and its time, as text
     text: str
-    chain: CauseLink | None = None  # of causes
-    remedies: Remedies | None = None  # what it would take: inputs of the program
-    acts: Acts | None = None  # the same in what an owner does; None of a recording
+    chain: CauseLink | None = None  # the chain of causes
+    remedies: Remedies | None = None  # inputs of the program that give the requested value
+    acts: Acts | None = None  # operator actions that give the requested value; None for a recording
 
 
 def _as_json(answer: _Answer) -> dict[str, object]:
@@ -109,7 +109,7 @@ def _as_json(answer: _Answer) -> dict[str, object]:
 def _ask_bench(file: str, question: Question) -> _Answer:
     from scanrack.jobs.bench.opening import open_bench  # a trace needs no bench
     from scanrack.jobs.why.acts import acts_for
-    from scanrack.jobs.why.answer import value_of
+    from scanrack.jobs.why.answer import parse_value
 
     subject, moment, want = question.what, question.moment, question.want
     bench = open_bench(file, watched=True)
@@ -125,7 +125,7 @@ def _ask_bench(file: str, question: Question) -> _Answer:
     remedies = acts = None
     if subject is not None and chain is not None and want is not None:
         remedies = bench.suggest_inputs(subject, want)
-        acts = acts_for(bench, chain, subject, value_of(want))
+        acts = acts_for(bench, chain, subject, parse_value(want))
     return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 
 
@@ -160,23 +160,31 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
     if tag is None:
         mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
     if as_json:
-        say_json({"tag": tag, "mentions": [_mention(mention) for mention in mentions]})
-    for reference in () if as_json else mentions:
-        site = reference.site
-        say(f"{reference.text:<28} {reference.way:<14} {site.routine}, {site.place}: {site.instruction}")
+        say_json({"tag": tag, "mentions": list(map(_mention_row, mentions))})
+    for mention in () if as_json else mentions:
+        site = mention.site
+        say(f"{mention.text:<28} {mention.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
         raise SystemExit(NO)
 
 
-def _mention(each: Mention) -> dict[str, object]:
+def _mention_row(mention: Mention) -> dict[str, object]:
     """Return a mention for --json; `number` is the number of the rung or line."""
-    site = each.site
-    where = {"program": site.program, "routine": site.routine, "unit": site.unit, "number": site.rung}
-    return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}
+    site = mention.site
+    return {
+        "tag": mention.text,
+        "reads": mention.reads,
+        "writes": mention.writes,
+        "program": site.program,
+        "routine": site.routine,
+        "unit": site.unit,
+        "number": site.rung,
+        "text": site.instruction,
+    }
 
 
 def _refused(error: Exception) -> SystemExit:
-    """Report the mistake and its remedy; return the end of the command."""
+    """Report an error and its remedy; return the end of the command."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
     return SystemExit(complain(f"{error}{remedy}", BAD_INPUT))

@@ -1,4 +1,4 @@
-"""`scanrack compare A B`: the first scan in which two traces differ, and how they differ altogether."""
+"""`scanrack compare A B`: the first scan in which two traces differ, and all differences."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from .comparison_options import CompareOptions
 def _compare_command(options: CompareOptions) -> None:
     """Find where two traces differ: the first scan, the events before it, and a summary of all differences.
 
-    Scans are paired by number, and every bit and time counts. With a tolerance, as for traces of real
-    hardware, they are paired by time: a bit or word has to be found in the other trace within the time,
-    a position may be off by the counts beside what it moves within the time.
+    Scans are paired by number, and every bit and time is compared. With a tolerance, as for traces of real
+    hardware, they are paired by time: a bit or word must be in the other trace within the time, and a
+    position may differ by its motion within the time and the counts.
 
-    Exit status: 0 they show the same, 1 they differ, 2 a file or option can't be used.
+    Exit status: 0 no difference, 1 a difference, 2 a file or option can't be used.
 
     Example: scanrack compare simulated.mcap machine.mcap --tolerance-time 4ms --tolerance-counts 2
     """

@@ -58,7 +58,7 @@ def names_of(a: Path, b: Path) -> tuple[str, str]:
 
 
 def compare_traces(options: CompareOptions) -> None:
-    """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
+    """Find where two traces differ: the first scan, the events before it, and a summary of all differences.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -76,9 +76,9 @@ def compare_traces(options: CompareOptions) -> None:
     raise typer.Exit(status)
 
 
-def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
+def _clock(trace_a: Trace, trace_b: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
     if align_at is not None and realign_at is not None:
-        raise ValueError("--align and --realign contradict each other: give one of them")
+        raise ValueError("--align and --realign: give only one of them")
     if realign_at is not None:
-        return realign(one, other, realign_at)
-    return SAME_CLOCK if align_at is None else align(one, other, align_at)
+        return realign(trace_a, trace_b, realign_at)
+    return SAME_CLOCK if align_at is None else align(trace_a, trace_b, align_at)

@@ -1,4 +1,4 @@
-"""The options of `scanrack compare` and `scanrack replay`, apart from the commands and their imports."""
+"""The options of `scanrack compare` and `scanrack replay`, without the imports of the commands."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ from scanrack.terminal.shared_options import QuietOption, ReplaceOption, TraceAr
 
 ToleranceTimeOption = Annotated[
     str,
-    typer.Option(
-        "--tolerance-time", metavar="TIME", help="By how much anything may come earlier or later: 4ms."
-    ),
+    typer.Option("--tolerance-time", metavar="TIME", help="Allowed difference in time, such as 4ms."),
 ]
 ToleranceCountsOption = Annotated[
     int,
@@ -23,7 +21,7 @@ ToleranceCountsOption = Annotated[
         "--tolerance-counts",
         min=0,
         metavar="N",
-        help="By how much position, encoder and captured may differ.",
+        help="Allowed difference of position, encoder and captured.",
     ),
 ]
 
@@ -41,7 +39,7 @@ class CompareOptions:
         typer.Option(
             "--align",
             metavar="start|SIGNAL",
-            help="What is at the same time in both: their first scans, or the first rise of a bit.",
+            help="Align the first scans, or the first rise of a bit.",
             show_default="power-up",
         ),
     ] = None
@@ -50,7 +48,7 @@ class CompareOptions:
         typer.Option(
             "--realign",
             metavar="SIGNAL",
-            help="Align both at every rise of this bit, so that delays do not add up.",
+            help="Align the traces at every rise of this bit, so that delays do not add up.",
             show_default="no",
         ),
     ] = None
@@ -68,12 +66,12 @@ class ReplayOptions:
         typer.Option(
             "--into",
             metavar="module|program|rack|session",
-            help="Recorded outputs into the modules, recorded inputs into the program, recorded stimuli "
-            "into the whole rack; or the whole session again, operator actions and edits included.",
+            help="Replay outputs into the modules, inputs into the program, stimuli into the rack, or the "
+            "session with operator actions and edits.",
         ),
     ] = ReplayTarget.MODULE
     slot: Annotated[
-        int | None, typer.Option("--slot", metavar="N", help="Compare this slot only.", show_default="all")
+        int | None, typer.Option("--slot", metavar="N", help="Compare only this slot.", show_default="all")
     ] = None
     rack: Annotated[
         str | None,
@@ -88,7 +86,7 @@ class ReplayOptions:
         typer.Option(
             "--stimuli",
             metavar="machine|recorded|inputs",
-            help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
+            help="Stimuli of the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
             show_default="machine; recorded, into a rack; inputs, if the trace begins in operation",
         ),

@@ -1,4 +1,4 @@
-"""`scanrack export TRACE --csv OUT`, or another format of `traces.export.formats`."""
+"""`scanrack export TRACE --csv OUT`, or other formats of `traces.export.formats`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _export_command(
         typer.Option(
             "--signal",
             metavar="PATTERN",
-            help="Only signals of this name, such as 'slot1.in.*'; may be repeated.",
+            help="Only signals with this name, such as 'slot1.in.*'; may be repeated.",
             show_default="all bits and values",
         ),
     ] = None,
@@ -67,16 +67,17 @@ def _export_command(
     with reported_mistakes():
         selected = selection(ranges)
         paths = asdict(targets)
-        chosen = [
+        outputs = [
             (export_format, paths[export_format.name])
             for export_format in formats.FORMATS
             if paths[export_format.name] is not None
         ]
-        _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
-        for format_, target in chosen:
+        _check(outputs, trace, choice="--signal" if signal else "--bits" if bits else "")
+        for format_, target in outputs:
             to_stdout = target == STDOUT
+            stdout = sys.stdout.buffer if format_.binary else sys.stdout
             with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
-                into = target if not to_stdout else sys.stdout.buffer if format_.binary else sys.stdout
+                into = stdout if to_stdout else target
                 signals = [_chosen(opened, signal or (), bits=bits)] if format_.selects_signals else []
                 count = format_.write(opened, into, *signals, selected, progress=progress)
             if not quiet:
@@ -96,20 +97,20 @@ def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[st
     return names
 
 
-def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: str) -> None:
+def _check(outputs: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: str) -> None:
     """Raise ValueError if these formats can't be written to these targets.
 
     Args:
         choice: the option that chooses signals; "" without one.
     """
-    if choice and not any(export_format.selects_signals for export_format, _ in chosen):
-        raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
-    if not chosen:
+    if choice and not any(export_format.selects_signals for export_format, _ in outputs):
+        raise ValueError(f"{choice}: not possible for a copy as MCAP, which has the whole trace")
+    if not outputs:
         options = ", ".join(export_format.option for export_format in formats.FORMATS)
-        raise ValueError(f"nothing to write: give {options} or several of them")
-    if sum(target == STDOUT for _, target in chosen) > 1:
-        raise ValueError("only one of them can go to standard output")
-    for format_, target in chosen:
+        raise ValueError(f"no output: give one or more of {options}")
+    if sum(target == STDOUT for _, target in outputs) > 1:
+        raise ValueError("only one output can go to standard output")
+    for format_, target in outputs:
         if target != STDOUT:
             check_output(target, format_.kind, itself(trace))
 

@@ -1,4 +1,4 @@
-"""`scanrack import CAPTURE`: a capture of a network, or a log of frames, as a trace."""
+"""`scanrack import CAPTURE`: converts a network capture or a log of frames to a trace."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scanrack.traces.files.guard import TRACE, check_output
 
 
 class CapturedController(StrEnum):
-    """Controllers whose exchanges are understood."""
+    """Controllers of captures."""
 
     AMCI3601 = "amci3601"
     PCL601 = "pcl601"
@@ -38,7 +38,7 @@ class ImportOptions:
     capture: Annotated[
         Path,
         typer.Argument(
-            metavar="CAPTURE", help="A capture, pcap or pcapng, or a log of frames.", show_default=False
+            metavar="CAPTURE", help="A capture (pcap or pcapng), or a log of frames.", show_default=False
         ),
     ]
     controller: Annotated[
@@ -72,7 +72,7 @@ class ImportOptions:
     ] = False
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="FILE", help="Where to.", show_default="CAPTURE with .mcap"),
+        typer.Option("--out", "-o", metavar="FILE", help="Trace file.", show_default="CAPTURE with .mcap"),
     ] = None
     simulated_to: Annotated[
         Path | None,
@@ -90,14 +90,14 @@ def _import_command(
 ) -> None:
     """Convert a network capture to a trace, for show, query, plot, export and compare.
 
-    A scan is an exchange, at the time of its reply. Registers are tags by their names. With --simulated the
-    same requests go to a simulated controller: compare the two traces to see where the real one differs.
-    For a 3601 as remote I/O, or one in a CompactLogix whose Local:1:I and Local:1:O a client reads over
-    EtherNet/IP, a scan is a read of its input words, and replay plays them to a simulated 3601.
+    A scan is an exchange, at the time of its reply. Registers become tags. With --simulated the same requests
+    go to a simulated controller; compare both traces to find where the real controller differs.
+    For a 3601 as remote I/O, or in a CompactLogix from which a client reads Local:1:I and Local:1:O over
+    EtherNet/IP, a scan is a read of the input words, and `scanrack replay` replays them.
 
     Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
 
-    Exit status: 0 done, 2 a file or option can't be used, 3 a trace can't be written.
+    Exit status: 0 summary, 2 a file or option can't be used, 3 a trace can't be written.
     """
     with reported_mistakes():
         has_words = options.controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)
@@ -110,16 +110,16 @@ def _import_command(
             check_output(output, TRACE, files_in_use)
             files_in_use[output] = "the other trace"
         over_enip = options.controller is CapturedController.COMPACTLOGIX
-        at_port = options.port or (PORT if over_enip else MODBUS_PORT)
+        tcp_port = options.port or (PORT if over_enip else MODBUS_PORT)
         capture = read_capture(
-            options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), at_port, options.unit
+            options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), tcp_port, options.unit
         )
-        _tell(capture.notes, quiet=options.quiet)  # before a refusal, which they may explain
+        _report(capture.notes, quiet=options.quiet)  # first, since notes may explain an error
         if has_words:
             scans, notes = cip_scans(capture.exchanges) if over_enip else (word_scans(capture.exchanges), [])
             first = capture.exchanges[0]
             record_words(target, scans, first.requested_ns, first.unit if over_enip else 1, sampled=over_enip)
-            _tell(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
+            _report(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)
         real = statements_of(options.controller, capture.exchanges)
         model = [] if options.simulated_to is None else simulated(options.controller, real)
@@ -127,17 +127,17 @@ def _import_command(
         record(target, options.controller, real, names)
         if options.simulated_to is not None:
             record(options.simulated_to, options.controller, model, names)
-        summary_line = f"{target}: {len(real):,} exchanges with unit {capture.exchanges[0].unit}"
-        _tell([], summary_line, quiet=options.quiet)
+        unit = capture.exchanges[0].unit
+        _report([], f"{target}: {len(real):,} exchanges with unit {unit}", quiet=options.quiet)
     raise typer.Exit(DONE)
 
 
-def _tell(notes: list[str], done: str = "", *, quiet: bool) -> None:
+def _report(notes: list[str], summary: str = "", *, quiet: bool) -> None:
     if not quiet:
         for note in notes:
             complain(f"note: {note}")
-        if done:
-            say(done)
+        if summary:
+            say(summary)
 
 
 def register(app: typer.Typer) -> None:

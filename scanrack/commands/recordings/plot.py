@@ -1,4 +1,4 @@
-"""`scanrack plot TRACE`: a timing chart as a page that zooms, or as a PNG or SVG picture."""
+"""`scanrack plot TRACE`: a timing chart as an HTML page that zooms, or as a PNG or SVG picture."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _plot_command(
             "--out",
             "-o",
             metavar="OUT",
-            help="Where to: .html, .png or .svg.",
+            help="Output file: .html, .png or .svg.",
             show_default="beside the trace, as .html",
         ),
     ] = None,
@@ -46,17 +46,15 @@ def _plot_command(
     ] = None,
     title: Annotated[
         str | None,
-        typer.Option(
-            "--title", metavar="TEXT", help="What to write above it.", show_default="the rack's name"
-        ),
+        typer.Option("--title", metavar="TEXT", help="Title of the chart.", show_default="the rack's name"),
     ] = None,
     ranges: RangeOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
 
-    An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
-    need the extra `plot`: `scanrack doctor` says how to install it.
+    An HTML page needs only a browser, has every scan, and zooms with the wheel; .png and .svg need the extra
+    `plot`: `scanrack doctor` prints how to install it.
 
     Example: scanrack plot run.mcap --out run.png --range 1.5s:3s
 
@@ -68,7 +66,7 @@ def _plot_command(
         kind = target.suffix.lower()
         if kind not in _KINDS:
             suffixes = ", ".join(_KINDS)
-            raise ValueError(f"{target}: the file's suffix says what to draw: {suffixes}")
+            raise ValueError(f"{target}: the suffix must be {suffixes}")
         check_output(target, _KINDS[kind], itself(trace))
         with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
             chart_options: Any = {
@@ -86,8 +84,8 @@ def _plot_command(
         if not quiet:
             say(f"{target}: {size_of(target)}")
             if left_out:
-                many = "tag is" if left_out == 1 else "tags are"
-                say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
+                tags_are = "tag is" if left_out == 1 else "tags are"
+                say(f"{left_out:,} recorded {tags_are} not drawn; choose with --tag", err=True)
         print_notes(opened)
 
 

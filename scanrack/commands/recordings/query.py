@@ -32,7 +32,7 @@ Examples:
 
 
 def print_answer(answer: Answer, limit: int | None) -> None:
-    """Print an answer."""
+    """Print the answer to a query."""
     if answer.aggregate == "count":
         say(answer.count)
         return
@@ -83,9 +83,7 @@ def _query_command(
     trace: TraceArgument,
     text: Annotated[
         str,
-        typer.Argument(
-            metavar="QUERY", help="What to look for, such as slot1.in.MOVING_CW.", show_default=False
-        ),
+        typer.Argument(metavar="QUERY", help="Condition, such as slot1.in.MOVING_CW.", show_default=False),
     ],
     show: Annotated[
         list[str] | None,
@@ -110,8 +108,8 @@ def _query_command(
 
 _query_command.__doc__ = f"""Find scans matching a condition, and how long each match lasts.
 
-Signals are named slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed; any bit of a
-word slot1.in.word3.12. Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.
+Names of signals are slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed, and for any bit
+of a word slot1.in.word3.12. Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.
 {_EXAMPLES}"""
 
 

@@ -1,4 +1,4 @@
-"""`scanrack repair TRACE`: completes a damaged trace, or one whose recording was killed."""
+"""`scanrack repair TRACE`: recovers a damaged trace, or the trace of a killed process."""
 
 from __future__ import annotations
 
@@ -36,22 +36,21 @@ def _repair_command(
     trace: TraceArgument,
     output: Annotated[
         Path | None,
-        typer.Option("--out", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
+        typer.Option("--out", "-o", metavar="OUT", help="Output file.", show_default="replaces the trace"),
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Recover a damaged trace, or one whose process was killed, so that every MCAP tool opens it.
+    """Recover a damaged trace, or the trace of a killed process, so that every MCAP tool opens it.
 
     It also repairs traces of serial lines from `serve --record`.
 
-    All whole chunks are unchanged. The repaired trace is written beside the original and replaces it
-    once it is on the disk. The original is kept as TRACE.orig, unless only its torn end is missing in the
-    repaired trace.
+    Complete chunks are unchanged. The repaired trace is written beside the original, and then replaces it.
+    The original is kept as TRACE.orig, unless the repaired trace lacks only its truncated end.
 
     Example: scanrack repair run.mcap
 
-    Exit status: 0 it is whole now, or was; 1 it is whole now, without damaged chunks; 2 it can't be
-    used; 3 the repaired trace can't be written.
+    Exit status: 0 the trace is complete; 1 the trace is complete except for damaged chunks; 2 the trace can't
+    be used; 3 the repaired trace can't be written.
     """
     with reported_mistakes():
         if output is not None:

@@ -1,4 +1,4 @@
-"""Plays a recording to a module, a program or a rack."""
+"""Replays a recording into a module, a program or a rack."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from scanrack.jobs.replay.replaying import (
     Replay,
     check_slots,
     forced_rows,
-    of_recording,
     plan_of,
     with_stimuli,
+    without_missing_slots,
 )
 from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.jobs.replay.resumed_operation import ResumedOperation
@@ -41,7 +41,7 @@ REPLAY = "replay"
 
 
 def replay_trace(options: ReplayOptions) -> None:
-    """Replay and check for differences; stop at the first scan whose response differs.
+    """Replay and check for differences; stop at the first scan that differs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -55,13 +55,13 @@ def replay_trace(options: ReplayOptions) -> None:
         with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
-                spec, logic = _sources(trace, Path(folder), options)
+                spec, logic = _rack_and_logic(trace, Path(folder), options)
             finally:
                 print_notes(trace)
             left_out: list[str] = []
             resumed = None
             if options.into is ReplayTarget.MODULE:
-                spec, left_out = of_recording(recording, spec)
+                spec, left_out = without_missing_slots(recording, spec)
                 facts = trace.head.metadata
                 resumed = ResumedOperation(
                     recording,
@@ -72,14 +72,14 @@ def replay_trace(options: ReplayOptions) -> None:
                     sampled=is_sampled(facts),
                 )
             elif options.configuration is not None:
-                raise ValueError("--configuration goes with --into module")
-            late = resumed is not None and bool(resumed.slots)
-            chosen = options.stimuli or _DEFAULT[options.into, late]
+                raise ValueError("--configuration needs --into module")
+            begins_late = resumed is not None and bool(resumed.slots)
+            stimuli = options.stimuli or _DEFAULT[options.into, begins_late]
             slots = check_slots(recording, spec, options.slot)
             on_machine = with_stimuli(
-                spec, recording, chosen, resumed.active_high if resumed is not None else {}
+                spec, recording, stimuli, resumed.active_high if resumed is not None else {}
             )
-            exact = chosen is not Stimuli.INPUTS
+            exact = stimuli is not Stimuli.INPUTS
             replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
             replay.notes[:0] = left_out
             observed = partial(shown_progress, quiet=options.quiet)
@@ -132,12 +132,12 @@ _DEFAULT = {
 """The stimuli by target, and by whether a module was in operation before the recording."""
 
 
-def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
-    """Return the rack and, unless the recorded outputs are played, the logic."""
+def _rack_and_logic(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
+    """Return the rack and the logic; None as logic if the recorded outputs are replayed."""
     rack, program, trust = options.rack, options.program, options.trust
     if options.into is ReplayTarget.MODULE:
         if program is not None:
-            raise ValueError("--program goes with --into program or rack: a module gets the recorded outputs")
+            raise ValueError("--program needs --into program or rack: a module gets the recorded outputs")
         return (load_spec(rack)[0] if rack else spec_of(trace, folder, trust=trust)), None
     job = load_job(rack, program) if rack else job_of(trace, folder, trust=trust, program=program)
     return job.spec, job.logic

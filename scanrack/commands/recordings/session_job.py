@@ -1,4 +1,4 @@
-"""Repeats the run of a trace and compares the two."""
+"""Repeats the run of a trace, and compares both runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .compare_job import print_comparison
 from .comparison_options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
-"""Entries of the metadata of a branch, see `watch.play`."""
+"""Metadata of a branch, see `watch.play`."""
 
 RERUN = "rerun"
 """Name of the second recording in the report."""
@@ -69,9 +69,9 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
         return status
     if not options.as_json and filecmp.cmp(path, rerun_path, shallow=False):
         if not quiet:
-            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
+            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, identical byte for byte")
         return DONE
-    with open_trace(rerun_path) as other:
+    with open_trace(rerun_path) as rerun:
         with reading(trace, quiet=quiet) as progress:
-            comparison = compare(trace, other, progress=progress)
+            comparison = compare(trace, rerun, progress=progress)
         return print_comparison(comparison, (path.name, RERUN), as_json=options.as_json)

@@ -1,4 +1,4 @@
-"""`scanrack show TRACE`: a trace as text: its head, its events, and the scans with changes."""
+"""`scanrack show TRACE`: the header, the events and the changes of a trace as text."""
 
 from __future__ import annotations
 
@@ -76,23 +76,23 @@ class CappedList(Generic[T]):
         """Whether the limit is reached."""
         return self._limit is not None and len(self.kept) >= self._limit
 
-    def add(self, things: Iterable[T]) -> None:
+    def add(self, items: Iterable[T]) -> None:
         """Keep items up to the limit; count the others."""
-        unread = iter(things)
-        room = None if self._limit is None else self._limit - len(self.kept)
-        self.kept.extend(islice(unread, room))
-        self.more += sum(1 for _ in unread)
+        rest = iter(items)
+        count = None if self._limit is None else self._limit - len(self.kept)
+        self.kept.extend(islice(rest, count))
+        self.more += sum(1 for _ in rest)
 
 
-ASIDE = frozenset({"/indicators", "/texts"})
-"""Topics printed only with --every, since status bits and tags show the same."""
+ONLY_WITH_EVERY = frozenset({"/indicators", "/texts"})
+"""Topics that are printed only with --every, since status bits and tags show the same."""
 
 
 class Contents:
     """The parts of a trace to print, collected in one pass, which ends when the limit is reached.
 
     Attributes:
-        count: number of scans, inside and outside of the range.
+        count: number of all scans, also outside of the range.
         first: number of the first scan.
         last: number of the last scan.
         rows: rows of the table, in the range.
@@ -129,7 +129,9 @@ class Contents:
     def _read(self, trace: Trace, section: Section) -> None:
         for entry in trace.entries(section):
             if isinstance(entry, TraceEvent):
-                if self._selected.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
+                if self._selected.has(entry.scan, entry.now_ns) and (
+                    self._every or entry.topic not in ONLY_WITH_EVERY
+                ):
                     self.events.add([entry])
             else:
                 self._scans += len(entry)
@@ -199,7 +201,7 @@ def _scans_line(contents: Contents) -> str:
 
 def _more(capped: CappedList[T], kind: str) -> Iterator[str]:
     if capped.stopped:
-        yield f"... and maybe more {kind}: it stopped at the limit"
+        yield f"... and maybe more {kind}: stopped at the limit"
     elif capped.more:
         yield f"... and {capped.more:,} more {kind}"
 
@@ -248,7 +250,7 @@ def new_table(*titles: str) -> Table:
 
 
 def print_block(block: str | Table) -> None:
-    """Print a block: in the width of a terminal, elsewhere in lines of any length."""
+    """Print a block: in the width of a terminal; without a terminal in lines of any length."""
     console = Console(highlight=False, markup=False, emoji=False)
     if isinstance(block, str):
         say(on_a_line(block))
@@ -276,7 +278,7 @@ def plain_lines(block: str | Table) -> list[str]:
 def _show_command(
     trace: TraceArgument,
     every: Annotated[
-        bool, typer.Option("--every", help="A row for every change, including position and counts.")
+        bool, typer.Option("--every", help="Print every change, including position and counts.")
     ] = False,
     limit: Annotated[
         int | None,
@@ -288,18 +290,18 @@ def _show_command(
         typer.Option(
             "--extract",
             metavar="FOLDER",
-            help="Write the files that came with it there: program, rack file, map of words.",
+            help="Write the attached files to this folder: program, rack file, map of words.",
             show_default=False,
         ),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List events and changes: the trace's header, slots and events, and the scans that changed something.
+    """List events and changes: the trace's header, slots and events, and the scans with changes.
 
-    Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
-    encoder count changed are counted, unless --every is given. A trace whose process was killed is
-    shown up to its last whole chunk. With --extract the attached files are written, and only their
-    names are printed. Exit status 2 if the file can't be read, 3 if a file can't be written.
+    Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or encoder
+    count changed are only counted, unless with --every. The trace of a killed process is shown up to its last
+    complete chunk. With --extract the attached files are written, and only their names are printed.
+    Exit status: 2 if the file can't be read, 3 if a file can't be written.
     """
     if folder is not None:
         with reported_mistakes(), open_trace(trace) as opened:

@@ -1,4 +1,4 @@
-"""`scanrack conform`: compares a real 3601, operated by its controller, with the manual."""
+"""`scanrack conform`: tests a real 3601, operated by its controller, against the manual."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ from scanrack.traces.files.newfile import new_file
 
 RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
 SAFETY = (
-    "this controller is a real one, and its axis moves: disable the drive first, then uncouple the motor; "
-    "read the book's page about conform; then give --live --allow-writes"
+    "this controller is real, and its axis moves: disable the drive, then uncouple the motor; "
+    "read the page of the docs about conform; then give --live --allow-writes"
 )
 
 
 class RungKind(StrEnum):
-    """Kinds of files with the counter."""
+    """Formats of the file with the counter's rung."""
 
     L5X = "l5x"
     SLC = "slc"
@@ -60,33 +60,31 @@ class RungKind(StrEnum):
 class ConformOptions:
     """The argument and the options of `scanrack conform`."""
 
-    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan: hour, quick, or a TOML file.")] = "hour"
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="Plan: hour, quick, or a TOML file.")] = "hour"
     path: Annotated[
         str | None,
         typer.Option("--path", metavar="HOST[:PORT][,SLOT]", help="The controller.", show_default=False),
     ] = None
     source: Annotated[
         Path | None,
-        typer.Option("--judge", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
+        typer.Option("--judge", metavar="FILE", help="Judge a result, or a trace of scanrack import."),
     ] = None
     module: Annotated[int, typer.Option("--slot", metavar="N", help="The module's slot.", min=1, max=30)] = 1
     counter: Annotated[
         str | None,
-        typer.Option("--counter", metavar="TAG:MS", help="A tag that counts every MS."),
+        typer.Option("--counter", metavar="TAG:MS", help="Tag that counts every MS milliseconds."),
     ] = None
     wire: Annotated[
         list[str] | None,
-        typer.Option("--wire", metavar="INPUT=TAG", help="A tag that energizes an input; repeat it."),
+        typer.Option("--wire", metavar="INPUT=TAG", help="Tag that energizes an input; may be repeated."),
     ] = None
-    encoder: Annotated[bool, typer.Option("--encoder", help="An encoder is wired, and stands still.")] = False
+    encoder: Annotated[bool, typer.Option("--encoder", help="An encoder is wired, and is at rest.")] = False
     scene: Annotated[
-        list[str] | None, typer.Option("--scene", metavar="NAME", help="Only this scene; repeat it.")
+        list[str] | None, typer.Option("--scene", metavar="NAME", help="Only this scene; may be repeated.")
     ] = None
     scan: Annotated[
         str | None,
-        typer.Option(
-            "--max-scan-time", metavar="TIME", help="Longest time from scan to scan of the controller."
-        ),
+        typer.Option("--max-scan-time", metavar="TIME", help="Longest scan time of the controller."),
     ] = None
     live: Annotated[
         bool, typer.Option("--live", help="A real axis may move. This is not a safety system.")
@@ -94,13 +92,13 @@ class ConformOptions:
     control: Annotated[
         bool, typer.Option("--allow-writes", help="With --live: write the module's words.")
     ] = False
-    out: Annotated[
+    result_file: Annotated[
         Path | None,
         typer.Option(
             "--out",
             "-o",
             metavar="FILE",
-            help="The result to send, without your names.",
+            help="File of the result, without your names.",
             show_default="conform.json; none with --judge",
         ),
     ] = None
@@ -117,10 +115,10 @@ class ConformOptions:
     ] = None
     rung: Annotated[
         RungKind | None,
-        typer.Option("--print-counter", metavar="l5x|slc", help="Print the counter's rung, to import."),
+        typer.Option("--print-counter", metavar="l5x|slc", help="Print the counter's rung for an import."),
     ] = None
     listed: Annotated[
-        bool, typer.Option("--list", help="List scenes, and the interpretations that they settle.")
+        bool, typer.Option("--list", help="List the scenes, and the interpretations that they settle.")
     ] = False
     as_json: JsonOption = False
     quiet: QuietOption = False
@@ -131,9 +129,9 @@ def _conform_command(
 ) -> None:
     """Test a real 3601 against its manual.
 
-    A plan of scenes is played through the controller that owns the module. A difference is reported only if
-    it is unexplained for every instant at which the words may have acted. Each rule agrees with the manual,
-    differs, or is open; the report names each interpretation that a scene settles.
+    It plays a plan of scenes through the controller that owns the module. It reports a difference only if no
+    possible instant of the words' effect explains it. Each rule agrees with the manual, differs, or is open.
+    The report names each interpretation that a scene settles.
 
     Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
@@ -148,14 +146,14 @@ def _conform_command(
         if options.listed:
             _say_list(plan)
             raise typer.Exit(DONE)
-        out, files_in_use = _checked_outputs(options)
-        around = _with_result(files_in_use, out)
+        result_file, files_in_use = _checked_outputs(options)
+        around = _with_result(files_in_use, result_file)
         recorded = _recorded_scenes(options, plan)
-        result = _judged(recorded, shown=not (options.quiet or options.as_json))
+        result = _judge(recorded, shown=not (options.quiet or options.as_json))
         result_object = as_object(recorded, result)
-        name = "" if out is None else out.name
-        if out is not None:
-            with new_file(out, RESULT, used=files_in_use) as file:
+        name = "" if result_file is None else result_file.name
+        if result_file is not None:
+            with new_file(result_file, RESULT, used=files_in_use) as file:
                 json.dump(result_object, file, separators=(", ", ": "))
                 file.write("\n")
         if options.html is not None:
@@ -165,7 +163,7 @@ def _conform_command(
         raise typer.Exit(NO if result.differs else DONE)
 
 
-def _judged(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
+def _judge(recorded: PlayedPlan, *, shown: bool) -> ConformResult:
     """Judge each scene, and print its verdict if it is shown."""
     judge = Judge(recorded.firmware, recorded.timing)
     for scene in recorded.scenes:
@@ -183,17 +181,17 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
     """
     files_in_use = {options.source: "the file that is judged"} if options.source is not None else {}
     files_in_use |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
-    out = options.out or (None if options.path is None else Path("conform.json"))
-    if out is not None:
-        check_output(out, RESULT, files_in_use)
+    result_file = options.result_file or (None if options.path is None else Path("conform.json"))
+    if result_file is not None:
+        check_output(result_file, RESULT, files_in_use)
     if options.html is not None:
-        check_output(options.html, PAGE, _with_result(files_in_use, out))
-    return out, files_in_use
+        check_output(options.html, PAGE, _with_result(files_in_use, result_file))
+    return result_file, files_in_use
 
 
-def _with_result(used: dict[Path, str], out: Path | None) -> dict[Path, str]:
+def _with_result(used: dict[Path, str], result_file: Path | None) -> dict[Path, str]:
     """Return the files in use and the file of the result."""
-    return used if out is None else used | {out: "the result"}
+    return used if result_file is None else used | {result_file: "the result"}
 
 
 def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
@@ -206,12 +204,12 @@ def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
     tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
     plan = replace(plan, timing=_timing(plan.timing, options.scan, period_ns))
     if (options.path is None) == (options.source is None):
-        raise ValueError("give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded")
+        raise ValueError("give --path HOST[,SLOT] for a controller, or --judge FILE for a recording")
     if options.source is not None:
         words = configuration_words(options.configuration)
         return _recorded(options.source, options.module, plan.timing, words)
     if options.configuration is not None:
-        raise ValueError("--configuration goes with --judge: a plan has its own")
+        raise ValueError("--configuration needs --judge: a plan has a configuration")
     return _play(options, plan, tags)
 
 
@@ -227,7 +225,7 @@ def _recorded(source: Path, slot: int, timing: Timing, configuration: Sequence[i
         begin = file.read(1)
     if begin == b"{":
         if configuration is not None:
-            raise ValueError("--configuration goes with a trace: a result has its own")
+            raise ValueError("--configuration needs a trace: a result has a configuration")
         return load_played(source)
     captured = scenes_of(source, slot, timing, configuration)
     print_notes(captured)
@@ -238,7 +236,7 @@ def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedP
     path = str(options.path)
     unknown = [name for name in options.scene or () if name not in {scene.name for scene in plan.scenes}]
     if unknown:
-        raise ValueError(f"the plan {plan.name} has no scene {unknown[0]!r}: --list names them")
+        raise ValueError(f"plan {plan.name}: no scene {unknown[0]!r}; --list prints the scenes")
     client = connect(path)
     with closing(client):
         if is_real(client) and not (options.live and options.control):
@@ -246,15 +244,15 @@ def _play(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> PlayedP
         try:
             logix = LogixPath(client, tags)
             date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
-            scenes = [play(scene, logix, plan) for scene in _chosen(options, plan, tags)]
+            scenes = [play(scene, logix, plan) for scene in _playable_scenes(options, plan, tags)]
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
         product = product_of(client)
     return PlayedPlan(plan.firmware, plan.timing, scenes, tags.slot, product, date, plan.name)
 
 
-def _chosen(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[PlannedScene]:
-    """Return the scenes that can be played here; report each scene that can't be played."""
+def _playable_scenes(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[PlannedScene]:
+    """Return the scenes that can be played; report each scene that can't be played."""
     chosen = []
     for scene in plan.scenes:
         if options.scene and scene.name not in options.scene:
@@ -268,11 +266,11 @@ def _chosen(options: ConformOptions, plan: ScenePlan, tags: ModuleTags) -> list[
 
 
 def _missing(scene: PlannedScene, tags: ModuleTags, *, has_encoder: bool) -> str:
-    """Return the need of a scene that the module does not meet; "" if it meets all."""
+    """Return the need of a scene that is not met; "" if all needs are met."""
     wired = sum(bit.value for bit in tags.wiring or {})
     if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
-        return "it needs inputs that are wired to outputs (--wire)"
-    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not has_encoder else ""
+        return "needs inputs that are wired to outputs (--wire)"
+    return "needs an encoder (--encoder)" if "encoder" in scene.needs and not has_encoder else ""
 
 
 def _say_list(plan: ScenePlan) -> None:
@@ -283,10 +281,10 @@ def _say_list(plan: ScenePlan) -> None:
 
 
 def _say_result(
-    whole: dict[str, object], result: ConformResult, recorded: PlayedPlan, name: str, *, as_json: bool
+    result_object: dict[str, object], result: ConformResult, recorded: PlayedPlan, name: str, *, as_json: bool
 ) -> None:
     if as_json:
-        say_json({name: part for name, part in whole.items() if name != "moments"})
+        say_json({name: part for name, part in result_object.items() if name != "moments"})
     else:
         for line in lines(result, recorded.reads):
             say(line)

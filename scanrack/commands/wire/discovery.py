@@ -25,9 +25,9 @@ def list_command() -> None:
 
     Example: scanrack device list
 
-    Exit status: 0 there are some, 1 there is none.
+    Exit status: 0 listed, 1 no serial port.
     """
-    devices = sorted(comports(), key=lambda each: each.device)
+    devices = sorted(comports(), key=lambda port: port.device)
     for device in devices:
         descriptions = [text for text in (device.description, device.manufacturer) if text and text != "n/a"]
         say("  ".join([device.device, *descriptions]))
@@ -42,21 +42,21 @@ def identify_command(
     ],
     address: Annotated[
         list[str] | None,
-        typer.Option("--address", metavar="N", help="Ask this address only; several, or 1-5."),
+        typer.Option("--address", metavar="N", help="Only this address, or a range 1-5; repeatable."),
     ] = None,
-    everyone: Annotated[bool, typer.Option("--all", help="Continue after the first that responds.")] = False,
+    everyone: Annotated[bool, typer.Option("--all", help="Continue after the first response.")] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Identify the device on a port.
 
-    It finds a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
+    It finds a PCL601 in Modbus RTU or ASCII, or a PMC006, and its address.
 
-    The questions only read: nothing is changed, and nothing moves. A line without an answer takes
-    about 25 seconds; --address makes it short.
+    The requests only read: they change nothing, and nothing moves. Without a response the search takes
+    about 25 s; with --address it takes less time.
 
     Example: scanrack device identify /dev/ttyUSB0
 
-    Exit status: 0 something answers, 1 nothing does or the line fails, 2 an address or PORT can't be meant.
+    Exit status: 0 a device responds, 1 no device responds or the line fails, 2 an address or PORT is invalid.
     """
     with reported_faults():
         addresses = addresses_in(address) if address else None
@@ -66,9 +66,9 @@ def identify_command(
             def show(language: str, number: int) -> None:
                 update(advance=1, description=f"{language} {number}" if number else language)
 
-            answers = probe(partial(open_port, port), addresses, show)
-            devices = list(answers if everyone else islice(answers, 1))
+            found_devices = probe(partial(open_port, port), addresses, show)
+            devices = list(found_devices if everyone else islice(found_devices, 1))
     for device in devices:
         say(device)
     if not devices:
-        raise typer.Exit(complain(f"no controller answers on {port}", NO))
+        raise typer.Exit(complain(f"no device responds on {port}", NO))

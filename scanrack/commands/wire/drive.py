@@ -1,4 +1,4 @@
-"""`scanrack drive TARGET`: one module on the bench, with requests and replies in JSON, in virtual time."""
+"""`scanrack drive TARGET`: JSON requests to a module, in virtual time."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from scanrack.jobs.drive.targets import BENCHES, Answer
 from scanrack.terminal.status import BAD_INPUT, DONE, complain
 
 
-def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
-    """Answer each line with one line; return the exit status: 2 if any request was refused, else 0.
+def respond_to_lines(respond: Answer, lines: Iterable[str], output: TextIO) -> int:
+    """Write a response for each request; return the exit status: 2 if a request was refused, else 0.
 
     Empty lines are skipped. A refused request changes nothing, and the session continues.
     """
@@ -24,36 +24,34 @@ def converse(answer: Answer, lines: Iterable[str], out: TextIO) -> int:
         if not line.strip():
             continue
         try:
-            reply = answer(line)
+            reply = respond(line)
         except RequestError as error:
             reply = {"error": str(error), "line": number}
             status = BAD_INPUT
-        out.write(json.dumps(reply) + "\n")
-        out.flush()
+        output.write(json.dumps(reply) + "\n")
+        output.flush()
     return status
 
 
 def drive(
     target: Annotated[
         str,
-        typer.Argument(
-            metavar="TARGET", help=f"What sits on the bench: {', '.join(BENCHES)}.", show_default=False
-        ),
+        typer.Argument(metavar="TARGET", help=f"Module: {', '.join(BENCHES)}.", show_default=False),
     ],
 ) -> None:
     """Exercise one module with JSON requests: one request per line in, one response per line out.
 
-    Time is virtual and never waits; the same input gives the same output, byte for byte.
-    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; the error for
+    Time is virtual; the same input produces the same output, byte for byte.
+    A request is {"new": {...}} for a new module, or {"out": [eight words], "for_ms": 100}; the error for
     an unknown key lists the allowed keys.
 
-    Exit status: 0 done, 2 any request was refused.
+    Exit status: 0 done, 2 a request was refused.
     """
     if target not in BENCHES:
         raise typer.Exit(complain(f"no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
     if sys.stdin is None:
         raise typer.Exit(complain("no requests: standard input is closed", BAD_INPUT))
-    raise typer.Exit(converse(BENCHES[target](), sys.stdin, sys.stdout))
+    raise typer.Exit(respond_to_lines(BENCHES[target](), sys.stdin, sys.stdout))
 
 
 def register(app: typer.Typer) -> None:

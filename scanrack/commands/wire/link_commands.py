@@ -1,4 +1,4 @@
-"""Shared parts of the commands for real controllers: options, faults, and the progress of a move."""
+"""Shared parts of the commands for devices: options, line faults, and the progress of a move."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ TimeoutOption = Annotated[
     typer.Option(
         "--timeout",
         metavar="SECONDS",
-        help=f"How long an answer may take, {ANSWER_RANGE_S[0]:g} to {ANSWER_RANGE_S[1]:g}.",
+        help=f"Maximum time of a response, {ANSWER_RANGE_S[0]:g} to {ANSWER_RANGE_S[1]:g}.",
     ),
 ]
 TIMEOUT_S = ANSWER_S
@@ -59,7 +59,7 @@ REOPENINGS = 6
 """Number of attempts to reopen a lost line in order to stop the motor."""
 
 REOPEN_S = 0.5
-"""Time between two attempts."""
+"""Time between two attempts, s."""
 
 
 class Mover(Protocol):
@@ -83,21 +83,21 @@ class LinkPlace:
     port: str | None  # serial port, or None
     tcp: str | None  # HOST:PORT, or None
     address: int  # of the controller on its line
-    answer_s: float  # longest time of an answer
+    answer_s: float  # maximum time of a response, s
 
     def open(self, line_format: LineFormat) -> Link:
         """Open the line; see `open_link`."""
         return open_link(self.port, self.tcp, line_format)
 
 
-class LinkOpener(Protocol):
-    """A line that is open."""
+class OpenLine(Protocol):
+    """An open line."""
 
     def close(self) -> None:
         """Release it."""
 
 
-Line = TypeVar("Line", bound=LinkOpener)
+Line = TypeVar("Line", bound=OpenLine)
 Client = TypeVar("Client", bound=Mover)
 
 
@@ -106,7 +106,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
     Raises:
         ValueError: not exactly one line is named.
-        LinkError: it can't be opened.
+        LinkError: it can't be open_line.
     """
     if port is not None and tcp is None:
         return SerialLink(port, line_format)
@@ -116,32 +116,32 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 
 @contextmanager
-def opened_client(opened: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
+def opened_client(open_line: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
     """Open the line to a controller; report its faults and end the command.
 
     If the line is lost while the motor moves, it is reopened to stop the motor.
 
     Args:
-        opened: opens the line.
+        open_line: opens the line.
         client_on: makes the client of a line.
     """
     with reported_faults():
         try:
-            with closing(opened()) as line:
+            with closing(open_line()) as line:
                 yield client_on(line)
         except MonitoringLostError as lost:
-            if lost.stopped or not _stopped_again(lambda: _stop_once(opened, client_on)):
+            if lost.stopped or not _stopped_again(lambda: _stop_once(open_line, client_on)):
                 raise
             raise MonitoringLostError(lost.why, stopped=True, received=lost.received) from lost
 
 
-def _stop_once(opened: Callable[[], Line], client_on: Callable[[Line], Mover]) -> None:
-    with closing(opened()) as line:
+def _stop_once(open_line: Callable[[], Line], client_on: Callable[[Line], Mover]) -> None:
+    with closing(open_line()) as line:
         client_on(line).stop()
 
 
 def _stopped_again(stop: Callable[[], None]) -> bool:
-    """Try to stop the motor over a new line until the controller answers; return whether it did."""
+    """Try to stop the motor over a new line until the controller responds; return whether it did."""
     for _ in range(REOPENINGS):
         if try_to_stop(stop):
             return True
@@ -150,7 +150,7 @@ def _stopped_again(stop: Callable[[], None]) -> bool:
 
 
 def show_state(rows: Iterable[tuple[str, str]]) -> None:
-    """Print names and values, one pair per line."""
+    """Print names and values, one pair in each line."""
     table = Cells(box=None, show_header=False, pad_edge=False)
     for name, value in rows:
         table.add_row(name, value)
@@ -188,7 +188,7 @@ def add_read(app: typer.Typer, client_at: ClientAt[Any], summary: str) -> None:
 
 def add_move(app: typer.Typer, client_at: ClientAt[Any], example: str) -> None:
     """Add the command that moves."""
-    summary = "Move over STEPS and wait for the end; a negative number goes after --."
+    summary = "Move by STEPS and wait for the end; put -- before a negative number."
 
     @app.command(help=f"{summary}\n\nCtrl-C stops the motor at once.\n\nExample: {example}")
     def move(
@@ -227,7 +227,7 @@ def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) ->
     @app.command(help="Check a program; writing it into a controller is not documented.")
     def write(file: ProgramArgument) -> None:
         with reported_faults():
-            raise ValueError(f"{file} is a good program of {count(file)} instructions, but {unwritten}")
+            raise ValueError(f"{file}: valid, {count(file)} instructions; {unwritten}")
 
 
 def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:
@@ -240,7 +240,7 @@ def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) 
 
 @contextmanager
 def reported_faults() -> Iterator[None]:
-    """Report a mistake of the user or a fault of the line, and end the command."""
+    """Report an error of the user or a fault of the line, and end the command."""
     with reported_mistakes():
         try:
             yield
@@ -252,19 +252,19 @@ def reported_faults() -> Iterator[None]:
 def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
     """Stop the motor on Ctrl-C and report it; yield a function that checks for Ctrl-C.
 
-    An exchange is completed first, since the stop can only be sent on a silent line.
+    A running exchange is completed first, since a stop can only be sent on a silent line.
 
     Raises:
-        MonitoringLostError: the controller does not answer the stop.
+        MonitoringLostError: the controller does not respond to the stop.
     """
     interrupt = Stop()
 
     def look() -> None:
-        if interrupt.asked:
+        if interrupt.requested:
             raise KeyboardInterrupt
 
     try:
-        with stopping_on_interrupt(interrupt.ask, look.__code__):
+        with stopping_on_interrupt(interrupt.request, look.__code__):
             yield look
     except KeyboardInterrupt:
         if not try_to_stop(stop):
@@ -274,21 +274,21 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
 
 @contextmanager
 def shown_travel(
-    start: int, target: int | None, each: Callable[[], None], *, quiet: bool
+    start: int, target: int | None, on_position: Callable[[], None], *, quiet: bool
 ) -> Iterator[Progress]:
-    """Show the progress of a motion, if standard error is a terminal; yield a function that takes positions.
+    """Show the progress of a motion on a terminal; yield a function that reports a position.
 
     Args:
-        target: expected end, None if unknown.
-        each: called with every position, and once before the first.
+        target: expected end, steps; None if it is unknown.
+        on_position: called at every position, and once before the first position.
     """
-    each()
+    on_position()
     columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
     total = None if target is None else abs(target - start)
     with shown_bar(*columns, quiet=quiet, total=lambda: total, transient=False, position=start) as update:
 
         def report(position: int) -> None:
             update(completed=abs(position - start), position=position)
-            each()
+            on_position()
 
         yield report

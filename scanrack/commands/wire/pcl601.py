@@ -1,4 +1,4 @@
-"""`scanrack device pcl601`: a real PCL601 on a serial port or a network, or a simulated one."""
+"""`scanrack device pcl601`: reads, sets and moves a real or simulated PCL601."""
 
 from __future__ import annotations
 
@@ -55,31 +55,31 @@ app.add_typer(programs, name="program")
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     """Open the line of the group's options; report a failure."""
-    place: LinkPlace
-    place, rtu_over_tcp = context.obj
+    link_place: LinkPlace
+    link_place, rtu_over_tcp = context.obj
 
     def open_line() -> ModbusLine:
-        answer_s = checked_answer_s(place.answer_s)
-        if place.tcp is not None and place.port is None and not rtu_over_tcp:
-            return ModbusTcpLine(*socket_address(place.tcp), answer_s)
-        # `open` refuses a port together with a TCP address, and neither of them
-        return RtuLine(place.open(FORMATS[Protocol.MODBUS]), answer_s)
+        answer_s = checked_answer_s(link_place.answer_s)
+        if link_place.tcp is not None and link_place.port is None and not rtu_over_tcp:
+            return ModbusTcpLine(*socket_address(link_place.tcp), answer_s)
+        # `open` raises ValueError unless exactly one of port and TCP address is given
+        return RtuLine(link_place.open(FORMATS[Protocol.MODBUS]), answer_s)
 
-    with opened_client(open_line, lambda line: Pcl601Client(line, place.address)) as client:
+    with opened_client(open_line, lambda line: Pcl601Client(line, link_place.address)) as client:
         yield client
 
 
 @app.callback()
-def _place(
+def _set_link(
     context: typer.Context,
     port: PortOption = None,
     tcp: Annotated[
         str | None, typer.Option("--tcp", metavar="HOST:PORT", help="Modbus TCP instead of a serial port.")
     ] = None,
     rtu_over_tcp: Annotated[
-        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the serial line's own bytes.")
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: serial bytes instead of Modbus TCP.")
     ] = False,
-    address: Annotated[int, typer.Option("--address", metavar="N", help="Its address, 1 to 99.")] = 1,
+    address: Annotated[int, typer.Option("--address", metavar="N", help="Address, 1 to 99.")] = 1,
     timeout: TimeoutOption = TIMEOUT_S,
 ) -> None:
     context.obj = LinkPlace(port, tcp, address, timeout), rtu_over_tcp
@@ -113,7 +113,7 @@ def set_register(
     name: NameArgument,
     value: ValueArgument,
 ) -> None:
-    """Set a register; a negative VALUE goes after --."""
+    """Set a register; put -- before a negative VALUE."""
     with client_at(context) as client:
         client.set(name, value)
 
@@ -135,10 +135,10 @@ add_move(app, client_at, "scanrack device pcl601 --tcp 192.168.0.9:502 move --sp
 @app.command()
 def home(
     context: typer.Context,
-    kind: Annotated[int, typer.Option("--type", metavar="0|1", help="The manual's home type.")] = 1,
+    kind: Annotated[int, typer.Option("--type", metavar="0|1", help="Home type of the manual.")] = 1,
     quiet: QuietOption = False,
 ) -> None:
-    """Look for the home switch; Ctrl-C stops the motor at once."""
+    """Home the axis; Ctrl-C stops the motor at once."""
     with client_at(context) as client:
         search_home(client, partial(client.home, kind), quiet=quiet)
 
@@ -155,9 +155,9 @@ def run_program(context: typer.Context) -> None:
 
 @programs.command("list", no_args_is_help=True)
 def list_program(file: ProgramArgument) -> None:
-    """Print a program line by line: address and size in program memory, in bytes, and the instruction.
+    """Print a program line by line: address and size in program memory (bytes), and the instruction.
 
-    Sizes are this simulator's: of the real unit's only "2 to 7 bytes" is published.
+    The sizes are those of this simulator; for the real unit, only "2 to 7 bytes" is published.
 
     Example: scanrack device pcl601 program list program.pclt
     """

@@ -1,4 +1,4 @@
-"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or a serial server."""
+"""`scanrack device pmc006`: reads, sets and moves a real or simulated PMC006x3s."""
 
 from __future__ import annotations
 
@@ -50,34 +50,34 @@ app.add_typer(programs, name="program")
 @contextmanager
 def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     """Open the port of the group's options; report a failure."""
-    place: LinkPlace
-    place, by_zero = context.obj
+    link_place: LinkPlace
+    link_place, by_zero = context.obj
 
     def client_on(link: Link) -> Pmc006Client:
-        return Pmc006Client(link, place.address, answer_s=place.answer_s, by_zero=by_zero)
+        return Pmc006Client(link, link_place.address, answer_s=link_place.answer_s, by_zero=by_zero)
 
-    with opened_client(lambda: place.open(LINE_FORMAT), client_on) as client:
+    with opened_client(lambda: link_place.open(LINE_FORMAT), client_on) as client:
         yield client
 
 
 @app.callback()
-def _place(
+def _set_link(
     context: typer.Context,
     port: PortOption = None,
     tcp: Annotated[
         str | None,
-        typer.Option("--tcp", metavar="HOST:PORT", help="The line's own bytes over TCP instead."),
+        typer.Option("--tcp", metavar="HOST:PORT", help="Serial bytes over TCP instead of a serial port."),
     ] = None,
     address: Annotated[
-        int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
+        int, typer.Option("--address", metavar="N", help="Address, 1 to 120, or 255, the factory address.")
     ] = 255,
     timeout: TimeoutOption = TIMEOUT_S,
     by_zero: Annotated[
         bool,
         typer.Option(
             "--by-zero",
-            help=f"Also read {', '.join(BY_ZERO)}, by sending their setting instructions with data 0. "
-            "The manual says that some of them read then [4.1.1]; one that does not is set to 0.",
+            help=f"Also read {', '.join(BY_ZERO)} by their setting instructions with data 0. "
+            "By the manual, some of these instructions then read [4.1.1]; the others set 0.",
         ),
     ] = False,
 ) -> None:
@@ -88,8 +88,8 @@ def _place(
 def status(context: typer.Context) -> None:
     """Show position, status registers, pins and parameters that can be read.
 
-    It sends read instructions only. With --by-zero before the command it also shows the speeds, the current
-    and the encoder's counts.
+    It only sends read instructions. With --by-zero before the command it also shows the speeds, the current
+    and the encoder counts.
     """
     with client_at(context) as client:
         show_state(_state(client))
@@ -123,9 +123,9 @@ def set_parameter(
     context: typer.Context,
     name: NameArgument,
     value: ValueArgument,
-    keep: Annotated[bool, typer.Option("--save", help="Also save all parameters into the EEPROM.")] = False,
+    keep: Annotated[bool, typer.Option("--save", help="Also save all parameters to the EEPROM.")] = False,
 ) -> None:
-    """Set a parameter; a negative VALUE goes after --."""
+    """Set a parameter; put -- before a negative VALUE."""
     with client_at(context) as client:
         client.set(name, value)
         if keep:
@@ -134,7 +134,7 @@ def set_parameter(
 
 @app.command()
 def save(context: typer.Context) -> None:
-    """Save the parameters into the EEPROM, whose number of writes is limited."""
+    """Save the parameters to the EEPROM; its number of writes is limited."""
     with client_at(context) as client:
         client.save()
 
@@ -146,14 +146,14 @@ add_move(app, client_at, "scanrack device pmc006 --serial /dev/ttyUSB0 move --sp
 def home(
     context: typer.Context,
     stroke: Annotated[
-        int, typer.Option("--stroke", metavar="STEPS", help="The most it may travel.", show_default=False)
+        int, typer.Option("--stroke", metavar="STEPS", help="Maximum travel.", show_default=False)
     ],
     speed: Annotated[
         int | None, typer.Option("--speed", metavar="V", help="Speed back to zero, steps/s.")
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
+    """Home to the switch on EXT1; Ctrl-C stops the motor at once."""
     with client_at(context) as client:
 
         def find(progress: Progress) -> int:
@@ -178,7 +178,7 @@ def _listing(file: Path) -> UserProgram:
 
 @programs.command("check")
 def check(file: ProgramArgument) -> None:
-    """Assemble a listing and print it as a program, line by line."""
+    """Assemble a listing and print the program, line by line."""
     with reported_faults():
         for number, line in enumerate(_listing(file).lines):
             say(f"{number:3}  {line}")

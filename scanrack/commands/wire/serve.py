@@ -1,4 +1,4 @@
-"""`scanrack serve CONTROLLER`: a simulated controller at a port, in step with the wall clock."""
+"""`scanrack serve CONTROLLER`: a simulated controller on a port, in real time."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ from .serve_options import ServedDevice, ServeOptions, check_options
 from .serve_remote import serve_remote
 
 LOOKED_EVERY_S = 0.01
-"""Longest time between two records of changing registers, or two looks at the control channel."""
+"""Longest time between two records of registers, or two checks of the control channel, s."""
 
 REFRESH_NS = 250_000_000
-"""Time between two refreshes of the status."""
+"""Time between two refreshes of the status, ns."""
 
 
 MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
@@ -68,7 +68,7 @@ def status_table(units: Sequence[ServedUnit]) -> Table:
 
 
 class TypedInputs:
-    """Lines typed during the service: each sets an input."""
+    """Lines that are typed during the service; each sets an input."""
 
     def __init__(self, units: Sequence[ServedUnit]) -> None:
         self._units = units
@@ -77,13 +77,13 @@ class TypedInputs:
         self._take = _line_at_terminal if hasattr(os, "tcgetpgrp") else ConsoleLines().take
 
     def look(self) -> None:
-        """Process the next line, if any; a mistake prints a message and changes nothing."""
+        """Process the next line, if any; an invalid line prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
         try:
             line = self._take()
-        except OSError:  # the terminal has been closed: its SIGHUP ends the service, unless it is ignored
+        except OSError:  # the terminal is closed; its SIGHUP ends the service, unless it is ignored
             line = ""
         if line is None:
             return
@@ -104,7 +104,7 @@ def _line_at_terminal() -> str | None:
 
 
 class ConsoleLines:
-    """Lines typed at a console of Windows, which `select` does not take: a thread waits for them."""
+    """Lines typed at a console of Windows, which `select` does not support: a thread reads them."""
 
     def __init__(self) -> None:
         self._lines: SimpleQueue[str] | None = None
@@ -147,7 +147,7 @@ def recording(options: ServeOptions, units: Sequence[ServedUnit]) -> Iterator[Li
 
 @contextmanager
 def shown_status(units: Sequence[ServedUnit], *, quiet: bool) -> Iterator[Callable[[], None]]:
-    """Show the units' state on standard error, if that is a terminal; yield the refresh function."""
+    """Show the units' state if standard error is a terminal; yield the function that refreshes it."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
         yield lambda: None
@@ -188,9 +188,9 @@ def _serve_command(
             memory = ControllerMemory(options.memory, options.controller, options.programs_in_use)
             memory_kept = stack.enter_context(memory)
         line = (
-            _drives(options, clock, memory_kept)
+            _make_drives(options, clock, memory_kept)
             if options.controller in MODELS
-            else _line(options, memory_kept)
+            else _make_line(options, memory_kept)
         )
         units = line.units
         choice = PortChoice(
@@ -204,7 +204,7 @@ def _serve_command(
         # Ctrl-C may come between the line with the address and the first step
         with (
             recording(options, units) as recorder,
-            _controlled(line, clock, options.control) as channel,
+            _control_channel(line, clock, options.control) as channel,
             suppress(KeyboardInterrupt),
         ):
             server, place = line.server(choice, clock, recorder)
@@ -218,25 +218,25 @@ def _serve_command(
         raise typer.Exit(INTERRUPTED)
 
 
-def _drives(options: ServeOptions, clock: Clock, kept: ControllerMemory | None) -> LineService:
+def _make_drives(options: ServeOptions, clock: Clock, memory: ControllerMemory | None) -> LineService:
     """Make the drives of the options."""
     model = MODELS[options.controller]
-    service = DriveService(model, clock, options.axes, options.machine or (), kept)
+    service = DriveService(model, clock, options.axes, options.machine or (), memory)
     for pin in options.pin or ():
         wire(service.units, pin)
     return service
 
 
-def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
+def _make_line(options: ServeOptions, memory: ControllerMemory | None) -> LineService:
     """Make the controllers of the options, on their line."""
     usual_ms = PORT_GAP_MS if options.serial is None else SERIAL_GAP_MS
     gap = usual_ms if options.gap_ms is None else options.gap_ms
-    addresses = addresses_in(options.address or []) or ([] if kept is None else kept.addresses)
+    addresses = addresses_in(options.address or []) or ([] if memory is None else memory.addresses)
     units = MAKERS[options.controller](
         addresses, options.program or [], options.speed, options.thumbwheel or [], gap
     )
-    if kept is not None:
-        kept.restore(units, addressed=bool(options.address))
+    if memory is not None:
+        memory.restore(units, addressed=bool(options.address))
     units = on_machines(units, options.machine or [])
     for option in options.pin or []:
         wire(units, option)
@@ -262,7 +262,7 @@ class _Watchers(NamedTuple):
 
 
 @contextmanager
-def _controlled(line: LineService, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
+def _control_channel(line: LineService, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
     """Open the control channel on a port; yield None without a port."""
     if port is None:
         yield None
@@ -287,12 +287,12 @@ def _serve(
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # the initial state
-        calm = all(watcher is None for watcher in watchers)
-        serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
+        is_unwatched = all(watcher is None for watcher in watchers)
+        serve_until_interrupted(server, each_step, longest_s=LONGEST_S if is_unwatched else LOOKED_EVERY_S)
 
 
 def _record(units: Sequence[ServedUnit], clock: Clock, recorder: LineRecorder | None) -> None:
-    """Record the current state of the units, and flush it, so that it survives a kill."""
+    """Record the current state of the units, and write it to the file, so that it survives a kill."""
     if recorder is not None:
         recorder.draft()
         now_ns = clock.now_ns()

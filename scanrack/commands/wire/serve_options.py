@@ -34,7 +34,7 @@ DRIVES_ONLY = ("axes", "ethernet_ip", "io_port")
 ALSO_DRIVES = ("speed", "machine", "memory", "pin", "control")
 
 
-def _has_option(controller: ServedDevice, name: str) -> bool:
+def _supports(controller: ServedDevice, name: str) -> bool:
     if controller in MODELS:
         return name in (*FOR_ALL, *DRIVES_ONLY, *ALSO_DRIVES)
     if controller is ServedDevice.AMCI3601:
@@ -43,16 +43,12 @@ def _has_option(controller: ServedDevice, name: str) -> bool:
 
 
 def check_options(context: typer.Context, controller: ServedDevice) -> None:
-    """Refuse the options that this device does not have.
-
-    Raises:
-        ValueError: such an option was given.
-    """
+    """Raise ValueError if an option is given that the device does not support."""
     for param in context.command.params:
         source = context.get_parameter_source(param.name or "")
         is_given = source is not None and source.name == "COMMANDLINE"
-        if is_given and not _has_option(controller, param.name or ""):
-            raise ValueError(f"{param.opts[0]}: {controller} does not have it")
+        if is_given and not _supports(controller, param.name or ""):
+            raise ValueError(f"{param.opts[0]}: not supported by {controller}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,26 +69,26 @@ class ServeOptions:
             metavar="[RACK]", help="amci3601: rack file with the module and its machine.", show_default=False
         ),
     ] = None
-    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False
+    pty: Annotated[bool, typer.Option("--pty", help="Serve on a pseudo-terminal; print its path.")] = False
     serial: Annotated[
-        str | None, typer.Option("--serial", metavar="DEVICE", help="On a serial port of this machine.")
+        str | None, typer.Option("--serial", metavar="DEVICE", help="Serve on a serial port.")
     ] = None
     tcp: Annotated[
         str | None,
         typer.Option(
-            "--tcp", metavar="[HOST:]PORT", help="Over TCP; on the loopback address unless a host is given."
+            "--tcp", metavar="[HOST:]PORT", help="Serve over TCP; without a host, on the loopback address."
         ),
     ] = None
     rtu_over_tcp: Annotated[
-        bool, typer.Option("--rtu-over-tcp", help="With --tcp: the line's own bytes, not Modbus TCP.")
+        bool, typer.Option("--rtu-over-tcp", help="With --tcp: serial bytes instead of Modbus TCP.")
     ] = False
     address: Annotated[
         list[str] | None,
-        typer.Option("--address", metavar="N", help="Address; several, or 1-5, for several units on a line."),
+        typer.Option("--address", metavar="N", help="Address, or a range 1-5 for several units; repeatable."),
     ] = None
     program: Annotated[
         list[Path] | None,
-        typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
+        typer.Option("--program", metavar="FILE", help="Stored program in the controller's memory."),
     ] = None
     speed: Annotated[
         float, typer.Option("--time-scale", metavar="FACTOR", help="Speed relative to real time.")
@@ -102,7 +98,7 @@ class ServeOptions:
         typer.Option(
             "--machine",
             metavar="RACK",
-            help="The machine in a rack file moves with the motor and acts on the inputs; of several 2:RACK.",
+            help="Connect the machine of a rack file; for one of several units 2:RACK.",
         ),
     ] = None
     memory: Annotated[
@@ -110,7 +106,7 @@ class ServeOptions:
         typer.Option(
             "--memory",
             metavar="FILE",
-            help="File of the nonvolatile memory of the controllers: address, stored program, parameters.",
+            help="File of the nonvolatile memory: address, stored program, parameters.",
         ),
     ] = None
     pin: Annotated[
@@ -119,32 +115,36 @@ class ServeOptions:
     ] = None
     thumbwheel: Annotated[
         list[str] | None,
-        typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
+        typer.Option(
+            "--thumbwheel", metavar="DIGITS", help="PCL601: thumbwheel; for one of several 2:DIGITS."
+        ),
     ] = None
     gap_ms: Annotated[
         float | None,
         typer.Option(
             "--gap-ms",
             metavar="MS",
-            help="PCL601: silence after which another frame may begin; 5, on a serial port 25.",
+            help="PCL601: silence between frames [default: 5, on a serial port 25].",
         ),
     ] = None
-    axes: Annotated[int, typer.Option("--axes", metavar="N", help="Drives: axes in the stack, up to 12.")] = 1
+    axes: Annotated[int, typer.Option("--axes", metavar="N", help="Drives: axes of the stack, 1 to 12.")] = 1
     ethernet_ip: Annotated[
         str | None,
         typer.Option(
             "--ethernet-ip",
             metavar="[HOST:]PORT",
-            help="SMD23E2: EtherNet/IP, usually at 44818.",
+            help="SMD23E2: serve EtherNet/IP, usually on port 44818.",
         ),
     ] = None
     io_port: Annotated[
         int,
-        typer.Option("--io-port", metavar="PORT", min=0, max=65535, help="UDP port of its class 1 packets."),
+        typer.Option(
+            "--io-port", metavar="PORT", min=0, max=65535, help="SMD23E2: UDP port of class 1 packets."
+        ),
     ] = IO_PORT
     slot: Annotated[
         int | None,
-        typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several."),
+        typer.Option("--slot", metavar="N", help="amci3601: slot, if the rack has several 3601s."),
     ] = None
     silence: Annotated[
         float,
@@ -155,14 +155,14 @@ class ServeOptions:
     ] = False
     line_time: Annotated[
         bool,
-        typer.Option("--line-time", help="Characters also take the time of the baud rate on TCP and ptys."),
+        typer.Option("--line-time", help="Transmit at the baud rate, also on TCP and ptys."),
     ] = False
     fault: Annotated[
         list[str] | None,
         typer.Option(
             "--fault",
             metavar="FAULT",
-            help="A fault of the line: drop=N, drop=N/M, crc=N, crc=N/M, delay=MS or silence=on.",
+            help="Line fault: drop=N, drop=N/M, crc=N, crc=N/M, delay=MS or silence=on.",
         ),
     ] = None
     gateway_ms: Annotated[
@@ -180,7 +180,7 @@ class ServeOptions:
             metavar="PORT",
             min=0,
             max=65535,
-            help="Port of this machine for JSON lines of faults and inputs, after the printed key.",
+            help="Local port for JSON lines with faults and inputs; the first line is the printed key.",
         ),
     ] = None
     record: Annotated[
@@ -188,10 +188,10 @@ class ServeOptions:
     ] = None
     replace: ReplaceOption = False
     ascii_mode: Annotated[
-        bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
+        bool, typer.Option("--ascii", help="PCL601: use AA ASCII on the line, as after code 11.")
     ] = False
     start: Annotated[
-        bool, typer.Option("--start", help="PCL601: stored programs are started, as by SMC60WIN.")
+        bool, typer.Option("--start", help="PCL601: start the stored programs, as SMC60WIN does.")
     ] = False
     quiet: QuietOption = False
 

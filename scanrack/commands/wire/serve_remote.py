@@ -1,4 +1,4 @@
-"""`scanrack serve amci3601 [RACK] --tcp PORT`: a 3601 as remote I/O of a foreign PLC."""
+"""`scanrack serve amci3601 [RACK] --tcp PORT`: a 3601 as remote I/O of another PLC."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ def serve_remote(options: ServeOptions) -> int:
         run_options = RunOptions(options.record, pacer=pace, listeners=[plc], warn=warn, keep=keep)
         run = JobRun(job, ports, run_options)
         plc.attach(run.cpu)
-        place = "a rack of its own" if options.rack is None else options.rack
-        every = f"exchanged every {time_text(job.spec.scan_ns)}"
-        say(f"{port.name}  amci3601 in slot {plc.slot} of {place}, {every}; Ctrl-C ends")
-        sys.stdout.flush()  # a reader of the port through a pipe waits for it
+        rack_text = "a rack of its own" if options.rack is None else options.rack
+        interval = f"exchanged every {time_text(job.spec.scan_ns)}"
+        say(f"{port.name}  amci3601 in slot {plc.slot} of {rack_text}, {interval}; Ctrl-C ends")
+        sys.stdout.flush()  # a program may read the port through a pipe
         observed = partial(shown_progress, quiet=options.quiet)
         status = run_to_end(
             run.cpu, partial(run.run, None, observed=observed), lambda: run.cpu.stop_requested

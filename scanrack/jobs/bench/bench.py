@@ -26,7 +26,7 @@ from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.edits_and_forces import SET
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, wait_of, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import continue_as, tags_in
 from ..run.external_tags import report_external_tags
@@ -344,11 +344,11 @@ class Bench:
             ValueError: an unknown name, or no scan has run.
         """
         why = self._why()
-        return why.rack() if tag is None else why.of(tag)[0]
+        return why.rack() if tag is None else why.explain(tag)[0]
 
     def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
         """Return the answer of `why` and its chain; `deep` puts all of the chain into the text."""
-        return self._why().of(tag, deep=deep)
+        return self._why().explain(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, back to an input, operator, incident or power-up.
@@ -429,7 +429,7 @@ class Bench:
 
     def __str__(self) -> str:
         lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
-        lines += [str(standing(sequence, self.scans)) for sequence in self.sequences.values()]
+        lines += [str(wait_of(sequence, self.scans)) for sequence in self.sequences.values()]
         lines += [f"  {event}" for event in self.events[-5:]]
         return "\n".join(lines)
 

@@ -150,9 +150,9 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
     """
     moment = question.moment
     for tag in (question.what, moment.until):
-        if tag is not None and not images.means_image(tag):
+        if tag is not None and not images.is_address(tag):
             _ = debugger.tags[tag]
-    if moment.until is None or not images.means_image(moment.until):
+    if moment.until is None or not images.is_address(moment.until):
         return moment
     row = _reached(moment, images.first_on(moment.until))
     return ScanChoice(at=str(images.recording.numbers[row]))
@@ -174,7 +174,7 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
     scans, row, subject, want = why.recording, why.row, question.what, question.want
-    text, chain = (why.rack(), None) if subject is None else why.of(subject, deep=question.deep)
+    text, chain = (why.rack(), None) if subject is None else why.explain(subject, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
     remedies = None if subject is None or want is None else why.suggest_inputs(subject, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)

@@ -1,6 +1,6 @@
-"""EtherNet/IP: extracts from packets how clients read and write modules' images in a CompactLogix.
+"""EtherNet/IP: reads and writes of modules' images by clients of a CompactLogix, found in packets.
 
-    frame, items -> message, out of Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
+    frame, items -> message, also in Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
 
 A message identifies a tag by its name, or by its number in the controller's list of tags. If a capture began
 after the list was read, tags with numbers stay unknown [1756-PM020].
@@ -40,10 +40,10 @@ from typing_extensions import override
 from .pairing import OPEN_MAX, PairedExchange, Pairing
 
 DEEPEST = 2
-"""Largest nesting depth of batches and routed messages."""
+"""Maximum nesting depth of batches and routed messages."""
 
 TAGS_MOST = 100_000
-"""Largest number of tags kept from a list."""
+"""Maximum number of tags that are kept from a list."""
 
 _SOME_FAILED = 0x1E
 """Status of a batch in which some messages failed."""
@@ -53,7 +53,10 @@ _ATTRIBUTE_BYTES = {2: 2, 3: 4, 5: 4, 6: 4, 7: 2, 8: 12, 9: 1, 10: 1}
 
 _REPLY = 0x80
 _Key = tuple[int, bytes]
+"""Command of a frame, and the context or sequence number that a reply repeats."""
+
 _Sent = tuple[int, bytes]
+"""Time of a request in ns, and its message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +64,14 @@ class ImageExchange(PairedExchange):
     """A read or write of a module's words; its unit is the slot number.
 
     Attributes:
-        output: whether the words are those of `Local:n:O`, not of `Local:n:I`.
-        at: offset of `data` in the eight words, bytes; negative if it begins before them.
+        output: whether the words belong to `Local:n:O`; otherwise to `Local:n:I`.
+        offset: offset of `data` in the eight words, bytes.
         data: the bytes that were read or written.
-        keep: mask of the bits that the message leaves unchanged; b"" for none.
+        keep: mask of the bits that the message leaves unchanged; b"" = it changes all.
     """
 
     output: bool
-    at: int
+    offset: int
     data: bytes
     keep: bytes = b""
 
@@ -78,12 +81,12 @@ class CipPairing(Pairing):
 
     Attributes:
         reads: number of reads of tags that are not modules' images.
-        unnamed: how many of these identify the tag by a number that the capture does not explain.
+        unnamed: number of these reads by a tag number without a name in the capture.
     """
 
     def __init__(self) -> None:
         self.reads = self.unnamed = 0
-        self._rest = {True: b"", False: b""}
+        self._unparsed = {True: b"", False: b""}
         self._open: OrderedDict[_Key, deque[_Sent]] = OrderedDict()
         self._names: dict[int, str] = {}
 
@@ -99,17 +102,17 @@ class CipPairing(Pairing):
                 requested_ns, request = requests_open.popleft()
                 if not requests_open:
                     del self._open[key]
-                yield from self._answered((requested_ns, at_ns), request, message, 0)
+                yield from self._exchanges((requested_ns, at_ns), request, message, 0)
 
     @property
     @override
     def passed_over(self) -> str:
         if not self.reads:
             return ""
-        unnamed = f", {self.unnamed:,} of them by numbers whose names came before the capture"
+        unnamed = f", {self.unnamed:,} of them by numbers without a name in the capture"
         return (
             f"{self.reads:,} reads of tags{unnamed if self.unnamed else ''}, none of Local:n:I: "
-            "let the client read that, too"
+            "the client must also read that tag"
         )
 
     @override
@@ -119,7 +122,7 @@ class CipPairing(Pairing):
         return iter(())
 
     def _messages(self, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
-        data, offset = (b"" if fresh else self._rest[to_device]) + data, 0
+        data, offset = (b"" if fresh else self._unparsed[to_device]) + data, 0
         while len(data) >= offset + HEAD.size:
             command, length, _, status, context, options = HEAD.unpack_from(data, offset)
             if command > COMMAND_MOST or options:  # wait until a segment begins with a frame
@@ -135,9 +138,9 @@ class CipPairing(Pairing):
                 yield (command, context), message
             else:
                 yield (command, message[:2]), message[2:]
-        self._rest[to_device] = data[offset:]
+        self._unparsed[to_device] = data[offset:]
 
-    def _answered(
+    def _exchanges(
         self, times: tuple[int, int], request: bytes, reply: bytes, depth: int
     ) -> Iterator[PairedExchange]:
         """Yield the exchanges of a request and its reply."""
@@ -145,59 +148,60 @@ class CipPairing(Pairing):
             service, path, data = _request_parts(request)
             if depth < DEEPEST and service == UNCONNECTED and path.numbers.get("class") == MANAGER:
                 (size,) = struct.unpack_from("<H", data, 2)
-                yield from self._answered(times, data[4 : 4 + size], reply, depth + 1)
+                yield from self._exchanges(times, data[4 : 4 + size], reply, depth + 1)
                 return
-            status, answer = _reply_parts(service, reply)
+            status, reply_data = _reply_parts(service, reply)
             if service == BATCH and status in (DONE, _SOME_FAILED) and depth < DEEPEST:
-                for part, its_reply in zip(_parts(data), _parts(answer), strict=False):
-                    yield from self._answered(times, part, its_reply, depth + 1)
+                messages = zip(_batch_messages(data), _batch_messages(reply_data), strict=False)
+                for message, message_reply in messages:
+                    yield from self._exchanges(times, message, message_reply, depth + 1)
             elif service == LISTING and status in (DONE, PARTIAL):
-                self._list(path, data, answer)
+                self._store_names(path, data, reply_data)
             elif status in (DONE, PARTIAL):
-                yield from self._of_tag(times, (request, reply), service, path, data, answer)
+                yield from self._image_exchange(times, (request, reply), service, path, data, reply_data)
         except (CipRefusedError, struct.error, IndexError):
             return  # truncated, or not a message about a tag
 
-    def _list(self, path: Path, data: bytes, answer: bytes) -> None:
+    def _store_names(self, path: Path, data: bytes, reply_data: bytes) -> None:
         """Store the names of the controller's tags by number."""
         if any(not isinstance(step, Instance) for step in path.steps):
             return  # ignore program-scoped tags
         (count,) = struct.unpack_from("<H", data)
         attributes = struct.unpack_from(f"<{count}H", data, 2)
         offset = 0
-        while offset + 4 <= len(answer) and len(self._names) < TAGS_MOST:
-            (number,) = struct.unpack_from("<I", answer, offset)
+        while offset + 4 <= len(reply_data) and len(self._names) < TAGS_MOST:
+            (number,) = struct.unpack_from("<I", reply_data, offset)
             offset += 4
             for attribute in attributes:
                 if attribute == 1:
-                    (size,) = struct.unpack_from("<H", answer, offset)
-                    name = answer[offset + 2 : offset + 2 + size].decode("ascii", "replace")
+                    (size,) = struct.unpack_from("<H", reply_data, offset)
+                    name = reply_data[offset + 2 : offset + 2 + size].decode("ascii", "replace")
                     self._names[number] = name
                     offset += 2 + size
                 else:
-                    offset += _ATTRIBUTE_BYTES.get(attribute, len(answer))
+                    offset += _ATTRIBUTE_BYTES.get(attribute, len(reply_data))
 
-    def _of_tag(
+    def _image_exchange(
         self,
         times: tuple[int, int],
         messages: tuple[bytes, bytes],
         service: int,
         path: Path,
         data: bytes,
-        answer: bytes,
+        reply_data: bytes,
     ) -> Iterator[PairedExchange]:
         """Yield the exchange for a module's tag; count reads of other tags."""
         names = [
             self._names.get(step.number, "") if isinstance(step, Instance) else step for step in path.steps
         ]
-        place = image_place(names)
-        if place is None and service in (READ, READ_PART):
+        image = image_place(names)
+        if image is None and service in (READ, READ_PART):
             self.reads += 1
             self.unnamed += names[:1] == [""]
-        change = None if place is None else _change(place, service, data, answer)
-        if place is not None and change is not None:
-            now_ns, changed, keep = change
-            yield ImageExchange(*times, place.slot, *messages, place.output, now_ns, changed, keep)
+        change = None if image is None else _change(image, service, data, reply_data)
+        if image is not None and change is not None:
+            offset, changed, keep = change
+            yield ImageExchange(*times, image.slot, *messages, image.output, offset, changed, keep)
 
 
 def _request_parts(message: bytes) -> tuple[int, Path, bytes]:
@@ -211,46 +215,47 @@ def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
     return message[2], message[4 + 2 * message[3] :]
 
 
-def _parts(batch: bytes) -> list[bytes]:
-    """Return the messages of a batch; none if offsets decrease: bytes could repeat 16,000 times."""
+def _batch_messages(batch: bytes) -> list[bytes]:
+    """Return the messages of a batch; none if offsets decrease, since bytes could repeat 16,000 times."""
     (count,) = struct.unpack_from("<H", batch)
-    places: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
-    if any(end < begin for begin, end in pairwise(places)):
+    offsets: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
+    if any(end < begin for begin, end in pairwise(offsets)):
         return []
-    return [batch[begin:end] for begin, end in pairwise(places)]
+    return [batch[begin:end] for begin, end in pairwise(offsets)]
 
 
 _Change = tuple[int, bytes, bytes]
-"""Offset, bytes, and mask of the bits that stay."""
+"""Offset in the eight words, bytes, and mask of the unchanged bits, see `ImageExchange`."""
 
 
-def _change(place: ImagePlace, service: int, data: bytes, answer: bytes) -> _Change | None:
-    """Return the part of the words that a message reads or writes, or None."""
+def _change(image: ImagePlace, service: int, data: bytes, reply_data: bytes) -> _Change | None:
+    """Return the bytes of a module's image that a message reads or writes, or None."""
     if service == MODIFY:
-        return _modified(place, data)
+        return _modify_change(image, data)
     if service not in (READ, READ_PART, WRITE, WRITE_PART):
         return None
-    skip, body = _elements(service, data, answer)
-    if place.bit is None:
-        return _within(place.at + skip, body, b"")
-    mask = 1 << place.bit
-    return _within(place.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
+    skip, body = _elements(service, data, reply_data)
+    if image.bit is None:
+        return _clipped(image.at + skip, body, b"")
+    mask = 1 << image.bit
+    return _clipped(image.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
 
 
-def _modified(place: ImagePlace, data: bytes) -> _Change | None:
+def _modify_change(image: ImagePlace, data: bytes) -> _Change | None:
     """Return the change by a Read-Modify-Write, or None."""
     (size,) = struct.unpack_from("<H", data)
-    ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
-    if place.bit is not None or not size or len(ands) < size:
+    or_mask, and_mask = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
+    if image.bit is not None or not size or len(and_mask) < size:
         return None
-    keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
-    return _within(place.at, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
+    masks = list(zip(or_mask, and_mask, strict=True))
+    keep = bytes(ands & ~ors & 0xFF for ors, ands in masks)
+    return _clipped(image.at, bytes(ors & ands for ors, ands in masks), keep)
 
 
-def _elements(service: int, data: bytes, answer: bytes) -> tuple[int, bytes]:
+def _elements(service: int, data: bytes, reply_data: bytes) -> tuple[int, bytes]:
     """Return the offset of the elements in a message, and the elements."""
     is_write = service in (WRITE, WRITE_PART)
-    typed = data if is_write else answer
+    typed = data if is_write else reply_data
     (code,) = struct.unpack_from("<H", typed)
     body = typed[(4 if code == STRUCTURED else 2) + 2 * is_write :]  # skip type and count
     if service == READ_PART:
@@ -258,8 +263,8 @@ def _elements(service: int, data: bytes, answer: bytes) -> tuple[int, bytes]:
     return (struct.unpack_from("<I", body)[0], body[4:]) if service == WRITE_PART else (0, body)
 
 
-def _within(at: int, data: bytes, keep: bytes) -> _Change | None:
-    """Return the part of a change that lies in the eight words of a 3601, or None."""
-    first, end = max(0, -at), 2 * WORDS - at
+def _clipped(offset: int, data: bytes, keep: bytes) -> _Change | None:
+    """Return the part of a change inside the eight words of a 3601; None if no byte is inside."""
+    first, end = max(0, -offset), 2 * WORDS - offset
     data = data[first:end] if end > 0 else b""
-    return (at + first, data, keep[first:end]) if data else None
+    return (offset + first, data, keep[first:end]) if data else None

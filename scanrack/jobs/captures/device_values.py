@@ -1,8 +1,8 @@
-"""Extracts named values from exchanges with a controller: registers, terminals, parameters of a PMC006."""
+"""Named values in exchanges with a controller: registers, inputs and outputs, parameters of a PMC006."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from scanrack.io_images.pcl601 import WORD_COUNT, WORDS
 from scanrack.io_images.pmc006.frame import STATE_ERROR, UNKNOWN_ERROR
@@ -25,24 +25,25 @@ def pcl601_values(exchange: PairedExchange, words: dict[int, int]) -> Values:
     pair = decoded(exchange)
     if pair is None:
         return {}
-    request, answer = pair
+    request, reply = pair
     function, first = request.function_code, request.address
     if function in (pdus.READ_COILS, pdus.READ_INPUTS):
         name = "outputs" if function == pdus.READ_COILS else "inputs"
-        return {name: number_of(answer.bits)} if first == 0 else {}
+        return {name: number_of(reply.bits)} if first == 0 else {}
     if function == pdus.READ_INPUT_REGISTERS:
-        return {"inputs": answer.registers[0]}
-    holder = answer if function == pdus.READ_REGISTERS else request
+        return {"inputs": reply.registers[0]}
+    message = reply if function == pdus.READ_REGISTERS else request
     read_words = {
-        address: word for address, word in enumerate(holder.registers, first) if address < WORD_COUNT
+        address: word for address, word in enumerate(message.registers, first) if address < WORD_COUNT
     }
     words.update(read_words)
-    return _registers(read_words, words)
+    return _register_values(read_words, words)
 
 
-def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
+def _register_values(addresses: Iterable[int], words: Mapping[int, int]) -> Values:
+    """Return the values of the registers at some word addresses, by name."""
     values: Values = {}
-    for address in known:
+    for address in addresses:
         row, high = WORDS[address]
         offset = address - high
         value = words.get(offset, 0)

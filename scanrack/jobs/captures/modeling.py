@@ -1,13 +1,13 @@
-"""Sends the same requests to a simulated controller, to find what it would have answered.
+"""The responses of a simulated controller to the requests of a capture.
 
     request   sent  |<---- window ---->| answered
     early model     x acts, is read    x is read
     late model      x is read          x acts, is read
 
-The instant at which the real controller acts lies somewhere between request and reply. So there are two
-models: one acts as early as possible, the other as late as possible. A real value between the lowest and
-highest values that they show at both ends of the window is explained, and the model's value is set to it.
-Otherwise the model's value is the nearest one shown.
+The real controller acts at some instant between request and reply. So there are two models: one acts as early
+as possible, the other as late as possible. A real value between the lowest and the highest value that they
+show at both ends of the window is explained, and the model's value is set to it. Otherwise the model's value
+is the nearest value that they show.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .device_values import VALUES, Values
 from .pairing import PairedExchange
 from .recording import Statement
 
-Answer = Callable[[int, PairedExchange], bytes | None]
+Respond = Callable[[int, PairedExchange], bytes | None]
 """Returns the reply to a request at an instant, ns; instants never decrease."""
 
 
@@ -59,20 +59,21 @@ def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> St
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:
-            early.ask(exchange.requested_ns, exchange)
-            late.ask(exchange.requested_ns, exchange)
+            early.carry_out(exchange.requested_ns, exchange)
+            late.carry_out(exchange.requested_ns, exchange)
         return real
-    seen = [early.ask(exchange.requested_ns, exchange)]
+    shown = [early.carry_out(exchange.requested_ns, exchange)[1]]
     if reads:
-        seen += [early.ask(exchange.answered_ns, exchange), late.ask(exchange.requested_ns, exchange)]
-    reply, values = late.ask(exchange.answered_ns, exchange)
-    shown = [values, *(earlier for _, earlier in seen)]
-    explained = {name: _nearest(real.values.get(name), name, shown) for name in values}
-    return Statement(replace(exchange, reply=reply), explained)
+        shown.append(early.carry_out(exchange.answered_ns, exchange)[1])
+        shown.append(late.carry_out(exchange.requested_ns, exchange)[1])
+    reply, values = late.carry_out(exchange.answered_ns, exchange)
+    shown.insert(0, values)
+    nearest = {name: _nearest(real.values.get(name), name, shown) for name in values}
+    return Statement(replace(exchange, reply=reply), nearest)
 
 
 def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
-    """Return the value in the range of the shown values that is nearest to the real one."""
+    """Return the value nearest to the real value in the range of the shown values."""
     numbers = [values[name] for values in shown if name in values]
     return numbers[0] if real is None else min(max(real, min(numbers)), max(numbers))
 
@@ -80,41 +81,41 @@ def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
 class _Model:
     """A simulated controller, and the words that it has shown so far."""
 
-    def __init__(self, controller: str, answer: Answer, begin_ns: int) -> None:
+    def __init__(self, controller: str, respond: Respond, begin_ns: int) -> None:
         self._values_in = VALUES[controller]
-        self._answer = answer
+        self._respond = respond
         self._begin_ns = begin_ns
         self._now_ns = 0
         self._words: dict[int, int] = {}
 
-    def ask(self, at_ns: int, exchange: PairedExchange) -> tuple[bytes | None, Values]:
+    def carry_out(self, at_ns: int, exchange: PairedExchange) -> tuple[bytes | None, Values]:
         """Carry out a request at an instant of the capture; return the reply and its values."""
         self._now_ns = max(self._now_ns, at_ns - self._begin_ns)
-        reply = self._answer(self._now_ns, exchange)
+        reply = self._respond(self._now_ns, exchange)
         return reply, self._values_in(replace(exchange, reply=reply), self._words)
 
 
-def _pcl601(_unit: int) -> Answer:
+def _pcl601(_unit: int) -> Respond:
     device = Pcl601()
 
-    def answer(now_ns: int, exchange: PairedExchange) -> bytes | None:
+    def respond(now_ns: int, exchange: PairedExchange) -> bytes | None:
         device.advance(now_ns)
         return device.answer(exchange.request)
 
-    return answer
+    return respond
 
 
-def _pmc006(unit: int) -> Answer:
+def _pmc006(unit: int) -> Respond:
     device = Pmc006(Pmc006Controller(address=unit))
 
-    def answer(now_ns: int, exchange: PairedExchange) -> bytes | None:
+    def respond(now_ns: int, exchange: PairedExchange) -> bytes | None:
         instruction, data = exchange.request[0], exchange.request[1:5]
         device.advance(now_ns)
         device.receive(now_ns, command(unit, instruction, int.from_bytes(data, "little", signed=True)))
         reply = decode(device.advance(now_ns)[-FRAME_BYTES:])
         return None if reply is None else reply.data.to_bytes(4, "little", signed=True)
 
-    return answer
+    return respond
 
 
-MODELS: dict[str, Callable[[int], Answer]] = {"pcl601": _pcl601, "pmc006": _pmc006}
+MODELS: dict[str, Callable[[int], Respond]] = {"pcl601": _pcl601, "pmc006": _pmc006}

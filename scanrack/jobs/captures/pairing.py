@@ -12,11 +12,11 @@ from scanrack.io_images.pmc006 import frame as pmc
 from scanrack.runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
 from scanrack.runtime.line.pcl601_pdus import ANSWERS
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
-from scanrack.runtime.line.rtu import LONGEST, Framer, Timing, is_frame
+from scanrack.runtime.line.rtu import FRAME_MAX, Framer, Timing, is_frame
 from typing_extensions import override
 
 OPEN_MAX = 256
-"""Largest number of open requests on a connection; beyond it, the oldest counts as unanswered."""
+"""Maximum number of open requests on a connection; beyond it, the oldest counts as unanswered."""
 
 GAP_NS = 1_000_000_000
 """Silence after which unfinished bytes of a line are dropped, ns."""
@@ -27,6 +27,7 @@ class PairedExchange:
     """A request and its reply.
 
     Attributes:
+        requested_ns, answered_ns: times of the request and the reply; equal without a reply.
         unit: unit address in the request.
         request: PDU of a Modbus request; for a PMC006, the instruction and its data, 5 bytes.
         reply: PDU of the reply; for a PMC006, its data, 4 bytes; None without a reply.
@@ -60,10 +61,9 @@ class Pairing(Protocol):
 
 
 def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
-    """Return a Modbus request and its answer; None if it was refused, or either can't be decoded."""
-    request = REQUESTS.decode(exchange.request)
-    answer = ANSWERS.decode(exchange.reply or b"")
-    return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
+    """Return a Modbus request and its reply; None if it was refused, or if one of them can't be decoded."""
+    request, reply = REQUESTS.decode(exchange.request), ANSWERS.decode(exchange.reply or b"")
+    return None if request is None or reply is None or mismatch(request, reply) else (request, reply)
 
 
 def _unanswered(requested_ns: int, unit: int, request: bytes) -> PairedExchange:
@@ -74,22 +74,22 @@ class ModbusTcpPairing(Pairing):
     """Modbus TCP: a reply has the transaction number of its request."""
 
     def __init__(self) -> None:
-        self._rest = {True: b"", False: b""}
+        self._unparsed = {True: b"", False: b""}
         self._open: OrderedDict[int, tuple[int, int, bytes]] = OrderedDict()
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
-        before = b"" if fresh else self._rest[to_device]
+        unparsed = b"" if fresh else self._unparsed[to_device]
         try:
-            frames, self._rest[to_device] = split_frames(before + data)
+            frames, self._unparsed[to_device] = split_frames(unparsed + data)
         except NotModbusError:  # wait until a segment begins with a frame
-            self._rest[to_device] = b""
+            self._unparsed[to_device] = b""
             return
         for frame in frames:
             transaction, _, _, unit = HEADER.unpack_from(frame)
             pdu = frame[HEADER.size :]
             if to_device:
-                yield from self._ask(transaction, (at_ns, unit, pdu))
+                yield from self._note_request(transaction, (at_ns, unit, pdu))
             elif transaction in self._open and self._open[transaction][0] <= at_ns:
                 requested_ns, unit, request = self._open.pop(transaction)
                 yield PairedExchange(requested_ns, at_ns, unit, request, pdu)
@@ -100,7 +100,7 @@ class ModbusTcpPairing(Pairing):
             yield _unanswered(*request)
         self._open.clear()
 
-    def _ask(self, transaction: int, request: tuple[int, int, bytes]) -> Iterator[PairedExchange]:
+    def _note_request(self, transaction: int, request: tuple[int, int, bytes]) -> Iterator[PairedExchange]:
         if transaction in self._open:
             yield _unanswered(*self._open.pop(transaction))
         elif len(self._open) >= OPEN_MAX:
@@ -114,12 +114,12 @@ class RtuPairing(Pairing):
     def __init__(self) -> None:
         self._framer = Framer(Timing(GAP_NS, by_length=True))
         self._request: tuple[int, bytes] | None = None
-        self._heard = bytearray()
+        self._received = bytearray()
 
     @override
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
         if not to_device:
-            yield from self._answer(at_ns, data)
+            yield from self._receive_reply(at_ns, data)
             return
         if fresh or (self._framer.deadline_ns is not None and at_ns > self._framer.deadline_ns):
             self._framer.clear()
@@ -133,29 +133,30 @@ class RtuPairing(Pairing):
             requested_ns, frame = self._request
             yield _unanswered(requested_ns, frame[0], frame[1:-2])
         self._request = None
-        self._heard.clear()
+        self._received.clear()
 
-    def _answer(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
+    def _receive_reply(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
         if self._request is None or at_ns < self._request[0]:
             return
         requested_ns, request = self._request
-        self._heard += data[:LONGEST]
-        size = _reply_bytes(request, bytes(self._heard))
-        if size is None or len(self._heard) < size:
+        self._received += data[:FRAME_MAX]
+        size = _reply_bytes(request, bytes(self._received))
+        if size is None or len(self._received) < size:
             return
-        reply = bytes(self._heard[:size])
-        sound = is_frame(reply) and reply[0] == request[0] and reply[1] & 0x7F == request[1]
+        reply = bytes(self._received[:size])
+        is_valid = is_frame(reply) and reply[0] == request[0] and reply[1] & 0x7F == request[1]
         self._request = None
-        self._heard.clear()
-        yield PairedExchange(requested_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
+        self._received.clear()
+        pdu = reply[1:-2] if is_valid else None
+        yield PairedExchange(requested_ns, at_ns, request[0], request[1:-2], pdu)
 
 
-def _reply_bytes(request: bytes, heard: bytes) -> int | None:
-    """Return the length of the reply that begins with `heard`; None if it is still unknown."""
-    if len(heard) < 2 or heard[1] & ~EXCEPTION != request[1]:
+def _reply_bytes(request: bytes, received: bytes) -> int | None:
+    """Return the length of the reply that begins with `received`; None if it is still unknown."""
+    if len(received) < 2 or received[1] & ~EXCEPTION != request[1]:
         return None
-    kind = ANSWERS.lookupPduClass(heard)
-    return kind.calculateRtuFrameSize(heard) or None if kind is not None else None
+    kind = ANSWERS.lookupPduClass(received)
+    return None if kind is None else kind.calculateRtuFrameSize(received) or None
 
 
 class PmcPairing(Pairing):
@@ -173,12 +174,12 @@ class PmcPairing(Pairing):
             if to_device and frame.second != pmc.REPLY:
                 yield from self.finish()  # one at a time: the earlier one stays unanswered
                 self._open.append((at_ns, frame))
-            elif self._answers(at_ns, frame):
+            elif self._is_reply(at_ns, frame):
                 requested_ns, request = self._open.popleft()
                 reply = _signed(frame.data)
                 yield PairedExchange(requested_ns, at_ns, request.second, _instruction(request), reply)
 
-    def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
+    def _is_reply(self, at_ns: int, frame: pmc.Frame) -> bool:
         """Return whether a frame is the reply to the open request."""
         if not self._open or frame.second != pmc.REPLY:
             return False

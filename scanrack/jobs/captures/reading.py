@@ -46,18 +46,18 @@ def read_capture(
         unit: unit address of the controller; None if the file has only one.
 
     Raises:
-        ValueError: the file is missing or damaged, has no connection to the controller, or has several units.
+        ValueError: the file is missing or damaged, has no exchange with the controller, or has several units.
     """
     try:
         with open_input(path) as file:
             head = file.read(4)
             file.seek(0)
-            captured = _captured(file, head, pairing, port)
+            captured = _read_exchanges(file, head, pairing, port)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return _of_unit(path, captured, unit)
+    return _select_unit(path, captured, unit)
 
 
 def pairing_of(controller: str, *, rtu: bool) -> Callable[[], Pairing]:
@@ -75,24 +75,27 @@ def is_capture(head: bytes) -> bool:
     return SECTION in numbers or any(number in PCAP_MAGICS for number in numbers)
 
 
-def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
+def _read_exchanges(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     if is_capture(head):
-        return _of_packets(Capture(file), pairing, port)
+        return _read_packets(Capture(file), pairing, port)
     if pairing is CipPairing:
-        raise ValueError("it is not a capture")
+        raise ValueError("not a capture")
     if pairing is ModbusTcpPairing:
-        hint = "a log of frames is one of a serial line: give --rtu-over-tcp, if this is one"
-        raise ValueError(f"it is not a capture; {hint}")
-    return _of_text(file, pairing())
+        raise ValueError("not a capture; for a log of frames of a serial line, give --rtu-over-tcp")
+    return _read_text(file, pairing())
 
 
 class _Connections:
-    """The latest connections with one controller in a capture; their exchanges are in `found`."""
+    """The latest connections with one controller in a capture.
+
+    Attributes:
+        capture: the exchanges so far.
+    """
 
     def __init__(self, pairing: Callable[[], Pairing]) -> None:
         self._pairing = pairing
         self._pairings: OrderedDict[object, Pairing] = OrderedDict()
-        self.found = DeviceCapture([])
+        self.capture = DeviceCapture([])
 
     def feed(self, chunk: Chunk, *, to_device: bool) -> None:
         """Process bytes of a connection."""
@@ -102,19 +105,19 @@ class _Connections:
         pairing = self._pairings[connection]
         self._pairings.move_to_end(connection)
         if len(self._pairings) > CONNECTIONS_MAX:
-            _add(self.found, self._pairings.popitem(last=False)[1].finish())
-        _add(self.found, pairing.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
+            _add(self.capture, self._pairings.popitem(last=False)[1].finish())
+        _add(self.capture, pairing.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
 
     def finish(self) -> list[Pairing]:
         """End all connections and return their pairings."""
         for pairing in self._pairings.values():
-            _add(self.found, pairing.finish())
+            _add(self.capture, pairing.finish())
         return list(self._pairings.values())
 
 
-def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
+def _read_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     streams, connections, ports = Streams(), _Connections(pairing), set[int]()
-    captured = connections.found
+    captured = connections.capture
     cut = CutFrames()
     for chunk in streams.chunks(_segments(capture, port, cut)):
         to_device = chunk.target[1] == port
@@ -124,26 +127,30 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
         connections.feed(chunk, to_device=to_device)
     pairings = connections.finish()
     if not captured.exchanges:
-        raise ValueError(_nothing_found(port, ports, pairings, cut if cut.count else capture.cut_frames))
+        raise ValueError(
+            _reason_without_exchange(port, ports, pairings, cut if cut.count else capture.cut_frames)
+        )
     if capture.cut_off is not None:
         captured.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if cut.count:
-        captured.notes.append(_cut(cut))
+        captured.notes.append(_cut_frames_text(cut))
     if streams.gaps:
-        captured.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
+        captured.notes.append(f"gaps in the captured bytes: {streams.gaps:,}")
     return captured
 
 
-def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
+def _reason_without_exchange(
+    port: int, other_ports: set[int], pairings: Iterable[Pairing], cut: CutFrames
+) -> str:
     """Return the reason why a capture has no exchange at a port, as a sentence.
 
     Args:
-        others: the ports with connections in the capture.
+        other_ports: other ports with connections in the capture.
         cut: counts of its truncated frames.
     """
     if cut.count:
-        return f"no whole exchange at port {port}: {_cut(cut)}"
-    ports_seen = f"; its ports are {', '.join(map(str, sorted(others)))}" if others else ""
+        return f"no complete exchange at port {port}: {_cut_frames_text(cut)}"
+    ports_seen = f"; its ports are {', '.join(map(str, sorted(other_ports)))}" if other_ports else ""
     passed_over = next(filter(None, (pairing.passed_over for pairing in pairings)), "")
     return passed_over or f"no exchange at port {port}{ports_seen}"
 
@@ -158,26 +165,24 @@ def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:
             yield segment
 
 
-def _cut(frames: CutFrames) -> str:
-    return f"frames that the capture cut: {frames}; capture whole frames, with a snap length of 0"
+def _cut_frames_text(frames: CutFrames) -> str:
+    return f"truncated frames: {frames}; capture whole frames, with a snap length of 0"
 
 
-def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
+def _read_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
     log, captured = TextLog(), DeviceCapture([])
     for entry in log.entries(_lines(file)):
         _add(captured, pairing.feed(entry.at_ns, entry.data, to_device=entry.to_device, fresh=False))
     _add(captured, pairing.finish())
     if not captured.exchanges:
-        raise ValueError(
-            "it is neither a capture nor a log of frames, such as 0.027 > 01 03 00 00 00 26 c5 d0"
-        )
+        raise ValueError("neither a capture nor a log of frames, such as 0.027 > 01 03 00 00 00 26 c5 d0")
     if log.passed_over:
-        captured.notes.append(f"lines that are no frames: {log.passed_over:,}")
+        captured.notes.append(f"lines without a frame: {log.passed_over:,}")
     return captured
 
 
 def _lines(file: BinaryIO) -> Iterator[str]:
-    """Yield the lines of a text; yield a line that is too long in parts, which are not frames."""
+    """Yield the lines of a text. The parts of a line that is too long are not frames."""
     while line := file.readline(LINE_MAX + 1):
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 
@@ -185,18 +190,18 @@ def _lines(file: BinaryIO) -> Iterator[str]:
 def _add(captured: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
     captured.exchanges.extend(exchanges)
     if len(captured.exchanges) > EXCHANGES_MAX:
-        raise ValueError(f"it has more than {EXCHANGES_MAX:,} exchanges: cut it into parts")
+        raise ValueError(f"more than {EXCHANGES_MAX:,} exchanges: split the capture")
 
 
-def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
+def _select_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
     units = sorted({exchange.unit for exchange in captured.exchanges})
     if unit is None and len(units) > 1:
-        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
+        raise ValueError(f"{path}: several units ({', '.join(map(str, units))}): give --address")
     if unit is not None and unit not in units:
         raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
     of_unit = (exchange for exchange in captured.exchanges if unit in (None, exchange.unit))
     captured.exchanges = sorted(of_unit, key=lambda each: each.answered_ns)
-    lost = sum(exchange.reply is None for exchange in captured.exchanges)
-    if lost:
-        captured.notes.append(f"requests without a sound reply: {lost:,}")
+    unanswered = sum(exchange.reply is None for exchange in captured.exchanges)
+    if unanswered:
+        captured.notes.append(f"requests without a valid reply: {unanswered:,}")
     return captured

@@ -1,4 +1,4 @@
-"""Writes traces of exchanges: one scan for each exchange, at the time of its reply."""
+"""Traces of exchanges, with one scan for each exchange at the time of its reply."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EXCEPTION = 0x80
 
 
 class ExchangeTags:
-    """The tags of the current exchange, see `traces.format.tagplan.TagSource`."""
+    """The values of the current exchange as tags, see `traces.format.tagplan.TagSource`."""
 
     def __init__(self, plan: TagPlan, images: bytes) -> None:
         self.plan, self._images = plan, images
@@ -81,10 +81,12 @@ def record(target: Path, controller: str, statements: Sequence[Statement], names
 
 def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
     reply = exchange.reply
-    refused = controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION
+    exception = 0
+    if controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION:
+        exception = reply[1]
     return {
         "function": exchange.request[0],
-        "exception": reply[1] if refused and reply is not None else 0,
+        "exception": exception,
         "answered": reply is not None,
         "reply_ms": (exchange.answered_ns - exchange.requested_ns) / 1e6,
     }

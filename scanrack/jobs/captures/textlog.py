@@ -17,7 +17,7 @@ from dataclasses import dataclass
 LINE_MAX = 4096
 _LINE = re.compile(
     r"\s*\[?(?:(?P<hours>\d{1,4}):(?P<minutes>\d\d):)?(?P<seconds>\d{1,12}(?:[.,]\d{1,9})?)\]?[\s,;]+"
-    r"(?P<way><-|->|[<>]|[A-Za-z]{2,8})[\s:,;]+(?P<hex>[0-9A-Fa-f]{2}(?:[\s:,-]?[0-9A-Fa-f]{2}){0,511})\s*"
+    r"(?P<direction><-|->|[<>]|[A-Za-z]{2,8})[\s:,;]+(?P<hex>[0-9A-Fa-f]{2}(?:[\s:,-]?[0-9A-Fa-f]{2}){0,511})\s*"
 )
 _TO_DEVICE = {">", "->", "tx", "sent", "request"}
 _FROM_DEVICE = {"<", "<-", "rx", "received", "reply"}
@@ -48,17 +48,16 @@ class TextLog:
         latest_ns = 0
         for line in lines:
             match = _LINE.fullmatch(line) if len(line) <= LINE_MAX else None
-            way = "" if match is None else match["way"].lower()
-            if match is None or way not in _TO_DEVICE | _FROM_DEVICE:
+            direction = "" if match is None else match["direction"].lower()
+            if match is None or direction not in _TO_DEVICE | _FROM_DEVICE:
                 self.passed_over += bool(line.strip())
                 continue
-            latest_ns = max(latest_ns, _at_ns(match))
-            yield LoggedBytes(latest_ns, way in _TO_DEVICE, bytes.fromhex(_NOT_HEX.sub("", match["hex"])))
+            latest_ns = max(latest_ns, _time_ns(match))
+            data = bytes.fromhex(_NOT_HEX.sub("", match["hex"]))
+            yield LoggedBytes(latest_ns, direction in _TO_DEVICE, data)
 
 
-def _at_ns(match: re.Match[str]) -> int:
+def _time_ns(match: re.Match[str]) -> int:
     whole_seconds, _, fraction = match["seconds"].replace(",", ".").partition(".")
     minutes = int(match["hours"] or 0) * 60 + int(match["minutes"] or 0)
-    return (minutes * 60 + int(whole_seconds)) * 1_000_000_000 + int(
-        fraction.ljust(9, "0") if fraction else 0
-    )
+    return (minutes * 60 + int(whole_seconds)) * 1_000_000_000 + int(fraction.ljust(9, "0"))

@@ -1,7 +1,7 @@
-"""Makes traces of a 3601 as remote I/O from what a PLC reads and writes over Modbus TCP (`remote_words`).
+"""Traces of a 3601 as remote I/O, made from a PLC's reads and writes over Modbus TCP (`remote_words`).
 
-A scan is a read of input words and the writes of output words until the next read, as if a program read,
-computed and wrote. A write before the first read belongs to the first scan.
+A scan is a read of input words with the writes of output words until the next read. A write before the first
+read belongs to the first scan.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class WordScan:
     """The words of a scan, 0 to 65,535.
 
     Attributes:
-        apart: whether the output words come from another packet than the input words.
+        apart: whether the output words come from a different packet than the input words.
     """
 
     at_ns: int
@@ -62,46 +62,46 @@ def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
         pair = decoded(exchange)
         if pair is None:
             continue
-        request, answer = pair
-        if _put(inputs, _read(request, answer)):
+        request, reply = pair
+        if _copy_words(inputs, _input_span(request, reply)):
             scans.append(WordScan(exchange.answered_ns, list(outputs), list(inputs)))
-        if _put(outputs, _written(request)) and scans:
+        if _copy_words(outputs, _output_span(request)) and scans:
             scans[-1].outputs = list(outputs)
     if not scans:
-        raise ValueError("no input words are read: registers 0 to 7 by function 04, or 8 to 15 by 03 or 17h")
+        raise ValueError("no reads of input words: registers 0 to 7 by function 04, or 8 to 15 by 03 or 17h")
     return scans
 
 
-def _read(request: ModbusPDU, answer: ModbusPDU) -> Span:
-    """Return the input words in an answer: the number of the first in the input image, and the words."""
+def _input_span(request: ModbusPDU, reply: ModbusPDU) -> Span:
+    """Return the input words in a reply: the number of the first word in the input image, and the words."""
     if isinstance(request, ReadWriteMultipleRegistersRequest):
-        return request.read_address - WORDS, answer.registers
+        return request.read_address - WORDS, reply.registers
     if request.function_code == READ_HOLDING:
-        return request.address - WORDS, answer.registers
-    return (request.address, answer.registers) if request.function_code == READ_INPUTS else NO_WORDS
+        return request.address - WORDS, reply.registers
+    return (request.address, reply.registers) if request.function_code == READ_INPUTS else NO_WORDS
 
 
-def _written(request: ModbusPDU) -> Span:
+def _output_span(request: ModbusPDU) -> Span:
     if isinstance(request, ReadWriteMultipleRegistersRequest):
         return request.write_address, request.write_registers
     is_write = request.function_code in (WRITE_ONE, WRITE_SEVERAL)
     return (request.address, request.registers) if is_write else NO_WORDS
 
 
-def _put(image: list[int], span: Span) -> bool:
-    """Put words into an image; return whether any word belongs to the image."""
+def _copy_words(image: list[int], span: Span) -> bool:
+    """Copy words into an image; return whether any word belongs to the image."""
     first, words = span
-    placed = {place: word for place, word in enumerate(words, first) if 0 <= place < WORDS}
-    for index, word in placed.items():
-        image[index] = word
-    return bool(placed)
+    image_words = {number: word for number, word in enumerate(words, first) if 0 <= number < WORDS}
+    for number, word in image_words.items():
+        image[number] = word
+    return bool(image_words)
 
 
 SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
 """Values of the fact `words` in traces whose scans are a client's reads: in one packet, or in several."""
 
 CAPTURED_AT = "captured_at"
-"""Fact of a trace: date and time of its beginning, by the capture's clock."""
+"""Name of the fact with the date and time of a trace's beginning, by the capture's clock."""
 
 _YEAR_2000_NS = 946_684_800 * 10**9
 
@@ -119,7 +119,7 @@ def record_words(
     Args:
         begin_ns: time 0 of the trace, in the time of the scans, ns.
         slot: slot number of the module.
-        sampled: whether the scans are a client's reads, between which words may change unseen.
+        sampled: whether the scans are a client's reads; words may change unseen between reads.
 
     Raises:
         OSError: the file can't be written.

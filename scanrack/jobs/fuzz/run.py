@@ -28,7 +28,7 @@ from typing_extensions import override
 from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater
-from ..record.sequence_watch import sequences_in, standing
+from ..record.sequence_watch import sequences_in, wait_of
 from .aim.explored_states import RARELY, ExploredStates, ExploredStateStop
 from .aim.probe import Probe
 from .aim.python_state import namespace_of
@@ -272,7 +272,7 @@ class _Watcher(QuietListener):
 
     def _wait_sentences(self, scan: int) -> tuple[str, ...]:
         """Return a sentence for each wait of the program's sequences."""
-        return tuple(str(standing(sequence, scan)) for sequence in self.sequences)
+        return tuple(str(wait_of(sequence, scan)) for sequence in self.sequences)
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
         """Return the failure for a fault of the CPU."""

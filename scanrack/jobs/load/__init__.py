@@ -1,1 +1,1 @@
-"""Loads a job from the path of a rack: the specification, the logic, and their files."""
+"""Loads racks and their programs from files."""

@@ -20,5 +20,5 @@ class BareSlot:
 
 
 def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
-    """Return a slot for each number, with the given names of its words."""
-    return {number: BareSlot(word_counts) for number, word_counts in words.items()}
+    """Return a slot for each number, with the names of its words."""
+    return {number: BareSlot(slot_words) for number, slot_words in words.items()}

@@ -1,4 +1,4 @@
-"""Builds a CPU with its rack from a specification."""
+"""Builds a rack and its CPU from a specification."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ def build_rack(
 
     Args:
         ports: stack that closes the real ports opened here; None = real ports are not allowed.
-        handled: whether incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
+        handled: whether faults may be injected into any module while the rack runs, see `ExposedModule`.
         around: returns a replacement, such as a wrapper, for the module of a slot.
 
     Raises:
         ValueError: a real port is not allowed or can't be opened.
     """
-    modules = {slot.number: _module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
+    modules = {slot.number: _new_module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
     for module in modules.values():
         if (follower := following(module)) is not None:
             follower.join(modules)
@@ -47,7 +47,7 @@ def build_rack(
     return Rack(
         Card(
             slot.number,
-            _exposed(spec, slot, modules[slot.number], handled=handled and not slot.is_live),
+            _exposed_module(spec, slot, modules[slot.number], handled=handled and not slot.is_live),
             slot.module,
             slot.recorded_firmware,
             slot.words,
@@ -58,10 +58,10 @@ def build_rack(
 
 
 def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
-    """Return the time for a command to a slot and its answer, over the backplane and beyond the module.
+    """Return the time for a command to a slot and its response, ms, including networks beyond the module.
 
-    A CompactLogix exchanges images at its own interval: a command waits for one exchange, its answer for the
-    next.
+    A CompactLogix exchanges images at its own interval: a command waits for one exchange, its response for
+    the next.
     """
     own_ms = slot.record.round_trip_ms
     if spec.controller != "compactlogix":
@@ -69,23 +69,23 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
     return own_ms + -(-(2 * spec.rpi_ns + spec.scan_ns) // 1_000_000)
 
 
-def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
-    """Return a slot's module, exposed to incidents from the rack file and from later orders."""
-    coming = [coming_incident for coming_incident in spec.incidents if coming_incident.slot == slot.number]
-    for incident in coming:
+def _exposed_module(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
+    """Return a slot's module, exposed to injected faults of the rack file and of operators."""
+    incidents = [incident for incident in spec.incidents if incident.slot == slot.number]
+    for incident in incidents:
         incident.check_late_words(len(slot.words.outputs))
-    if not (coming or handled):
+    if not (incidents or handled):
         return module
     conditions = slot.record.conditions
-    return ExposedModule(module, coming, None if conditions is None else conditions(module))
+    return ExposedModule(module, incidents, None if conditions is None else conditions(module))
 
 
-def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
+def _new_module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:
     if not slot.is_live:
         return slot.make(seed)
     if ports is None:
         raise ValueError(
-            f"slot {slot.number}: port {slot.port} is a real one, which takes real time: "
+            f"slot {slot.number}: port {slot.port} is real, and needs real time: "
             "only scanrack run --realtime --live drives it"
         )
     return ports.enter_context(closing(slot.open()))

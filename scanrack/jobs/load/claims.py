@@ -1,4 +1,4 @@
-"""Collects the claims of a job: properties from its rack file and from its ladder program."""
+"""Claims of a job: assumptions and properties in its rack file and its ladder program."""
 
 from __future__ import annotations
 

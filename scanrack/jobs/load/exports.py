@@ -1,4 +1,4 @@
-"""Opens an export: writes the rack file that `scanrack l5x --print-rack` prints to a temporary folder."""
+"""Makes a rack file for an export, in a temporary folder."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ if TYPE_CHECKING:
 def rack_of_export(
     program: Path, imported: L5xImport | SlcImport | None = None, export: ExportStart = DOWNLOADED
 ) -> Path:
-    """Write a rack file for an export to a temporary folder, which exists as long as the process.
+    """Write the rack file that `scanrack l5x --print-rack` prints; return its path.
 
-    Modules that are not simulated are only memory, messages end after 20 ms, and refused parts do nothing.
+    Its temporary folder exists as long as the process. Modules that are not simulated are only memory,
+    messages end after 20 ms, and refused parts do nothing.
 
     Args:
-        imported: the export, already imported for a trial; None = import it as its suffix says.
+        imported: the export, already imported for a trial; None = import it by its suffix.
         export: initial state of the program.
 
     Raises:
@@ -39,13 +40,13 @@ def rack_of_export(
     holder = tempfile.TemporaryDirectory(prefix="scanrack-")
     atexit.register(holder.cleanup)
     folder = Path(holder.name)
-    slc = program.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
+    is_slc = program.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
     source = program.resolve()
     if program.suffix not in EXPORT_SUFFIXES:  # the suffix determines how a program is read
-        source = folder / f"{program.stem}{'.SLC' if slc else '.L5X'}"
+        source = folder / f"{program.stem}{'.SLC' if is_slc else '.L5X'}"
         shutil.copyfile(program, source)
     try:
-        text = _slc_text(source, imported) if slc else _l5x_text(source, imported, export)
+        text = _slc_text(source, imported) if is_slc else _l5x_text(source, imported, export)
     except (LadderError, TextLimitError) as error:
         raise ProgramError(str(error)) from error
     path = folder / f"{program.stem}.toml"

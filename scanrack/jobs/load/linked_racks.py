@@ -4,8 +4,8 @@
     line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after all earlier scans
 
 Each other rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any
-scan of the first rack can be run again. Racks may refer to each other: all of them form one world with one
-virtual time.
+scan of the first rack can be run again. Racks may refer to each other: they form one group with one virtual
+time.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ if TYPE_CHECKING:  # a Python program needs no rungs
     from scanrack.ladder.run.view import Tags
 
 MOST_KEPT = 100_000
-"""Largest number of changes kept for a tag; scans before them can't be run again."""
+"""Maximum number of changes kept for a tag; scans before them can't be run again."""
 
 
 @dataclass(frozen=True, slots=True)
-class Over:
-    """Data over time, as a `DataSource`: entries of time in ns and sample; no value before the first."""
+class TimeTable:
+    """Samples by time, as a `DataSource`: entries of time in ns and sample; no value before the first."""
 
     entries: tuple[tuple[int, Sample], ...]
 
@@ -49,8 +49,8 @@ class Over:
         times = [time_ns for time_ns, _ in self.entries]
 
         def sample(now_ns: int) -> Sample:
-            place = bisect_right(times, now_ns // rpi_ns * rpi_ns)
-            return self.entries[place - 1][1] if place else Sample(None)
+            count = bisect_right(times, now_ns // rpi_ns * rpi_ns)
+            return self.entries[count - 1][1] if count else Sample(None)
 
         return sample
 
@@ -66,16 +66,16 @@ class WatchedTag:
 
     tag: str
     rpi_ns: int
-    numbers: list[int] = field(default_factory=list)  # numbers of the multiples
+    numbers: list[int] = field(default_factory=list)  # the first multiple of the interval for each sample
     samples: list[Sample] = field(default_factory=list)
-    known: int = -1  # number of the latest multiple
+    last_number: int = -1  # the latest multiple of the interval that has a sample
 
     def note(self, now_ns: int, tags: Tags, *, running: bool) -> None:
         """Record the current value as the sample for all multiples up to a time."""
         number = now_ns // self.rpi_ns
-        if number <= self.known:
+        if number <= self.last_number:
             return
-        first, self.known = self.known + 1, number
+        first, self.last_number = self.last_number + 1, number
         sample = Sample(tags[self.tag], running)
         if not self.samples or self.samples[-1] != sample:
             self.numbers.append(first)
@@ -83,21 +83,24 @@ class WatchedTag:
             if len(self.numbers) > MOST_KEPT:
                 del self.numbers[: MOST_KEPT // 2], self.samples[: MOST_KEPT // 2]
 
-    def at(self, now_ns: int) -> Sample:
+    def sample_at(self, now_ns: int) -> Sample:
         """Return the sample at the last multiple up to a time; raise ValueError if it is no longer kept."""
-        place = bisect_right(self.numbers, now_ns // self.rpi_ns)
-        if not place:
-            raise ValueError(f"what {self.tag} was at {seconds(now_ns)} s is no longer kept")
-        return self.samples[place - 1]
+        count = bisect_right(self.numbers, now_ns // self.rpi_ns)
+        if not count:
+            raise ValueError(f"the value of {self.tag} at {seconds(now_ns)} s is no longer kept")
+        return self.samples[count - 1]
 
 
 class LinkedRack:
-    """One rack of a world.
+    """One rack of a group.
+
+    Args:
+        leads: whether it is the first rack of the group, which is run by its own job.
 
     Attributes:
-        logic: its program; None while it is being loaded.
-        fault: why it has stopped; "" while it runs.
-        job: the rack and its program, once loaded.
+        logic: its ladder program; None before it is loaded, and for a Python program.
+        fault: the fault that stopped it; "" while it runs.
+        job: the `LoadedRack`; None before it is loaded.
     """
 
     def __init__(self, path: Path, *, leads: bool) -> None:
@@ -110,7 +113,7 @@ class LinkedRack:
         self._watched: list[WatchedTag] = []
 
     def take(self, spec: RackSpec, logic: ScanLogic) -> None:
-        """Set the program once it is loaded; the leading rack then records its tags while it runs."""
+        """Set the program when it is loaded; the leading rack then records its watched tags while it runs."""
         self._spec = spec
         self.logic = logic if is_rungs(logic) else None
         if self._leads and self._watched and self.logic is not None:
@@ -126,15 +129,15 @@ class LinkedRack:
         def sample(now_ns: int) -> Sample:
             if not self._leads:
                 self._run(now_ns // rpi_ns * rpi_ns)
-            elif watched.known < 0:
+            elif watched.last_number < 0:
                 return Sample(None)
-            return watched.at(now_ns)
+            return watched.sample_at(now_ns)
 
         return sample
 
     def _run(self, until_ns: int) -> None:
         """Run all scans that begin before a time."""
-        cpu = self._cpu or self._powered()
+        cpu = self._cpu or self._power_up()
         while cpu.now_ns < until_ns and not self.fault:
             try:
                 cpu.run(1)
@@ -144,9 +147,9 @@ class LinkedRack:
         if self.fault:
             self._note(until_ns, self._tags)
 
-    def _powered(self) -> Cpu:
+    def _power_up(self) -> Cpu:
         if self._spec is None or self.logic is None:
-            raise LadderError(f"{self.path.name} has no ladder program: it has no tags")
+            raise LadderError(f"{self.path.name} has no ladder program, so it has no tags")
         self._cpu = build_cpu(self._spec, self.logic, build_rack(self._spec))
         self._note(0, self._tags)
         return self._cpu
@@ -180,7 +183,7 @@ class RackGroup:
         return self.racks[key]
 
     def enter(self, path: Path) -> LinkedRack:
-        """Add a rack that is about to be loaded, and return it."""
+        """Add a rack before it is loaded, and return it."""
         return self.racks.setdefault(path.resolve(), LinkedRack(path, leads=not self.racks))
 
     @property
@@ -199,26 +202,26 @@ class FromRack:
     def open(self, tag: str, rpi_ns: int) -> Sampler:
         """Return a function that returns the samples of the tag."""
         if not (self.tag or tag):
-            raise LadderError(f'nothing says which tag of {self.rack.path.name} it is: tag = "Counts"')
+            raise LadderError(f'give the tag of {self.rack.path.name}, such as tag = "Counts"')
         return self.rack.watch(self.tag or tag, rpi_ns)
 
     def __str__(self) -> str:
         return f"{self.tag or 'the tag'} of {self.rack.path.name}"
 
 
-def stub_of_table(table: StubTable, folder: Path, world: RackGroup) -> Stub:
-    """Return the stub for a table in `[stubs]`; load other rack files into the world."""
-    source = _source(table, folder, world)
+def stub_of_table(table: StubTable, folder: Path, group: RackGroup) -> Stub:
+    """Return the stub for a table in `[stubs]`; load other rack files into the group."""
+    source = _source(table, folder, group)
     if table.after_ns is None:
         assert source is not None  # the table has been validated
         return Partner(source, table.rpi_ns)
     return Ending(min(table.after_ns, NEVER), table.error, None if table.error else source, table.to)
 
 
-def _source(table: StubTable, folder: Path, world: RackGroup) -> DataSource | None:
+def _source(table: StubTable, folder: Path, group: RackGroup) -> DataSource | None:
     if table.rack:
-        return FromRack(world.rack(folder / table.rack), table.tag)
+        return FromRack(group.rack(folder / table.rack), table.tag)
     if table.table:
         steps = ((step.at_ns, Sample(step.value, step.running, step.faulted)) for step in table.table)
-        return Over(tuple(steps))
-    return Over(((0, Sample(table.value)),)) if table.value is not None else None
+        return TimeTable(tuple(steps))
+    return TimeTable(((0, Sample(table.value)),)) if table.value is not None else None

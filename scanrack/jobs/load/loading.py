@@ -1,4 +1,4 @@
-"""Loads the parts of a run from the path of a rack: specification, logic, and their files."""
+"""Loads a rack and its program from the path of the rack."""
 
 from __future__ import annotations
 
@@ -56,22 +56,22 @@ class LoadedRack:
     """A rack and its program, ready to run."""
 
     spec: RackSpec
-    logic: ScanLogic  # the function called once per scan
-    logic_name: str  # its origin, `file:function`
-    program: Path
-    rack_file: Path  # for a Python rack, it may also be the program
+    logic: ScanLogic  # the function that is called once per scan
+    logic_name: str  # `file:function` of the logic
+    program: Path  # the file of the logic
+    rack_file: Path  # the file of a Python rack may also contain the program
     rack_name: str  # name of the rack file, with the function of a Python rack
     retained: bytes | None = None  # file with the initial tags of the ladder program; None without one
     notices: tuple[str, ...] = ()  # sentences about differences of program and rack from an export
     world: RackGroup | None = None  # the racks that run side by side with it
     forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # forces of an export, by address
-    tested: LoadedRack | None = None  # the job to whose program a test routine was added
+    tested: LoadedRack | None = None  # the job without the test routine; None without a test routine
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about an export and about a ladder program, such as two coils for one bit."""
-        own = map(str, self.logic.warnings) if is_rungs(self.logic) else ()
-        return (*self.notices, *own)
+        warnings = map(str, self.logic.warnings) if is_rungs(self.logic) else ()
+        return (*self.notices, *warnings)
 
     @property
     def stubs(self) -> tuple[str, ...]:
@@ -100,8 +100,7 @@ def load_job(
     Args:
         rack: path of a TOML file, a Python file (`path[:function]`), or an export, which gets a rack file in
             a temporary folder.
-        program: another program to run instead of the rack's, `path[:function]`, relative to the current
-        folder.
+        program: program to run instead of the rack's, `path[:function]`, relative to the current folder.
         world: the racks that run side by side with it; None = a new group, which it leads.
         export: initial state if `rack` is an export; None = as after a download. A rack file has its own
             setting.
@@ -112,23 +111,23 @@ def load_job(
     if is_export(rack):
         rack = str(rack_of_export(Path(rack), export=export or DOWNLOADED))
     elif export is not None:
-        raise ValueError(f"{rack}: a rack file has no --keep-values and no --memory: see its table [export]")
+        raise ValueError(f"{rack}: --keep-values and --memory are for exports: use [export] in the rack file")
     path = _rack_path(rack)
     file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
-    place = _RackPlace(rack, path, spec, file, world or RackGroup(_load_beside))
-    place.world.enter(path)
+    source = _RackSource(rack, path, spec, file, world or RackGroup(_load_beside))
+    source.world.enter(path)
     if program is not None:
-        return _loaded(place, lambda stubs: _program(program, Path(), stubs, spec), own=False)
+        return _load_with(source, lambda stubs: _program(program, Path(), stubs, spec), is_replaced=True)
     if isinstance(spec.program, str):
-        named = spec.program
-        return _loaded(place, lambda stubs: _program(named, path.parent, stubs, spec))
-    return _with_object(place, spec.program, path)
+        address = spec.program
+        return _load_with(source, lambda stubs: _program(address, path.parent, stubs, spec))
+    return _load_object(source, spec.program, path)
 
 
 def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
-    begins = ExportStart(spec.export.keep_values, spec.export.memory_mib)
-    return load_program(address, folder, stubs, _slots(spec), begins)
+    export = ExportStart(spec.export.keep_values, spec.export.memory_mib)
+    return load_program(address, folder, stubs, [slot.number for slot in spec.slot], export)
 
 
 def _load_beside(path: Path, world: RackGroup) -> LoadedRack:
@@ -141,8 +140,8 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     Args:
         rack: path of a TOML file, or of a Python file (`path[:function]`).
         program: runs instead of the rack's program: a `Controller`, a `Program`, a subclass of `Logic`, a
-            function of the scan, or the path of a file. A recording includes a file for an object: rung text
-            for ladder logic, else the Python file of the function.
+            function of the scan, or the path of a file. A recording contains a file for an object: rung text
+            of ladder logic, or the Python file of the function.
 
     Raises:
         ValueError: one of the files can't be used, or the program's file can't be found.
@@ -150,12 +149,12 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack), program=getattr(program, "__name__", type(program).__name__))
-    place = _RackPlace(str(rack), path, spec, None, RackGroup(_load_beside))
-    place.world.enter(path)
-    return _with_object(place, program, None)
+    source = _RackSource(str(rack), path, spec, None, RackGroup(_load_beside))
+    source.world.enter(path)
+    return _load_object(source, program, None)
 
 
-def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> LoadedRack:
+def _load_object(source: _RackSource, program: Callable[..., Any], file: Path | None) -> LoadedRack:
     """Return the job for a program that is an object in this process.
 
     Args:
@@ -165,14 +164,14 @@ def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | No
     name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
     if file is None:
         file = _rung_file(logic) if is_rungs(logic) else _source_file(program)  # type: ignore[arg-type]
-    made = LoadedProgram(file, name, logic, file.read_bytes())
+    loaded = LoadedProgram(file, name, logic, file.read_bytes())
 
     def load(stubs: Stubs) -> LoadedProgram:
         if is_rungs(logic):
-            build(made.path, logic, stubs)
-        return made
+            build(loaded.path, logic, stubs)
+        return loaded
 
-    return _loaded(place, load)
+    return _load_with(source, load)
 
 
 def _rung_file(logic: Program | Controller) -> Path:
@@ -187,12 +186,13 @@ def _rung_file(logic: Program | Controller) -> Path:
 
 
 def _source_file(program: Callable[..., Any]) -> Path:
-    made_by = program if inspect.isroutine(program) or isinstance(program, type) else type(program)
+    """Return the Python file of a function, of a class, or of the class of another program."""
+    definition = program if inspect.isroutine(program) or isinstance(program, type) else type(program)
     try:
-        return Path(inspect.getfile(made_by))
+        return Path(inspect.getfile(definition))
     except (OSError, TypeError) as error:
         raise ProgramError(
-            f"{program!r}: its file can't be found: no recording could be run again"
+            f"{program!r}: its file can't be found: its recordings could not be run again"
         ) from error
 
 
@@ -211,9 +211,9 @@ def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]
     if rack_form(path) is Form.DATA:
         return load_rack_file(path, load_modules, program=program).spec, path
     try:
-        file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+        file = load_function(rack, Path(), default=RACK_FUNCTION, arguments=())
     except MissingNameError as error:
-        hint = f'a program is run by a rack file that names it: program = "{path.name}"'
+        hint = f'a program needs a rack file with program = "{path.name}"'
         raise RackFileError(f"{error}; {hint}") from error
     return _call(file), file.path
 
@@ -223,7 +223,7 @@ RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
 
 
 def is_export(rack: str) -> bool:
-    """Return whether the path of a rack is that of an export.
+    """Return whether the path of a rack names an export.
 
     >>> is_export("line.L5X"), is_export("line.toml")
     (True, False)
@@ -232,7 +232,7 @@ def is_export(rack: str) -> bool:
 
 
 def runs(address: str) -> bool:
-    """Return whether an address is that of a rack file or export, not of a recording."""
+    """Return whether an address names a rack file or an export, and not a recording."""
     return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
 
 
@@ -258,7 +258,7 @@ def recording_of(address: str) -> str:
 def rack_form(path: PurePath) -> Form:
     """Return how `load_spec` reads a rack file; raise RackFileError if it is not a rack file."""
     if path.suffix not in RACK_FORMS:
-        raise RackFileError(f"{path}: a rack is a .toml or a .py file, or an .L5X or .SLC export")
+        raise RackFileError(f"{path}: a rack must be a .toml or .py file, or an .L5X or .SLC export")
     return RACK_FORMS[path.suffix]
 
 
@@ -269,10 +269,10 @@ def _rack_path(rack: str) -> Path:
 
 
 def forces_to_hold(job: LoadedRack, hold: bool) -> tuple[Force, ...]:
-    """Return the forces of an export as orders; none unless `hold`.
+    """Return the forces of an export as operator actions; none unless `hold`.
 
     Raises:
-        ValueError: `hold` is set, but the program's file has no forces.
+        ValueError: `hold` is true, but the program's file has no forces.
     """
     if hold and not job.forces:
         raise ValueError(f"--forces: {job.program} has no forces")
@@ -289,16 +289,16 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
     Args:
         spec: the rack; its `run_for_s` is used without `duration` and `scans`.
         duration: machine time with a unit, such as "10 s".
-        endless: whether a run without any limit is endless; otherwise it takes `DEFAULT_RUN`.
+        endless: whether a run without any limit is endless; otherwise it lasts `DEFAULT_RUN`.
 
     Raises:
         ValueError: both are given, or one of them is illegal.
     """
     if scans is not None and duration is not None:
-        raise ValueError("--scans and --for say the same thing: give one of them")
+        raise ValueError("--scans and --for: give only one of them")
     if scans is not None:
         if scans < 1:
-            raise ValueError(f"--scans {scans} is not allowed: 1 or more")
+            raise ValueError(f"--scans {scans}: must be 1 or more")
         return scans
     if duration is None and spec.run_for_s is not None:
         duration = f"{spec.run_for_s:f} s"
@@ -310,8 +310,8 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
 
 
 @dataclass(frozen=True, slots=True)
-class _RackPlace:
-    """A rack that is being loaded: its address, path, specification, text and world."""
+class _RackSource:
+    """The files of a rack during loading, with its specification and its group of racks."""
 
     rack: str
     path: Path
@@ -326,33 +326,32 @@ class _RackPlace:
         return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
 
 
-def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
+def _load_with(
+    source: _RackSource, load: Callable[[Stubs], LoadedProgram], *, is_replaced: bool = False
+) -> LoadedRack:
     """Return the job for a program, loaded with the stubs, modules and axes of its rack.
 
     Args:
-        own: whether the rack file names the program.
+        load: loads the program with the stubs.
+        is_replaced: whether the program replaces the rack's, so that the rack's keys need not apply to it.
     """
-    spec = place.spec
-    stubs = _stubs(place)
+    spec = source.spec
+    stubs = _read_stubs(source)
     try:
         program = load(stubs)
     except ProgramError as error:
-        if place.file is None or not own:
+        if source.file is None or is_replaced:
             raise
-        raise place.refusal("program", error) from error
-    if own and stubs.by_name and not is_rungs(program.function):
-        raise place.refusal("stubs", "the program has no instructions: it is a function")
+        raise source.refusal("program", error) from error
+    if not is_replaced and stubs.by_name and not is_rungs(program.function):
+        raise source.refusal("stubs", "the program is a function, which has no instructions")
     try:
-        if own or is_rungs(program.function):
+        if not is_replaced or is_rungs(program.function):
             _bind_axes(spec, program)
     except LadderError as error:
-        raise place.refusal("axes", error) from error
-    place.world.enter(place.path).take(spec, program.function)
-    return _job(place, program)
-
-
-def _slots(spec: RackSpec) -> list[int]:
-    return [slot.number for slot in spec.slot]
+        raise source.refusal("axes", error) from error
+    source.world.enter(source.path).take(spec, program.function)
+    return _job(source, program)
 
 
 def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
@@ -364,7 +363,7 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
     if not spec.axes:
         return
     if not is_rungs(program.function):
-        raise LadderError("the program has no axes: it is a function")
+        raise LadderError("the program is a function, which has no axes")
     from scanrack.ladder.instructions.motion.axes import AxisSettings
 
     trip_ms = _round_trip_ms(spec)
@@ -384,24 +383,23 @@ def _round_trip_ms(spec: RackSpec) -> int:
     return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
 
 
-def _stubs(place: _RackPlace) -> Stubs:
+def _read_stubs(source: _RackSource) -> Stubs:
     """Read the stubs of a rack; raise RackFileError if a stub is illegal or its function can't be loaded."""
-    spec, folder = place.spec, place.path.parent
-    read: dict[str, Stub] = {}
+    spec, folder = source.spec, source.path.parent
+    stubs: dict[str, Stub] = {}
     for name, stub in spec.stubs.items():
         if name in STUB_SETTINGS:
             continue
         try:
             if isinstance(stub, str):
-                read.update(load_stubs({name: stub}, folder).by_name)
+                stubs.update(load_stubs({name: stub}, folder).by_name)
             else:
-                read[name.upper()] = stub_of_table(stub, folder, place.world)
+                stubs[name.upper()] = stub_of_table(stub, folder, source.world)
         except (ValueError, LadderError) as error:
-            raise place.refusal("stubs", error, name) from error
+            raise source.refusal("stubs", error, name) from error
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
-        text = "only an export, an .L5X or an .SLC, has refused rungs"
-        raise place.refusal("stubs", text, REFUSED)
-    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
+        raise source.refusal("stubs", "only an export (.L5X or .SLC) has refused rungs", REFUSED)
+    return Stubs(stubs, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:
@@ -422,25 +420,23 @@ def stub_files(spec: RackSpec) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*files, *module_files(spec)]))
 
 
-def _address(rack: str) -> str:
-    path, name = split_address(rack, RACK_FUNCTION)
-    return f"{path}:{name}"
-
-
 def _rack_name(rack: str) -> str:
     """Return the address of a rack without its folder."""
     path, name = split_address(rack, RACK_FUNCTION)
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _job(place: _RackPlace, program: LoadedProgram) -> LoadedRack:
-    name, spec = f"{program.path.name}:{program.name}", place.spec
-    notices = (*program.notices, *_other_modules(spec, program))
-    rack = _rack_name(place.rack)
+def _job(source: _RackSource, program: LoadedProgram) -> LoadedRack:
+    name, spec = f"{program.path.name}:{program.name}", source.spec
     return LoadedRack(
-        *(spec, program.function, name, program.path, place.path, rack),
-        notices=notices,
-        world=place.world,
+        spec=spec,
+        logic=program.function,
+        logic_name=name,
+        program=program.path,
+        rack_file=source.path,
+        rack_name=_rack_name(source.rack),
+        notices=(*program.notices, *_other_modules(spec, program)),
+        world=source.world,
         forces=program.forces,
     )
 

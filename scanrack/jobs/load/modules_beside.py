@@ -1,12 +1,12 @@
-"""Lets executed Python files, and only these, import modules from their own folders.
+"""Imports of executed Python files from their own folders.
 
     importer                                     finds
     a program, a rack file, a stub, invariants   installed modules, then those in its own folder
     a module from such a folder                  installed modules, then those in the same folder
     Python, scanrack, the libraries              installed modules
 
-So a `json.py` beside a program never replaces Python's own module, and only the program runs its helpers.
-The folder is in the spec of the importing module; `sys.path` stays unchanged.
+So a `json.py` beside a program never replaces Python's own module. The folder is stored in the spec of the
+importing module; `sys.path` stays unchanged.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class _Finder(MetaPathFinder):
         return _compiled_beside(spec)
 
 
-class _First(MetaPathFinder):
-    """Finds modules for `BESIDE` to compile that Python would find itself: on `sys.path` or in packages."""
+class _FirstFinder(MetaPathFinder):
+    """Finds modules beside programs that Python itself would find, so that `BESIDE` compiles them."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
@@ -82,7 +82,7 @@ def _compiled_beside(spec: ModuleSpec) -> ModuleSpec:
 
 
 _FINDER = _Finder()
-_FIRST = _First()
+_FIRST = _FirstFinder()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:

@@ -1,4 +1,4 @@
-"""Names the file of a rack's operator panel, which pages show; it is beside the rack file."""
+"""The path of a rack's operator panel, which pages show."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import PurePath
 from .program import split_address
 
 SUFFIX = ".panel"
-"""Suffix of a panel: its content is TOML, but a .toml file is a rack."""
+"""Suffix of a panel. Its content is TOML, but the suffix .toml is that of a rack."""
 
 
 def panel_name(rack: str) -> str:

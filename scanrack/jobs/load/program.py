@@ -1,4 +1,4 @@
-"""Loads programs from files: turns `path[:function]` into the function, its source and its fingerprint.
+"""Loads programs from files: the function of an address `path[:function]`, its source and its fingerprint.
 
 A Python file defines `logic`, a function of the scan or an instance of a subclass of `Logic`; or one such
 class; or `program`, a ladder program. A `.rung` file is a ladder program as text, a `.st` file is structured
@@ -77,7 +77,7 @@ FORMS = {
     STEPS_SUFFIX: Form.DATA,
     **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
 }
-"""Use of a program file, by suffix. `load_program` refuses all others, so that nothing else is executed."""
+"""Use of a program file, by suffix. `load_program` refuses other files and never executes them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +124,7 @@ def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, s
 def program_form(path: PurePath) -> Form:
     """Return how `load_program` reads a file; raise ProgramError if it is not a program."""
     if path.suffix not in FORMS:
-        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
+        raise ProgramError(f"{path}: a program must be a .py, .rung, .st, .steps, .L5X or .SLC file")
     return FORMS[path.suffix]
 
 
@@ -182,32 +182,29 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str) -> Stubs:
         ProgramError: a function can't be loaded.
         LadderError: a stub is illegal.
     """
-    read: dict[str, Stub] = {}
+    stubs: dict[str, Stub] = {}
     for name, text in texts.items():
         check_stubbed(name.upper())
         if is_python(text):
             function = load_function(text, folder, default="", arguments=("tags", "rung"), loosely=True)
-            read[name.upper()] = InPython(text, function.function)
+            stubs[name.upper()] = InPython(text, function.function)
         else:
-            read[name.upper()] = parse_stub(text)
-    return Stubs(read)
+            stubs[name.upper()] = parse_stub(text)
+    return Stubs(stubs)
 
 
-def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_records.ModuleRecord]:
-    """Execute the modules of a rack file.
+def load_modules(addresses: Mapping[str, str], path: Path) -> dict[str, module_records.ModuleRecord]:
+    """Execute the modules of a rack file; return their records, by name.
 
     Args:
-        named: file and record, `path[:RECORD]`, by module name.
+        addresses: file and record, `path[:RECORD]`, by module name.
         path: path of the rack file.
-
-    Returns:
-        The modules' records, by name.
 
     Raises:
         ProgramError: a file can't be executed, or lacks the record.
     """
     records = {}
-    for name, address in named.items():
+    for name, address in addresses.items():
         file, attribute = split_address(address, default="RECORD")
         source = path.parent / file
         record = getattr(_execute(source, _read(source)), attribute, None)
@@ -221,7 +218,7 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     r"""Return axes for `LadderLogic.take_axes`.
 
     Args:
-        settings: by tag, in a controller `\\LoadedProgram.tag` for that of a program.
+        settings: by tag; a tag of a program in a controller is `\\PROGRAM.tag`.
     """
     from scanrack.ladder.files.rungreader import load_library
     from scanrack.ladder.lowering.bound_axes import Axes
@@ -259,8 +256,10 @@ def load_function(
     Args:
         address: `path[:function]`.
         folder: base of a relative path.
-        default: name of the function, if the address names none.
+        default: name of the function, if the address has none.
+        arguments: names of the function's arguments.
         stubs: stubs of a ladder program, see `load_program`.
+        loosely: whether the function may have more arguments, the operands.
 
     Raises:
         ProgramError: see `load_program`.
@@ -272,7 +271,7 @@ def load_function(
     module = _execute(path, data)
     if name == DEFAULT_FUNCTION == default and not hasattr(module, name):
         name = _other_name(path, module)
-    function = _made(path, _pick(path, module, name))
+    function = _instance_of(path, _callable_in(path, module, name))
     if is_rungs(function):
         build(path, function, stubs)
     _check_signature(path, name, function, arguments, loosely=loosely)
@@ -280,7 +279,7 @@ def load_function(
 
 
 def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an instance if given a subclass of `Logic`; return anything else unchanged.
+    """Return an instance of a subclass of `Logic`; return anything else unchanged.
 
     Raises:
         TypeError: the class takes arguments.
@@ -288,7 +287,7 @@ def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
     return program() if isinstance(program, type) and issubclass(program, Logic) else program
 
 
-def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
+def _instance_of(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
     try:
         return as_logic(program)
     except Exception as error:
@@ -305,7 +304,9 @@ def _other_name(path: Path, module: ModuleType) -> str:
         return LADDER_NAME
     classes = [name for name, value in vars(module).items() if _is_logic_of(module, value)]
     if len(classes) > 1:
-        raise ProgramError(f"{path}: there are several classes of Logic: write {path.name}:{classes[0]}")
+        raise ProgramError(
+            f"{path}: more than one class of Logic: choose one, such as {path.name}:{classes[0]}"
+        )
     return classes[0] if classes else DEFAULT_FUNCTION
 
 
@@ -314,12 +315,12 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 
 @contextmanager
-def _refused(where: str = "") -> Iterator[None]:
+def _as_program_errors(prefix: str = "") -> Iterator[None]:
     """Raise a ProgramError in place of the error of a parser or a build."""
     try:
         yield
     except SiteError as error:
-        raise ProgramError(f"{where}{error}") from error
+        raise ProgramError(f"{prefix}{error}") from error
 
 
 def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
@@ -329,7 +330,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
     _check_text(path, data)
     text = data.decode("utf-8")
     program: LadderLogic
-    with _refused():
+    with _as_program_errors():
         if path.suffix == STRUCTURED_SUFFIX:
             program = parse_structured(text, path.stem, file=str(path), stubs=stubs)
         else:
@@ -343,10 +344,10 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: E
     from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are not L5X
 
     data = _read(path, TextKind.EXPORT)
-    with _refused():
+    with _as_program_errors():
         imported = import_l5x(path, stubs, slots, memory_mib=export.memory_mib)
     controller = imported.controller
-    loaded = _whole(path, data, controller, imported.report, imported.document.modules, stubs)
+    loaded = _imported_program(path, data, controller, imported.report, imported.document.modules, stubs)
     if export.keep_values:
         loaded.function.keep_values()  # type: ignore[attr-defined]
         return loaded
@@ -354,14 +355,14 @@ def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: E
 
 
 def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
-    """Yield a sentence that names the values that prescan resets, if there are any."""
+    """Yield a sentence with the values that prescan resets, if there are any."""
     from scanrack.ladder.lowering.runnable import shortened as listed
 
     reset = program.reset_by_prescan() if program is not None else []
     if reset:
-        many = f"{len(reset):,} values" if len(reset) > 1 else "a value"
+        count = f"{len(reset):,} values" if len(reset) > 1 else "a value"
         yield (
-            f"{path}: prescan resets {many} of the export, as after a download: {listed(reset)}; "
+            f"{path}: prescan resets {count} of the export, as after a download: {listed(reset)}; "
             "--keep-values begins with them"
         )
 
@@ -371,13 +372,13 @@ def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> Loaded
     from scanrack.rockwell.slc import import_slc  # most programs are not SLC
 
     data = _read(path, TextKind.EXPORT)
-    with _refused():
+    with _as_program_errors():
         imported = import_slc(path, stubs, slots)
     modules = tuple(imported.document.slots.values())
-    return _whole(path, data, imported.program, imported.report, modules, stubs)
+    return _imported_program(path, data, imported.program, imported.report, modules, stubs)
 
 
-def _whole(
+def _imported_program(
     path: Path,
     data: bytes,
     program: LadderLogic | None,
@@ -385,10 +386,10 @@ def _whole(
     modules: tuple[ModuleRecord | SlotRecord, ...],
     stubs: Stubs,
 ) -> LoadedProgram:
-    """Return an imported program if it is complete.
+    """Return an imported program.
 
     Raises:
-        ProgramError: a part of it was refused, and the stubs do not replace it.
+        ProgramError: the export has no program, or a part was refused without a stub that replaces it.
     """
     from scanrack.ladder.lowering.runnable import REFUSALS_SHOWN
 
@@ -413,13 +414,13 @@ def _load_steps(path: Path) -> LoadedProgram:
     _check_text(path, data)
     from scanrack.ladder.files.steps import parse_steps
 
-    with _refused():
+    with _as_program_errors():
         return LoadedProgram(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
 
 
 def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
     """Build a program with the stubs and modules of its rack; raise ProgramError if it can't be built."""
-    with _refused(f"{path}: "):
+    with _as_program_errors(f"{path}: "):
         program.take_stubs(stubs)
         program.build()
 
@@ -457,13 +458,14 @@ def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
     """
     from scanrack.ladder.python.line_marks import WATCH, marked_code  # most commands observe no lines
 
-    before = COMPILER.set(marked_code), BESIDE.set(marked_code), WATCH.set(watch or WATCH.get())
+    compiler, beside = COMPILER.set(marked_code), BESIDE.set(marked_code)
+    current_watch = WATCH.set(watch or WATCH.get())
     try:
         yield
     finally:
-        COMPILER.reset(before[0])
-        BESIDE.reset(before[1])
-        WATCH.reset(before[2])
+        COMPILER.reset(compiler)
+        BESIDE.reset(beside)
+        WATCH.reset(current_watch)
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:
@@ -474,7 +476,7 @@ def _execute(path: Path, data: bytes) -> ModuleType:
         site = Site(file=str(path), line=line)
         raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
     except (MemoryError, RecursionError):
-        text = "the program has an expression that is nested too deep for Python"
+        text = "the program has an expression that is nested too deeply for Python"
         raise ProgramError.at(Site(file=str(path), line=1), text) from None
     module = ModuleType(f"scanrack_program_{path.stem}")
     module.__file__ = str(path)
@@ -498,12 +500,13 @@ def _while_loading(path: Path, error: BaseException) -> ProgramError:
     return ProgramError.at(site, f"the program can't be loaded: {problem}")
 
 
-def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
-    builder = getattr(module, name, None)
-    if callable(builder):
-        return builder  # type: ignore[no-any-return]
-    if builder is not None:
-        raise ProgramError(f"{path}: {name} is {type(builder).__name__}, not a function")
+def _callable_in(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
+    """Return the function or other callable with a name; raise ProgramError if the file has none."""
+    value = getattr(module, name, None)
+    if callable(value):
+        return value  # type: ignore[no-any-return]
+    if value is not None:
+        raise ProgramError(f"{path}: {name} is {type(value).__name__}, not a function")
     function_names = [
         key
         for key, value in vars(module).items()
@@ -511,23 +514,19 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
     ]
     import difflib  # most names are correct
 
-    close = difflib.get_close_matches(name, function_names, n=1)
-    hint = f"; did you mean {close[0]}?" if close else ""
-    named = (
-        f"no function {name} among {', '.join(function_names)}"
-        if function_names
-        else f"no function {name} in it"
-    )
-    raise MissingNameError(f"{path}: {named}{hint}")
+    matches = difflib.get_close_matches(name, function_names, n=1)
+    hint = f"; did you mean {matches[0]}?" if matches else ""
+    known = f" among {', '.join(function_names)}" if function_names else ""
+    raise MissingNameError(f"{path}: no function {name}{known}{hint}")
 
 
 def _check_signature(
     path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
 ) -> None:
     form = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
-    where = f"{path}:{_line_of(function)}"
+    line = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
-        raise ProgramError(f"{where}: {name} must be a plain function {form}, without async and yield")
+        raise ProgramError(f"{line}: {name} must be a plain function {form}, without async and yield")
     try:
         signature = signature_of(function)
     except ValueError:  # a callable in C has no signature
@@ -535,7 +534,7 @@ def _check_signature(
     try:
         (signature.bind_partial if loosely else signature.bind)(*arguments)
     except TypeError:
-        raise ProgramError(f"{where}: {name}{signature} can't be called as {form}") from None
+        raise ProgramError(f"{line}: {name}{signature} can't be called as {form}") from None
 
 
 def _line_of(function: Callable[..., Any]) -> int:

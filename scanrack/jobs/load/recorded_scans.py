@@ -1,4 +1,4 @@
-"""The scans of a recording, one by one, and its rack."""
+"""The scans of a recording one by one, and a rack with its slots."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class RecordedScan(NamedTuple):
 
 
 as_scan: Callable[[Any], RecordedScan] = partial(tuple.__new__, RecordedScan)
-"""Returns a scan from the tuple of its parts, in less time than `RecordedScan._make`."""
+"""Returns the scan of a tuple; faster than `RecordedScan._make`."""
 
 
 def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[RecordedScan]:
@@ -39,17 +39,17 @@ def recorded_scans(recording: PackedTrace, row: int, last: int) -> Iterator[Reco
         if start >= count:
             return
         words, size = columns.words[start:count].tobytes(), 2 * columns.words.shape[1]
-        blocks = (words[place : place + size] for place in range(0, len(words), size))
+        blocks = (words[offset : offset + size] for offset in range(0, len(words), size))
         heads = (column[start:count].tolist() for column in (columns.scan, columns.time_ns, columns.flags))
         yield from map(as_scan, zip(*heads, blocks, strict=True))
         row += count - start
 
 
 def recorded_words(slots: Iterable[SlotInfo], spec: RackSpec | None) -> dict[int, ModuleWords]:
-    """Return the words of recorded slots; the rack has names of a card's data that a trace lacks."""
-    known = {slot.number: slot.words for slot in (spec.slot if spec else ())}
+    """Return the words of recorded slots by number; equal words of the rack have names that a trace lacks."""
+    rack_words = {slot.number: slot.words for slot in (spec.slot if spec else ())}
     return {
-        slot.number: known[slot.number] if known.get(slot.number) == slot.words else slot.words
+        slot.number: rack_words[slot.number] if rack_words.get(slot.number) == slot.words else slot.words
         for slot in slots
     }
 

@@ -1,6 +1,6 @@
-"""Starts a ladder program with the final tag values of another run.
+"""Loads the final tag values of an earlier run into a ladder program.
 
-The file of tags is stored in the trace, so that a rerun starts with them, too.
+The trace contains the file of tags, so that a rerun also starts with them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from .rungs import is_rungs
 
 
 def retaining(job: LoadedRack, data: bytes, name: str) -> tuple[LoadedRack, list[str]]:
-    """Load retained tags into a job's ladder program; return the job, and a sentence per ignored tag.
+    """Load retained tags into a job's ladder program; return the job, and a sentence for each ignored tag.
 
     Args:
         job: job whose program has not run a scan yet.

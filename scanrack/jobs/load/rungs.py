@@ -1,4 +1,4 @@
-"""Tells whether logic is rungs without importing rungs, since a Python program does not need them."""
+"""Tells whether logic is rungs, without importing rungs for a Python program."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, TypeGuard
 if TYPE_CHECKING:
     from scanrack.ladder import LadderLogic
 
-_HOME = f"{__package__.split('.')[0]}.ladder.lowering.runnable"
+_MODULE_NAME = f"{__package__.split('.')[0]}.ladder.lowering.runnable"
 
 
 def is_rungs(logic: object) -> TypeGuard[LadderLogic]:
-    """Return whether logic is a ladder program; it can't be one if its class's module is not loaded."""
-    home = sys.modules.get(_HOME)
-    return home is not None and isinstance(logic, home.LadderLogic)
+    """Return whether logic is a ladder program; no ladder program exists before its module is imported."""
+    module = sys.modules.get(_MODULE_NAME)
+    return module is not None and isinstance(logic, module.LadderLogic)

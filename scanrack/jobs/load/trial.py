@@ -1,4 +1,4 @@
-"""Tries out an export: imports it and runs some scans of its program."""
+"""The trial of an export: it is imported, and its program runs some scans."""
 
 from __future__ import annotations
 
@@ -48,11 +48,14 @@ def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
 
 
 def _note_axis(report: Report, axis: str, names: list[str]) -> None:
-    ideal_names, not_done = ([name for name in names if (name in IDEAL) is ideal] for ideal in (True, False))
-    if ideal_names:
-        report.note(axis, f"{', '.join(ideal_names)} move an ideal axis, unless [axes] binds it to a 3601")
-    if not_done:
-        report.note(axis, f"{', '.join(not_done)} end with ER, ERR 25: no ideal axis does them")
+    ideal = [name for name in names if name in IDEAL]
+    unsupported = [name for name in names if name not in IDEAL]
+    if ideal:
+        report.note(axis, f"{', '.join(ideal)} move an ideal axis, unless [axes] binds it to a 3601")
+    if unsupported:
+        report.note(
+            axis, f"{', '.join(unsupported)} end with ER, ERR 25: an ideal axis does not support them"
+        )
 
 
 def is_slc(path: Path) -> bool:

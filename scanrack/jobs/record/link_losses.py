@@ -1,4 +1,4 @@
-"""Finds when the link to a module was lost: its Module light is off [chapter 1, Front Panel]."""
+"""Losses of the link to a module, found by its Module light, which is off [chapter 1, Front Panel]."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ INDICATORS = "/indicators"
 class LinkChange:
     """The state of the link at a change of the lights: lost, or good."""
 
-    scan: int  # number of the first scan that sees it
+    scan: int  # the first scan in this state
     now_ns: int
     good: bool  # whether the PLC reaches the module from this scan
 

@@ -2,10 +2,10 @@
 
     scan     0 ............ 4,010 ............ 9,200 ....
     number   0              1                  2
-    trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, and all beside them
+    trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, with the files beside them
     orders                  edit 1             edit 2                 on /orders
 
-Each program can be loaded again: for a rerun, for a branch, and by a monitor that shows past scans.
+Each program can be reloaded: for a rerun, for a branch, and by a monitor that shows past scans.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class ProgramVersion:
     files: Mapping[str, bytes]  # contents by name in a trace
     paths: Mapping[str, Path] = field(default_factory=dict)  # paths on disk; empty for files from a trace
     retained: bytes | None = None  # content of the file of its initial tags; None without one
-    place: Path | None = None  # folder with a copy of the files, for other processes; None without a copy
+    place: Path | None = None  # folder with a copy of `files`, for other processes; None without a copy
 
     @property
     def is_on_disk(self) -> bool:
@@ -73,37 +73,37 @@ class ProgramVersions:
     Args:
         folder: folder for copies of files that have changed on disk.
         rack: address of the rack file on disk; None if all files come from a trace.
-        known: known programs, by number.
+        versions: the programs so far, by number.
     """
 
     def __init__(
-        self, folder: Path, rack: str | None = None, known: Mapping[int, ProgramVersion] | None = None
+        self, folder: Path, rack: str | None = None, versions: Mapping[int, ProgramVersion] | None = None
     ) -> None:
         self._folder, self._rack = folder, rack
-        self._known: dict[int, ProgramVersion] = dict(known or {})
-        self._loaded: dict[int, LoadedRack] = {}
-        self._used: set[Path] = set()
-        self._copies: Path | None = None
+        self._versions: dict[int, ProgramVersion] = dict(versions or {})
+        self._loaded: dict[int, LoadedRack] = {}  # programs that were loaded and have not run
+        self._used: set[Path] = set()  # folders in which loaded programs find modules
+        self._copies: Path | None = None  # folder of `again`
 
     def __getitem__(self, number: int) -> ProgramVersion:
-        return self._known[number]
+        return self._versions[number]
 
-    def keep(self, number: int, edition: ProgramVersion, job: LoadedRack) -> None:
+    def keep(self, number: int, version: ProgramVersion, job: LoadedRack) -> None:
         """Add a loaded program; replace a program with the same number."""
-        self._known[number], self._loaded[number] = edition, job
+        self._versions[number], self._loaded[number] = version, job
         self.follow(job)
 
-    def begin(self, edition: ProgramVersion) -> None:
+    def begin(self, version: ProgramVersion) -> None:
         """Add the first program, whose files an edit may change."""
-        self._known[0] = edition
+        self._versions[0] = version
 
     @property
     def edited(self) -> bool:
         """Whether there are programs after the first."""
-        return any(self._known)
+        return any(self._versions)
 
     def again(self, number: int) -> LoadedRack:
-        """Return a program in its initial state, loaded from copies of its files in our own folder.
+        """Return a program in its initial state, loaded from copies of its files in a temporary folder.
 
         Raises:
             ValueError: its files are missing, or it can't be loaded.
@@ -112,10 +112,10 @@ class ProgramVersions:
             holder = tempfile.TemporaryDirectory(prefix="scanrack-")
             atexit.register(holder.cleanup)
             self._copies = Path(holder.name)
-        return ProgramVersions(self._copies, None, self._known).job(number)
+        return ProgramVersions(self._copies, None, self._versions).job(number)
 
     def follow(self, job: LoadedRack) -> None:
-        """Register a loaded program, so that its modules are dropped when another one is loaded."""
+        """Register a loaded program, so that its modules are dropped when another program is loaded."""
         self._used |= folders_of(job)
 
     def forget(self) -> None:
@@ -124,12 +124,12 @@ class ProgramVersions:
 
     def up_to(self, number: int) -> ProgramVersions:
         """Return the programs up to a number for a branch; none of them is loaded yet."""
-        known = {
-            edition_number: edition
-            for edition_number, edition in self._known.items()
-            if edition_number <= number
+        versions = {
+            version_number: version
+            for version_number, version in self._versions.items()
+            if version_number <= number
         }
-        branch = ProgramVersions(self._folder, self._rack, known)
+        branch = ProgramVersions(self._folder, self._rack, versions)
         branch._used = set(self._used)
         return branch
 
@@ -143,44 +143,45 @@ class ProgramVersions:
         loaded = self._loaded.pop(number, None)
         if loaded is not None:
             return loaded
-        if number not in self._known:
-            raise ValueError(f"the files of edit {number} are not there")
-        job = self._load(self._known[number])
+        if number not in self._versions:
+            raise ValueError(f"the files of edit {number} are missing")
+        job = self._load(self._versions[number])
         self.follow(job)
         return job
 
-    def _load(self, edition: ProgramVersion) -> LoadedRack:
+    def _load(self, version: ProgramVersion) -> LoadedRack:
         self.forget()
-        if self._rack is not None and edition.is_on_disk:
+        if self._rack is not None and version.is_on_disk:
             job = load_job(self._rack)
-            if edition.is_on_disk:
+            if version.is_on_disk:
                 return job
-        job = load_files(self._copied(edition), edition.rack, edition.program)
-        return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
+        job = load_files(self._copy_files(version), version.rack, version.program)
+        return job if version.retained is None else retaining(job, version.retained, RETAINED)[0]
 
     def of_a_session(self, begins: ProgramVersion) -> ProgramVersions:
         """Return the programs of a new session, with a copy of each; raise OSError if that fails."""
-        known = {0: begins, **self._known}
-        copies = {number: self.with_copy(edition) for number, edition in known.items()}
+        versions = {0: begins, **self._versions}
+        copies = {number: self.with_copy(version) for number, version in versions.items()}
         session = ProgramVersions(self._folder, self._rack, copies)
         session._used = set(self._used)
         return session
 
-    def with_copy(self, edition: ProgramVersion) -> ProgramVersion:
+    def with_copy(self, version: ProgramVersion) -> ProgramVersion:
         """Return a program with a copy of its files; raise OSError if the copy can't be written."""
-        return replace(edition, place=self._copied(edition))
+        return replace(version, place=self._copy_files(version))
 
-    def _copied(self, edition: ProgramVersion) -> Path:
+    def _copy_files(self, version: ProgramVersion) -> Path:
+        """Copy the files of a program to a new folder; return the folder."""
         self._folder.mkdir(parents=True, exist_ok=True)
         number = sum(1 for _ in self._folder.glob("program-*"))
-        place = self._folder / f"program-{number}"
-        extract(edition.files, place)
-        return place.resolve()
+        folder = self._folder / f"program-{number}"
+        extract(version.files, folder)
+        return folder.resolve()
 
     def attachments(self, number: int) -> list[Attachment]:
         """Return the files of an edit as attachments for a trace, sorted by name."""
-        files, start = self._known[number].files, folder_of_edit(number)
-        return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
+        files, folder = self._versions[number].files, folder_of_edit(number)
+        return [attachment(f"{folder}{name}", files[name]) for name in sorted(files)]
 
 
 def edits_of(trace: Trace) -> list[AppliedAction]:
@@ -189,12 +190,12 @@ def edits_of(trace: Trace) -> list[AppliedAction]:
     for span, name in trace.attachment_names():
         if number := edit_number(name):
             starts.setdefault(number, span.offset)
-    edits = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
+    edits = [_edit_after(trace, number, offset) for number, offset in sorted(starts.items())]
     return [edit for edit in edits if edit is not None]
 
 
-def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
-    """Return an edit; its order is in the chunks after its files."""
+def _edit_after(trace: Trace, number: int, offset: int) -> AppliedAction | None:
+    """Return an edit, whose action is in the chunks after its files; None if it was not applied."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
         if section.span.offset > offset and trace.may_contain(section, topics):
@@ -210,9 +211,9 @@ def versions_of(
     """Return the programs of a recorded session, as far as their use is allowed.
 
     Args:
-        edits: orders of the session.
+        edits: operator actions of the session.
         job: first program of the session.
-        trust: run Python of the trace, see `trust`.
+        trust: whether to run Python of the trace, see `trust`.
 
     Raises:
         UntrustedError: untrusted Python of the trace would be run.
@@ -220,25 +221,25 @@ def versions_of(
     """
     files = attached_files(trace)
     rack = trace.head.metadata.get("rack_file", "")
-    known = {}
+    versions = {}
     for edit in edits:
         if isinstance(edit.order, Edit):
             number, program = edit.order.number, edit.order.program
-            known[number] = _recorded(files, number, rack, program, trust=trust)
-    editions = ProgramVersions(folder, None, known)
-    editions.follow(job)
-    return editions
+            versions[number] = _recorded_version(files, number, rack, program, trust=trust)
+    session = ProgramVersions(folder, None, versions)
+    session.follow(job)
+    return session
 
 
-def _recorded(
+def _recorded_version(
     files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool
 ) -> ProgramVersion:
-    start = folder_of_edit(number)
-    own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
-    if not own:
-        raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
+    folder = folder_of_edit(number)
+    edit_files = {name.removeprefix(folder): data for name, data in files.items() if name.startswith(folder)}
+    if not edit_files:
+        raise ValueError(f"the trace lacks the files of edit {number}, which its run needs")
     run_files = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
-    return ProgramVersion(rack, program, admitted(own, run_files, trust=trust))
+    return ProgramVersion(rack, program, admitted(edit_files, run_files, trust=trust))
 
 
 def forget(folders: Iterable[Path]) -> None:

@@ -1,4 +1,4 @@
-"""Makes the recorder of a run, which also stores its files and all that determines the outcome."""
+"""Makes the recorder of a run, which also stores the run's files and all that determines its result."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def recorder_for(
     keep: int | None = None,
     warn: Callable[[str], object] = lambda _cost: None,
 ) -> ScanRecorder:
-    """Return the recorder of a run; `sequence_watch` reports the program's sequences to the recorder.
+    """Return the recorder of a run; `sequence_watch` reports the program's sequences to it.
 
     Args:
         logic: replacement for the job's logic, such as its debugger.
@@ -50,6 +50,7 @@ def recorder_for(
     check_recording(job, trace, keep=keep)
     spec = job.spec
     running = logic or job.logic
+    is_python_rack_with_program = job.rack_file == job.program
     tags = None
     if spec.tags:
         from .tag_source import tags_of  # imports the debugger, which a run without tags does not need
@@ -66,7 +67,7 @@ def recorder_for(
         seed=spec.seed,
         program=attachment(program_name(job), job.program.read_bytes()),
         rack_file=None
-        if job.rack_file == job.program
+        if is_python_rack_with_program
         else attachment(job.rack_file.name, job.rack_file.read_bytes()),
         attachments=[*beside, *retained_tags(job)],
         metadata={
@@ -88,26 +89,26 @@ def recorder_for(
 
 
 def _snapshots_of(job: LoadedRack, running: Any) -> SnapshotLog | None:
-    """Return the snapshots of a ladder program; None for other logic, and if it has routines in Python.
+    """Return the snapshots of a ladder program; None for other logic, and for routines in Python.
 
-    An edit ends the snapshots: a question about an edited program runs all its scans.
+    There are no snapshots after an edit: a question about an edited program runs all its scans.
     """
     if not is_rungs(job.logic) or job.logic.functions:
         return None
     from scanrack.ladder.state.snapshots import SavedValues  # only rungs need this import
 
-    def present() -> Any:
-        return getattr(getattr(running, "engine", running), "memory", None)  # it may be an engine
+    def current_memory() -> Any:
+        return getattr(getattr(running, "engine", running), "memory", None)  # `running` may be an engine
 
-    memory = present()
+    memory = current_memory()
     if memory is None:
         return None
     saved = SavedValues(memory)
 
     def take() -> str | None:
         try:
-            return saved.text() if present() is memory else None
-        except TypeError:  # text can't represent a value: the program then has no snapshots
+            return saved.text() if current_memory() is memory else None
+        except TypeError:  # text can't represent a value
             return None
 
     return SnapshotLog(take)

@@ -1,4 +1,4 @@
-"""Reports the waits of sequences and of a list of steps to a recorder, a journal or a message.
+"""Reports the waits of sequences and of a list of steps to a recorder or a journal.
 
     scan     602                       603 to 1,402   1,403
     cycle    waits at line 14          waits          waits at line 15
@@ -40,16 +40,20 @@ def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:
 
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
-    """Return the slots of the axes that a program declares, each with the place of the declaration."""
+    """Return the lines that declare the axes of a program, by slot."""
     if not isinstance(logic, Logic):
         return {}
     from scanrack.ladder.python.axis3601 import Axis3601  # not needed without sequences
 
-    parts = parts_of(logic)
-    return {part.slot: part.declared.spot for part in parts if isinstance(part, Axis3601)}
+    declarations = parts_of(logic)
+    return {
+        declaration.slot: declaration.declared.spot
+        for declaration in declarations
+        if isinstance(declaration, Axis3601)
+    }
 
 
-def standing(sequence: Waiting, scan: int) -> Step:
+def wait_of(sequence: Waiting, scan: int) -> Step:
     """Return the current wait of a sequence or list of steps."""
     file = Path(sequence.file or "").name
     line = sequence.line or 0
@@ -89,19 +93,19 @@ class WatchesSequences:
                 state.resumed = resumed
                 step = state.step(scan)
                 if step is not None:
-                    self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
+                    self._listener.event(scan, now_ns, SEQUENCES.name, _fields_of(step))
         self._listener.scan(scan, now_ns, flags)
 
     @property
     def look(self) -> Callable[[], bool]:
         """The function to call within rows: returns whether a sequence has made a step."""
-        watched, listeners_own = self._watched, None if self._rows is None else self._rows.look
+        watched, look_of_listener = self._watched, None if self._rows is None else self._rows.look
 
         def look() -> bool:
             for state in watched:
                 if state.sequence.resumed != state.resumed:
                     return True
-            return listeners_own is not None and listeners_own()
+            return look_of_listener is not None and look_of_listener()
 
         return look
 
@@ -120,21 +124,23 @@ class WatchesSequences:
 
 
 class _SequenceState:
+    """A sequence and its last reported wait."""
+
     def __init__(self, sequence: Waiting) -> None:
         self.sequence = sequence
-        self.resumed = 0
+        self.resumed = 0  # number of steps at the last look
         self._scan = -1
-        self._stood: tuple[str, int, str] | None = None
+        self._last_wait: tuple[str, int, str] | None = None  # file, line and condition
 
     def step(self, scan: int) -> Step | None:
         """Return the new wait; None if the wait is unchanged."""
-        step = standing(self.sequence, scan)
-        stands = step.file, step.line, step.wait
-        stays = stands == self._stood and scan == self._scan + 1
-        self._scan, self._stood = scan, stands
-        return None if stays else step
+        step = wait_of(self.sequence, scan)
+        wait = step.file, step.line, step.wait
+        is_repeated = wait == self._last_wait and scan == self._scan + 1
+        self._scan, self._last_wait = scan, wait
+        return None if is_repeated else step
 
 
-def fields_of(step: Step) -> dict[str, JsonValue]:
+def _fields_of(step: Step) -> dict[str, JsonValue]:
     """Return the fields of a message on /sequences for a step."""
     return {"sequence": step.sequence, "file": step.file, "line": step.line, "wait": step.wait}

@@ -11,7 +11,7 @@ from .logic_wrapper import unwrapped
 
 
 def settable_tags(logic: ScanLogic) -> Debugger | Fields | None:
-    """Return the tags of a ladder program under a debugger, or the fields of a `Logic`; None for others."""
+    """Return the debugger of a ladder program, or the fields of a `Logic`; None for other logic."""
     program = unwrapped(logic)
     if isinstance(program, Logic):
         return Fields(lambda: program)

@@ -1,7 +1,7 @@
-"""Finds the recorded values of a Python program: attributes of objects in its module, fields of its class.
+"""Finds the values of a Python program: attributes of objects in its module, and fields of its class.
 
-Every scan looks up `line.step` in the module, so that a replaced object is found. Types come from
-annotations, or else from the first values.
+A value is read by its name in the module, such as `line.step`, so that a replaced object is found. Its type
+comes from an annotation, or else from its first value.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import inspect
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from difflib import get_close_matches
 from enum import Enum, Flag
@@ -24,7 +24,7 @@ from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.loop.scan import ScanLogic
 
 DEPTH = 4
-"""Largest depth of nested objects."""
+"""Maximum depth of nested objects."""
 
 PLAIN_TYPES: Mapping[type, str] = {bool: "BOOL", int: "LINT", float: "LREAL", str: TEXT}
 """Recorded types of Python values."""
@@ -41,12 +41,10 @@ class NamedValue:
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
-    """Return the namespace of the module in which a logic is defined.
-
-    An instance of a logic class gets the name of its class in lower case: `line` for `Line`.
+    """Return the names of a program: those of its module, or an instance of `Line` under the name `line`.
 
     Raises:
-        ValueError: the program is of a kind without a module of values.
+        ValueError: the program is neither a function nor a `Logic`.
     """
     if isinstance(logic, Logic):
         return {type(logic).__name__.lower(): logic}
@@ -54,7 +52,7 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
     function = getattr(function, "__func__", function)
     if isinstance(function, FunctionType):
         return function.__globals__
-    raise ValueError(f"{type(logic).__name__} has no tags: they are those of a ladder program or a module")
+    raise ValueError(f"{type(logic).__name__} has no tags: only a ladder program or a Python module has tags")
 
 
 def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[NamedValue]:
@@ -63,33 +61,30 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
     Raises:
         ValueError: a pattern matches nothing, or matches a value that can't be recorded.
     """
-    known = list(_all_values(namespace))
-    names = NamesByPattern(tag.name for tag in known)
-    chosen: dict[str, NamedValue] = {}
+    values = list(_all_values(namespace))
+    names = NamesByPattern(value.name for value in values)
+    matches: dict[str, NamedValue] = {}
     for pattern in patterns:
-        matches = [known[place] for place in names.places(pattern)]
-        matches = matches or [_at_address(namespace, known, pattern)]
-        chosen.update(
-            (matching_tag.name, matching_tag) for matching_tag in matches if matching_tag.name not in chosen
-        )
-    return list(chosen.values())
+        matching = [values[index] for index in names.indexes(pattern)]
+        for value in matching or [_value_at(namespace, values, pattern)]:
+            matches.setdefault(value.name, value)
+    return list(matches.values())
 
 
-def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
+def _value_at(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
+    """Return the value at an address such as `line.axes[0].step`; raise ValueError if there is none."""
     if _is_address(text):
         try:
             value = eval(text, dict(namespace))
         except (AttributeError, LookupError, NameError, TypeError):
             pass
         else:
-            named = _named(text, None, value)
-            if named is not None:
-                return named
-            raise ValueError(
-                f"tag {text!r} is {type(value).__name__}; recorded are bool, int, float, str and Enum"
-            )
-    close = get_close_matches(text, [tag.name for tag in known], 1)
-    hint = f"; did you mean {close[0]}?" if close else ""
+            named_value = _value_of(text, None, value)
+            if named_value is not None:
+                return named_value
+            raise ValueError(f"tag {text!r} is {type(value).__name__}: must be bool, int, float, str or Enum")
+    matches = get_close_matches(text, [tag.name for tag in known], 1)
+    hint = f"; did you mean {matches[0]}?" if matches else ""
     raise ValueError(f"no tag matches {text!r}{hint}")
 
 
@@ -112,44 +107,41 @@ def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
         if isinstance(value, Logic):
             yield from _fields(name, value)
         elif not name.startswith("_"):
-            yield from _below(name, hints.get(name), value, DEPTH, frozenset())
+            yield from _values_in(name, hints.get(name), value, DEPTH, frozenset())
 
 
 def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
     """Yield the fields of a logic: from the body of its class, and from the instance."""
-    hints = _hints(logic)
     bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
-    fields = {
-        field_name: value
-        for body in bodies
-        for field_name, value in body.items()
-        if not hasattr(value, "__get__")
-    }
-    for attribute in dict.fromkeys([*fields, *vars(logic)]):
-        if not attribute.startswith("_"):
-            inner = getattr(logic, attribute)
-            yield from _below(
-                f"{name}.{attribute}", hints.get(attribute), inner, DEPTH - 1, frozenset({id(logic)})
-            )
+    fields = [name for body in bodies for name, value in body.items() if not hasattr(value, "__get__")]
+    attributes = dict.fromkeys([*fields, *vars(logic)])
+    yield from _attributes(name, logic, attributes, DEPTH - 1, frozenset())
 
 
-def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:
+def _attributes(
+    name: str, owner: object, attributes: Iterable[str], depth: int, outer_ids: frozenset[int]
+) -> Iterator[NamedValue]:
+    """Yield the values in the public attributes of an object; `outer_ids` are the objects around it."""
+    hints = _hints(owner)
+    for attribute in attributes:
+        if not attribute.startswith("_") and hasattr(owner, attribute):
+            inner, ids = getattr(owner, attribute), outer_ids | {id(owner)}
+            yield from _values_in(f"{name}.{attribute}", hints.get(attribute), inner, depth, ids)
+
+
+def _values_in(
+    name: str, hint: object, value: object, depth: int, outer_ids: frozenset[int]
+) -> Iterator[NamedValue]:
     """Yield a value, or the values of an object's attributes."""
-    named = _named(name, hint, value)
-    if named is not None:
-        yield named
-    elif depth and _is_own(value) and id(value) not in above:
-        hints = _hints(value)
-        names = dict.fromkeys([*hints, *getattr(value, "__dict__", ())])
-        for attribute in names:
-            if not attribute.startswith("_") and hasattr(value, attribute):
-                inner = getattr(value, attribute)
-                yield from _below(
-                    f"{name}.{attribute}", hints.get(attribute), inner, depth - 1, above | {id(value)}
-                )
+    named_value = _value_of(name, hint, value)
+    if named_value is not None:
+        yield named_value
+    elif depth and _is_users_object(value) and id(value) not in outer_ids:
+        attributes = dict.fromkeys([*_hints(value), *getattr(value, "__dict__", ())])
+        yield from _attributes(name, value, attributes, depth - 1, outer_ids)
 
 
-def _named(name: str, hint: object, value: object) -> NamedValue | None:
+def _value_of(name: str, hint: object, value: object) -> NamedValue | None:
     """Return a value with its type; None if it is not recorded as a whole."""
     kind = hint if isinstance(hint, type) and (hint in PLAIN_TYPES or issubclass(hint, Enum)) else type(value)
     if issubclass(kind, Flag):
@@ -160,24 +152,24 @@ def _named(name: str, hint: object, value: object) -> NamedValue | None:
     return None if plain is None else NamedValue(name, plain, name)
 
 
-def _is_own(value: object) -> bool:
+def _is_users_object(value: object) -> bool:
     """Return whether a value is a user's object: not a class, function, module or library object."""
     if isinstance(value, type | ModuleType) or callable(value):
         return False
-    top = type(value).__module__.partition(".")[0]
-    return top not in sys.stdlib_module_names and top != __name__.partition(".")[0]
+    package = type(value).__module__.partition(".")[0]
+    return package not in sys.stdlib_module_names and package != __name__.partition(".")[0]
 
 
 def _hints(value: object) -> Mapping[str, object]:
     """Return the annotations of an object's attributes, except those that can't be resolved."""
     kind = type(value)
-    if kind not in _KNOWN:
+    if kind not in _HINTS:
         try:
-            _KNOWN[kind] = get_type_hints(kind)
+            _HINTS[kind] = get_type_hints(kind)
         except (NameError, TypeError, AttributeError):
-            _KNOWN[kind] = {}
-    return _KNOWN[kind]
+            _HINTS[kind] = {}
+    return _HINTS[kind]
 
 
-_KNOWN: WeakKeyDictionary[type, Mapping[str, object]] = WeakKeyDictionary()
-"""The annotations of classes: reading them takes longer than all values of a scan."""
+_HINTS: WeakKeyDictionary[type, Mapping[str, object]] = WeakKeyDictionary()
+"""The annotations of classes, cached because reading them takes longer than reading all values of a scan."""

@@ -49,16 +49,16 @@ class TextCodes:
         self._full = False
 
     def code(self, name: str, text: str) -> int:
-        """Return the code of a tag's new text and report the change."""
-        known = self._codes.get(text)
-        if known is None:
+        """Return the code of a tag's new text, and report the change."""
+        code = self._codes.get(text)
+        if code is None:
             if len(self._codes) >= LAST_CODE:
-                return self._last(name)
-            known = self._codes[text] = len(self._codes)
-        self.pending.append(("/texts", {"tag": name, "code": known, "text": text}))
-        return known
+                return self._code_beyond_limit(name)
+            code = self._codes[text] = len(self._codes)
+        self.pending.append(("/texts", {"tag": name, "code": code, "text": text}))
+        return code
 
-    def _last(self, name: str) -> int:
+    def _code_beyond_limit(self, name: str) -> int:
         """Return the common code of all texts beyond the limit; report this once."""
         if not self._full:
             self._full = True
@@ -68,7 +68,7 @@ class TextCodes:
 
 
 class TextValue:
-    """The code of one text, looked up again only when it changes."""
+    """The code of one tag's text, which is looked up only when the text changes."""
 
     def __init__(self, name: str, codes: TextCodes) -> None:
         self._name, self._codes = name, codes
@@ -122,25 +122,25 @@ class ProgramTags:
         self._refused: set[str] = set()
         by_name = {recorded_tag.tag.name: recorded_tag for recorded_tag in recorded}
         order = [by_name[field.tag.name] for field in self.plan.fields]
-        own, sources = _services(order, texts, in_cells=bool(cells))
-        own |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
-        own |= {"__slowly": self._slowly, "__error": Exception}
+        variables, sources = _expressions(order, texts, in_cells=bool(cells))
+        variables |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
+        variables |= {"__one_by_one": self._take_one_by_one, "__error": Exception}
         call = f"__pack(__images(), {', '.join(sources)})"
-        body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
-        variables = {**cells, **{name: CellType(value) for name, value in own.items()}}
-        self.take: Callable[[], bytes] = _functions([body], variables, namespace)[0]
-        self._sources, self._variables, self._namespace = sources, variables, namespace
+        body = f"try:\n   return {call}\n  except __error:\n   return __one_by_one()"
+        all_cells = {**cells, **{name: CellType(value) for name, value in variables.items()}}
+        self.take: Callable[[], bytes] = _functions([body], all_cells, namespace)[0]
+        self._sources, self._cells, self._namespace = sources, all_cells, namespace
 
     @cached_property
-    def _single(self) -> list[Callable[[], list[Any]]]:
-        """A function for each tag that reads only this tag; compiled only when a value does not fit."""
+    def _readers(self) -> list[Callable[[], list[Any]]]:
+        """Functions that each read one tag; compiled only when a value does not fit."""
         bodies = [f"return [{source}]" for source in self._sources]
-        return _functions(bodies, self._variables, self._namespace)
+        return _functions(bodies, self._cells, self._namespace)
 
-    def _slowly(self) -> bytes:
-        """Return images and tags; replace a value that does not fit by 0, with one event per tag."""
+    def _take_one_by_one(self) -> bytes:
+        """Return images and tags; a value that does not fit becomes 0, with one event for each tag."""
         parts = [self._images()]
-        for read, recorded_field in zip(self._single, self.plan.fields, strict=True):
+        for read, recorded_field in zip(self._readers, self.plan.fields, strict=True):
             form = Struct("<" + recorded_field.letters)
             try:
                 parts.append(form.pack(*read()))
@@ -173,7 +173,7 @@ class WatchedTags:
     def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
         self._debugger, self._memory = debugger, memory
         self._engine: Engine = debugger.engine
-        self._tags = ProgramTags(_of_ladder(self._engine, patterns), self._engine.memory.cells, {}, memory)
+        self._tags = ProgramTags(_ladder_tags(self._engine, patterns), self._engine.memory.cells, {}, memory)
         self.plan, self.pending = self._tags.plan, self._tags.pending
 
     def take(self) -> bytes:
@@ -193,18 +193,18 @@ class WatchedTags:
 def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
     """Return a tag with its expression in an edited program."""
     try:
-        matching = [match for match in map(_recorded, values.matching(tag.name)) if match.tag == tag]
+        matching = [match for match in map(_recorded_tag, values.matching(tag.name)) if match.tag == tag]
     except LadderError:
         matching = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
     return matching[0] if matching else RecordedTag(tag, zeros)
 
 
-def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
-    return [_recorded(tag_value) for tag_value in tag_values(engine.lowered.layout, patterns)]
+def _ladder_tags(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
+    return [_recorded_tag(tag_value) for tag_value in tag_values(engine.lowered.layout, patterns)]
 
 
-def _recorded(value: TagValue) -> RecordedTag:
+def _recorded_tag(value: TagValue) -> RecordedTag:
     return RecordedTag(Tag(value.name, value.type, value.length), value.source)
 
 
@@ -221,7 +221,7 @@ def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> Pro
         return WatchedTags(logic, patterns, memory)
     if isinstance(logic, LadderLogic | Engine):
         engine = logic.engine if isinstance(logic, LadderLogic) else logic
-        return ProgramTags(_of_ladder(engine, patterns), engine.memory.cells, {}, memory)
+        return ProgramTags(_ladder_tags(engine, patterns), engine.memory.cells, {}, memory)
     namespace = namespace_of(logic)
     recorded = []
     for named_value in named_values(namespace, patterns):
@@ -233,32 +233,32 @@ def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> Pro
     return ProgramTags(recorded, {}, namespace, memory)
 
 
-def _services(
+def _expressions(
     recorded: Sequence[RecordedTag], texts: TextCodes, *, in_cells: bool
 ) -> tuple[dict[str, object], list[str]]:
-    """Return the variables that the generated functions need, and the expressions."""
-    own: dict[str, object] = {}
+    """Return the expressions that read tags, and the variables in them, by name."""
+    variables: dict[str, object] = {}
     sources = []
     for number, recorded_tag in enumerate(recorded):
         name = f"__value{number}"
         if recorded_tag.tag.type == TEXT:
             value = TextValue(recorded_tag.tag.name, texts)
-            own[name] = value.of_string if in_cells else value.of_text
+            variables[name] = value.of_string if in_cells else value.of_text
             sources.append(f"{name}({recorded_tag.source})")
         elif recorded_tag.tag.type == "ENUM":
-            own[name] = recorded_tag.codes
+            variables[name] = recorded_tag.codes
             sources.append(f"{name}[{recorded_tag.source}._value_]")
         else:
             sources.append(recorded_tag.source)
-    return own, sources
+    return variables, sources
 
 
 def _functions(
     bodies: Sequence[str], cells: Mapping[str, CellType], namespace: dict[str, Any]
 ) -> list[Callable[[], Any]]:
-    """Compile functions without arguments that use cells as free variables and a namespace as globals.
+    """Compile functions without arguments; `cells` are their free variables, `namespace` their globals.
 
-    The cells are named once for all bodies, so that each function costs no more than its body.
+    They share one outer function with all cells, so that the time to compile a function is that of its body.
     """
     inner = "".join(f" def take():\n  {body}\n" for body in bodies)
     outer = _code_in(compile(f"def outer({', '.join(cells)}):\n{inner}", "<tags>", "exec"))[0]

@@ -1,7 +1,7 @@
 """Runs a program on recorded inputs, scan by scan, without modules and without a CPU.
 
     inputs, time, mode of each scan    ---> the program ---> outputs, compared with the recorded ones
-    orders on tags, and edits          before the same scans
+    actions on tags, and edits         before the same scans
     lost links                         at the same times
 
 | user | program | afterwards |
@@ -70,9 +70,9 @@ class InputReplay:
         row, scan: row and number of that scan; -1 before the first one.
         departs: number of the first scan whose outputs differ from the recorded ones; None if there is none.
         faulted: whether the program faulted in the last scan.
-        refused: a sentence for each order that could not be carried out.
-        lost: the scans before which an edit could not be carried out.
-        orders: the orders of the recording, see `read_events`.
+        refused: a sentence for each operator action that could not be repeated.
+        lost: the scans before which an edit could not be repeated.
+        orders: the operator actions of the recording, see `read_events`.
     """
 
     logic: ScanLogic
@@ -87,7 +87,7 @@ class InputReplay:
         edited: Callable[[int], ScanLogic] | None = None,
     ) -> None:
         slots = tuple(slots)
-        self._modules = {slot.number: RecordedInputs((), ()) for slot in slots}  # `run` shows the images
+        self._modules = {slot.number: RecordedInputs((), ()) for slot in slots}  # `run` copies the images
         self._rack = recorded_rack(slots, spec, self._modules)
         self.view = LogicScan(self._rack.slots, spec.scan_ns)
         self._call, self._edited = call, edited
@@ -96,11 +96,11 @@ class InputReplay:
         self._by_watchdog = False
         self._events = -1  # number of events in the recording when they were read
         self._inputs = [places.inputs for places in self._rack.layout.places.values()]
-        self._held: list[tuple[slice, bytes]] = []
-        self._orders: deque[AppliedAction] = deque()  # still to come
-        self._links: deque[tuple[int, LinkChange]] = deque()  # still to come, each with its slot
+        self._replaced_inputs: list[tuple[slice, bytes]] = []
+        self._orders: deque[AppliedAction] = deque()  # pending actions, by scan
+        self._links: deque[tuple[int, LinkChange]] = deque()  # pending changes with their slots, by time
         self.row = self.scan = -1
-        self._ordered = -1  # the last scan before which the orders were given
+        self._last_ordered_scan = -1  # the last scan before which the actions were applied
         self.departs: int | None = None
         self.faulted = False
         self.refused: list[str] = []
@@ -129,19 +129,20 @@ class InputReplay:
                 needs.__close_logic__()
 
     def read_events(self, recording: PackedTrace) -> None:
-        """Take the orders and the changes of links of a recording that are still to come."""
+        """Set the pending operator actions and changes of links from a recording, which may have grown."""
         events = recording.events
-        if self._events != len(events):  # a recording may grow
+        if self._events != len(events):
             self._events, self.orders = len(events), TagOrders(recording, edits=self._edited is not None)
-        self.expect(self.orders.given, {slot: link_changes(events, slot) for slot in self._modules})
+        self.set_pending(self.orders.orders, {slot: link_changes(events, slot) for slot in self._modules})
         self._by_watchdog = any(event.fields.get("cause") == Cause.WATCHDOG.value for event in events)
 
-    def expect(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
-        """Take the orders and, by slot, the changes of links that are still to come.
+    def set_pending(self, orders: Iterable[AppliedAction], links: Mapping[int, Iterable[LinkChange]]) -> None:
+        """Set the pending operator actions, sorted by scan, and changes of links, sorted by time.
 
-        They are sorted by what makes them due: a change by its time, see `run`; an order by its scan.
+        Args:
+            links: changes by slot.
         """
-        now_ns = self.view.now_ns if self.row >= 0 else -1  # before the first scan, changes at 0 are to come
+        now_ns = self.view.now_ns if self.row >= 0 else -1  # before the first scan, changes at 0 are pending
         later_changes = [
             (slot, change) for slot, changes in links.items() for change in changes if change.now_ns > now_ns
         ]
@@ -149,32 +150,32 @@ class InputReplay:
         later_orders = [order for order in orders if order.scan > self.scan]
         self._orders = deque(sorted(later_orders, key=lambda order: order.scan))
 
-    def hold(self, slot: int, image: bytes) -> None:
-        """From the next scan on, show the program this input image of a slot instead of the recorded one."""
-        self._held.append((self._rack.layout.places[slot].inputs, image))
+    def replace_inputs(self, slot: int, image: bytes) -> None:
+        """Replace the recorded input image of a slot from the next scan on."""
+        self._replaced_inputs.append((self._rack.layout.places[slot].inputs, image))
 
     def block(self) -> bytes:
-        """Return the rack's present memory block, with the outputs as the program has written them so far."""
+        """Return the rack's present memory block, with the program's outputs so far."""
         return bytes(self._rack.memory)
 
     # --- one scan
 
     def give_orders(self, scan: RecordedScan) -> None:
-        """Give the orders before a scan, as `run` does, so that the program can be seen between both."""
-        if scan.number == self._ordered:
+        """Apply the operator actions before a scan; `run` does so unless this was called before."""
+        if scan.number == self._last_ordered_scan:
             return
-        self._ordered = scan.number
-        if scan.flags & _SET_FROM_OUTSIDE and not self._knows_tags(scan.number):
+        self._last_ordered_scan = scan.number
+        if scan.flags & _SET_FROM_OUTSIDE and not self._has_values_for(scan.number):
             self._depart(scan.number)
         while self._orders and self._orders[0].scan <= scan.number:
             number, order = self._orders.popleft()
             try:
-                self._give(order, number)
+                self._apply(order, number)
             except ValueError as error:
-                self.refused.append(f"the order before scan {number} is not carried out: {error}")
+                self.refused.append(f"the action before scan {number} is not repeated: {error}")
 
     def run(self, scan: RecordedScan) -> None:
-        """Give the orders before a scan, run it, and compare its outputs with the recorded ones."""
+        """Apply the actions before a scan, run it, and compare its outputs with the recorded ones."""
         number, now_ns, flags, block = scan
         if self._orders or flags & _SET_FROM_OUTSIDE:
             self.give_orders(scan)
@@ -186,10 +187,10 @@ class InputReplay:
         if self._rpi_ns is not None:
             view.updated = self.row == 0 or now_ns // self._rpi_ns != view.now_ns // self._rpi_ns
         view.number, view.now_ns, view.first = number, now_ns, bool(flags & _FIRST)
-        for place in self._inputs:
-            memory[place] = block[place]
-        for place, image in self._held:
-            memory[place] = image
+        for span in self._inputs:
+            memory[span] = block[span]
+        for span, image in self._replaced_inputs:
+            memory[span] = image
         while self._links and self._links[0][1].now_ns <= now_ns:
             slot, change = self._links.popleft()
             self._modules[slot].linked = change.good
@@ -198,9 +199,9 @@ class InputReplay:
             self._depart(number)
 
     def run_logic(self, flags: int) -> None:
-        """Run the program; the frames above this one in the stack are not the program's."""
+        """Run the program. The frames outside this one in the stack do not belong to the program."""
         try:
-            if self._by_watchdog and flags & _FAULT:  # in another scan, a traced program may take longer
+            if self._by_watchdog and flags & _FAULT:  # in other scans, a traced program may take longer
                 with self._watchdog.armed(lambda: self.scan, InputReplay.run_logic.__code__):
                     self._call(self.logic, self.view)
             else:
@@ -218,17 +219,17 @@ class InputReplay:
 
     # --- orders
 
-    def _knows_tags(self, scan: int) -> bool:
-        """Whether an order sets the values that were set before a scan, or a force is in effect.
+    def _has_values_for(self, scan: int) -> bool:
+        """Whether the recording has the values that were set from outside before a scan.
 
-        The outputs of a ladder program decide whether it departs.
+        A pending action or a force has them. For a ladder program, the comparison of its outputs decides.
         """
         tags = settable_tags(self.logic)
         is_ordered = bool(self._orders) and self._orders[0].scan <= scan
         return is_ordered or isinstance(tags, Debugger) or (tags is not None and bool(tags.forces))
 
-    def _give(self, order: Action, scan: int) -> None:
-        """Carry out an order on the program; the recorded images already have the effect of any other."""
+    def _apply(self, order: Action, scan: int) -> None:
+        """Apply an action on the program; recorded images already have the effects of other actions."""
         tags = settable_tags(self.logic)
         match order:
             case Edit():
@@ -253,7 +254,7 @@ class InputReplay:
             return True
 
     def _edit(self, order: Edit) -> None:
-        """Continue with an edited program, which takes the values of the present one unless all restarts."""
+        """Continue with an edited program; it keeps the present values unless the edit restarts all."""
         if self._edited is None:
             return
         program, edited, restart = unwrapped(self.logic), self._edited(order.number), names_in(order.restart)

@@ -1,4 +1,4 @@
-"""Plays a recording to modules, to a program, or to a whole rack."""
+"""Replays a recording into modules, a program, or a whole rack."""
 
 from __future__ import annotations
 
@@ -38,6 +38,9 @@ class Replay:
         spec: the rack; its modules respond to the recorded outputs.
         resumed: the modules that were already in operation; None = all have just been powered up.
         exact_inputs: whether the instants at which inputs change are known.
+
+    Attributes:
+        notes: sentences about assumptions and restrictions of the replay.
     """
 
     def __init__(
@@ -69,11 +72,9 @@ class Replay:
             ReplayTarget.PROGRAM: ("out",),
             ReplayTarget.RACK: ("in", "out"),
         }[into]
-        self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
-        self.notes = list(
-            _assumptions(into, self._plan, resumed=self._resumed is not None)
-        )  # sentences about restrictions of the replay
+        self.notes = list(_assumptions(into, self._plan, resumed=self._resumed is not None))
+        self._orders: TagOrders | None = None
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
             self._orders = TagOrders(recording)
@@ -89,13 +90,13 @@ class Replay:
     ) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
 
+        A program that raises or hangs also ends the replay, with a note.
+
         Args:
             recorders: listeners that receive every replayed scan.
 
-        A program that raises or hangs also ends the replay, with a note.
-
         Raises:
-            KeyboardInterrupt: Ctrl-C stopped it; the comparison so far is no result.
+            KeyboardInterrupt: Ctrl-C stopped it; the comparison is incomplete.
             ValueError: the recording never shows the state of a module that was already in operation.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
@@ -136,9 +137,9 @@ def plan_of(recording: PackedTrace) -> ReplayPlan:
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
-    """Return a note for each edit of the running program, for a command that runs the first program only."""
+    """Return a note for each edit of the running program, for a command that runs only the first program."""
     return [
-        f"the program was edited before scan {event.scan:,}: here the one that the trace begins with runs on"
+        f"the program was edited before scan {event.scan:,}: the first program continues here"
         for event in events
         if is_edit(event)
     ]
@@ -147,7 +148,7 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
 def lost_notes(scans: Iterable[int]) -> list[str]:
     """Return a note for each scan from `lost_edits`."""
     return [
-        f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
+        f"the program was edited before scan {scan:,}: the trace contains only the first program"
         for scan in scans
     ]
 
@@ -162,18 +163,19 @@ def forced_rows(plan: ReplayPlan) -> list[bool]:
 
 
 _FRESH = {
-    ReplayTarget.MODULE: "the module is taken to be just powered up",
-    ReplayTarget.PROGRAM: "the program is taken to have just been started",
-    ReplayTarget.RACK: "the rack is taken to be just powered up",
+    ReplayTarget.MODULE: "the module is assumed to be just powered up",
+    ReplayTarget.PROGRAM: "the program is assumed to have just started",
+    ReplayTarget.RACK: "the rack is assumed to be just powered up",
 }
+"""Assumptions about the first scan of a trace that begins after scan 0."""
 
 
 def _assumptions(into: ReplayTarget, plan: ReplayPlan, *, resumed: bool) -> Iterator[str]:
     first = plan.numbers[0]
     if first and not resumed:
-        yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+        yield f"the trace begins with scan {first:,}: {_FRESH[into]} then"
     if all(plan.mode(row) is CpuMode.PROGRAM for row in range(len(plan.flags))):
-        yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
+        yield "all scans are in program mode, in which logic does not run and outputs are not sent"
     yield from first_few(list(_gaps(plan.numbers)))
 
 
@@ -181,31 +183,21 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
     for before, after in pairwise(numbers):
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
-            yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
+            yield f"{missing}: outputs and inputs are assumed to stay as in scan {before}"
 
 
 def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
-    """Yield the recorded actions on the machines' inputs; the rack itself has the incidents.
+    """Yield the recorded stimuli of the machines' inputs; injected faults are in the rack itself.
 
-    Cards have no machine, but an input of a card may have the same name as one of a machine.
+    An input of a card may have the same name as an input of a machine, but a card has no machine.
     """
     steppers = {slot.number for slot in recording.slots if slot.is_stepper}
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:
-            slot, level = _slot_of(event), event.fields.get("energized")
-            if slot not in steppers:
-                continue
-            yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
-
-
-def _slot_of(event: TraceEvent) -> int:
-    slot = event.fields.get("slot")
-    return slot if isinstance(slot, int) else NO_SLOT
-
-
-NO_SLOT = 0
-"""Not a slot number: slots are numbered from 1."""
+            slot, level = event.fields.get("slot"), event.fields.get("energized")
+            if isinstance(slot, int) and slot in steppers:
+                yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
 
 
 def with_stimuli(
@@ -214,32 +206,26 @@ def with_stimuli(
     """Return a rack with the selected stimuli for its machines; for `high`, see `recorded_levels`."""
     if stimuli is Stimuli.MACHINE:
         return spec
-    recorded = stimuli is Stimuli.RECORDED
+    is_recorded = stimuli is Stimuli.RECORDED
     by_slot: dict[int, list[Stimulus]] = defaultdict(list)
-    for stimulus in recorded_stimuli(recording) if recorded else recorded_levels(recording, high):
+    for stimulus in recorded_stimuli(recording) if is_recorded else recorded_levels(recording, high):
         by_slot[stimulus.slot].append(stimulus)
-    slots = tuple(
-        slot.model_copy(
-            update={
-                "machine": stimulated(
-                    slot.machine, by_slot[slot.number], switches=stimuli is not Stimuli.INPUTS
-                )
-            }
-        )
-        for slot in spec.slot
-    )
-    return spec.model_copy(update={"slot": slots})
+    slots = []
+    for slot in spec.slot:
+        machine = stimulated(slot.machine, by_slot[slot.number], switches=is_recorded)
+        slots.append(slot.model_copy(update={"machine": machine}))
+    return spec.model_copy(update={"slot": tuple(slots)})
 
 
-def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
+def without_missing_slots(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
     """Return a rack without the slots that a recording lacks, and notes about these slots."""
     recorded = {slot.number for slot in recording.slots}
     missing = sorted({slot.number for slot in spec.slot} - recorded)
-    kept = tuple(slot for slot in spec.slot if slot.number in recorded)
-    if not missing or not kept:
+    slots = tuple(slot for slot in spec.slot if slot.number in recorded)
+    if not missing or not slots:
         return spec, []
     note = f"the rack's {_slots(missing)} is not in the trace and is left out"
-    return spec.model_copy(update={"slot": kept}), [note]
+    return spec.model_copy(update={"slot": slots}), [note]
 
 
 def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> list[int]:
@@ -252,7 +238,7 @@ def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> lis
     rack_numbers = sorted(slot.number for slot in spec.slot)
     if recorded != rack_numbers:
         raise ValueError(
-            f"the trace has {_slots(recorded)}, the rack {_slots(rack_numbers)}: they have to be the same"
+            f"the trace has {_slots(recorded)}, the rack {_slots(rack_numbers)}: they must be the same"
         )
     if only is None:
         return recorded

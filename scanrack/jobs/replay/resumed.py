@@ -1,12 +1,12 @@
-"""Replays a 3601 whose recording begins during operation, or at times does not show its state.
+"""Replays a 3601 from a recording that begins during operation, or does not always show the module's state.
 
 recording   moves, at rest, .....moves.....  an input changes while it moves  ...at rest, moves
 shown       recorded |  the module, from the state that the image shows  | recorded  |  the module
 
 At rest in command mode, the input image shows position, counts and latched bits. Only the image in
-configuration mode shows the configuration. States that the recording does not show are not compared: a motion
-that had already begun, a motion during which an input changes (at an instant between two scans), and a blend
-profile or minimum registration distance from before.
+configuration mode shows the configuration. Scans with a state that the recording does not show are not
+compared: a motion that had already begun, a motion during which an input changes (at an instant between two
+scans), and a blend profile or minimum registration distance from before.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ NOT_AT_REST = "the axis has not been at rest yet"
 INPUT_CHANGED = "an input changed during a motion, at an instant between two scans"
 OLD_BLEND = "a blend profile from before ran"
 COMMAND_UNSEEN = "a command came and went between two reads"
-OLD_MINIMUM = "a minimum registration distance from before counted"
+OLD_MINIMUM = "a minimum registration distance from before was in effect"
 NO_ANSWER = "the module did not answer"
 
 Words = Sequence[int]
@@ -85,11 +85,11 @@ def configuration_words(text: str | None) -> list[int] | None:
 
 @dataclass(frozen=True, slots=True)
 class StartState:
-    """A state that was read from an image."""
+    """A state that was read from an image, with which the simulated module starts."""
 
     row: int
-    position: int
-    configuration: Configuration | None
+    position: int  # steps
+    configuration: Configuration | None  # None if the module is not configured
 
 
 class ResumedModule:
@@ -105,10 +105,10 @@ class ResumedModule:
         sampled: whether the recording is a client's reads, which miss short commands.
 
     Attributes:
-        taken: the states read from images, in order; from the next row, the module's own image is shown.
-        unknown: rows in which the recording is shown, by reason.
-        why: the reason for the current row; "" if the module's own image is shown.
-        rests: whether the current row shows the whole state, and so did the previous one.
+        starts: the states read from images, in order; from the next row, the simulated image is returned.
+        unknown: number of rows in which the recorded image is returned, by reason.
+        reason: the reason for the current row; "" if the simulated image is returned.
+        rests: whether the current row and the previous one show the whole state.
     """
 
     def __init__(
@@ -128,14 +128,17 @@ class ResumedModule:
         self._images, self._outputs, self._times, self._forced = images, outputs, times, forced
         self._words, self._last = configuration, len(times) - 1
         self._image, self._row = Image(), -1
+        # the known state, which may be of an earlier row
         self._is_state_known = False
         self._blend: BlendProgram | None = None
         self._minimum = 0
-        self._blend_known = self._minimum_known = False
-        self.why = self._why = NOT_AT_REST
-        self._before: tuple[bytes, bytes] = b"", b""  # output and input image of the previous row
+        self._is_blend_known = self._is_minimum_known = False
+        # of the current row
+        self.reason = NOT_AT_REST
+        self._reason = NOT_AT_REST  # the latest reason for an unknown state
+        self._last_images: tuple[bytes, bytes] = b"", b""  # output and input image of the previous row
         self.rests = False
-        self.taken: list[StartState] = []
+        self.starts: list[StartState] = []
         self.unknown: Counter[str] = Counter()
 
     @property
@@ -157,66 +160,69 @@ class ResumedModule:
         self.module.power_cycle()
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Return the module's image while its state is known, else the recorded one; see `Module.update`."""
+        """Return the simulated image while the state is known, else the recorded one; see `Module.update`."""
         row = self._row
         while row < self._last and self._times[row + 1] <= now_ns:
             row += 1
         is_new, self._row = row != self._row, row
         raw, output_bytes = self._images[row], outputs.raw.tobytes()
         shown, command = words_of(raw), words_of(output_bytes)
-        if self._is_state_known and (why := self._loss(shown, command)):
+        reason = self._reason_for_loss(shown, command) if self._is_state_known else ""
+        if reason:
             self._keep_programs()
-            self._is_state_known, self._why = False, why
+            self._is_state_known, self._reason = False, reason
         self._note_stored_settings(shown, command)
-        same = (output_bytes, raw[:8]) == (self._before[0], self._before[1][:8])
-        self.rests = is_new and same and self._at_rest(shown, command)
+        last_outputs, last_inputs = self._last_images
+        is_unchanged = (output_bytes, raw[:8]) == (last_outputs, last_inputs[:8])
+        self.rests = is_new and is_unchanged and self._is_at_rest(shown, command)
         if self._is_state_known:
-            self.why = ""
+            self.reason = ""
             image = self.module.update(now_ns, outputs)
-            if shown[1] & ~words_of(self._before[1])[1] & _CAPTURE and not self._exact_inputs:
-                self._capture(image, shown)
-            self._before = output_bytes, raw
+            if shown[1] & ~words_of(last_inputs)[1] & _CAPTURE and not self._exact_inputs:
+                self._copy_captured_value(image, shown)
+            self._last_images = output_bytes, raw
             return image
         if is_new:
-            self.why = self._why if self._has_configuration(shown) else NO_CONFIGURATION
-            self.unknown[self.why] += 1
+            self.reason = self._reason if self._is_configuration_known(shown) else NO_CONFIGURATION
+            self.unknown[self.reason] += 1
             if self.rests:
-                self._take(now_ns, shown, outputs)
-            self._before = output_bytes, raw
+                self._start_model(now_ns, shown, outputs)
+            self._last_images = output_bytes, raw
         self._image.raw[:] = raw
         return self._image
 
-    def _is_unseen(self, shown: Words, before: Words, command: Words) -> bool:
+    def _is_unseen(self, shown: Words, last_shown: Words, command: Words) -> bool:
         """Return whether the module at rest shows a change for which the recording has no command."""
-        around = command, words_of(self._before[0]), words_of(self._outputs[self._row])
-        if any(words[0] or words[1] & ~_PROXIMITY for words in around) or before[0] & _MOVES:
+        commands = command, words_of(self._last_images[0]), words_of(self._outputs[self._row])
+        if any(words[0] or words[1] & ~_PROXIMITY for words in commands) or last_shown[0] & _MOVES:
             return False
         if self.module.layer.operation is not None:
             return False
-        differs = [now ^ earlier for now, earlier in zip(shown[:4], before, strict=False)]
+        differs = [word ^ last_word for word, last_word in zip(shown[:4], last_shown, strict=False)]
         return bool(differs[0] or differs[1] & ~ALL_INPUTS or differs[2] or differs[3])
 
-    def _capture(self, image: Image, shown: Words) -> None:
+    def _copy_captured_value(self, image: Image, shown: Words) -> None:
         """Copy the captured value from the recording, which lacks the instant of the capture."""
         self.module.layer.state.captured = join_reported(signed_word(shown[6]), signed_word(shown[7]))
         image[6], image[7] = shown[6], shown[7]
 
-    def _harmless(self, command: Words) -> int:
+    def _harmless_inputs(self, command: Words) -> int:
         """Return the inputs that do not affect the current motion."""
-        homes = command[0] & _HOMES or isinstance(self.module.layer.operation, Homing)
-        return _CAPTURE if homes else _CAPTURE | _HOME
+        is_homing = command[0] & _HOMES or isinstance(self.module.layer.operation, Homing)
+        return _CAPTURE if is_homing else _CAPTURE | _HOME
 
-    def _has_configuration(self, shown: Words) -> bool:
-        refused = bool(shown[0] & _CONFIG_ERROR) and not shown[0] & _CONFIGURES
-        return refused or self._words is not None
+    def _is_configuration_known(self, shown: Words) -> bool:
+        is_unconfigured = bool(shown[0] & _CONFIG_ERROR) and not shown[0] & _CONFIGURES
+        return is_unconfigured or self._words is not None
 
-    def _at_rest(self, shown: Words, command: Words) -> bool:
+    def _is_at_rest(self, shown: Words, command: Words) -> bool:
         """Return whether the image shows the whole state: no motion, no hold, no command, no force."""
-        calm = shown[0] & (_OK | _CONFIGURES | _MOVES) == _OK and not shown[1] & _BUSY_LSW
+        is_idle = shown[0] & (_OK | _CONFIGURES | _MOVES) == _OK and not shown[1] & _BUSY_LSW
         no_command = not command[0] and not command[1] & ~_PROXIMITY
-        return calm and no_command and not self._forced[self._row] and self._has_configuration(shown)
+        return is_idle and no_command and not self._forced[self._row] and self._is_configuration_known(shown)
 
-    def _take(self, now_ns: int, shown: Words, outputs: Image) -> None:
+    def _start_model(self, now_ns: int, shown: Words, outputs: Image) -> None:
+        """Start the simulated module with the state that an input image at rest shows."""
         configuration = None
         if not shown[0] & _CONFIG_ERROR:
             assert self._words is not None, "a state without configuration is not at rest"
@@ -224,45 +230,46 @@ class ResumedModule:
         self.module.take_state(now_ns, outputs, shown, configuration)
         state = self.module.layer.state
         state.blend = self._blend
-        if self._minimum_known:
+        if self._is_minimum_known:
             state.minimum_registration = self._minimum
         elif not shown[1] & _MINIMUM:
-            self._minimum_known = True
+            self._is_minimum_known = True
         self._is_state_known = True
-        self.taken.append(StartState(self._row, self.module.axis.position, configuration))
+        self.starts.append(StartState(self._row, self.module.axis.position, configuration))
 
     def _keep_programs(self) -> None:
-        """Save the known state that no image shows."""
+        """Save the blend profile and the minimum registration distance, which no image shows."""
         state = self.module.layer.state
         self._blend, self._minimum = state.blend, state.minimum_registration
-        self._blend_known &= state.blending is None
+        self._is_blend_known &= state.blending is None
 
     def _note_stored_settings(self, shown: Words, command: Words) -> None:
-        """Record the configuration, which erases programs, and the programs that are stored."""
+        """Note a configuration, which erases both programs, and whether a command stores a known program."""
         words = configuration_in(shown)
         if words is not None:
             self._words, self._blend, self._minimum = words, None, 0
-            self._blend_known = self._minimum_known = True  # erased, so known to be empty
+            self._is_blend_known = self._is_minimum_known = True  # erased, so known to be empty
         elif not command[0] & _CONFIGURES:
             if command[1] & _PROGRAMS:
-                self._blend_known = self._is_state_known
+                self._is_blend_known = self._is_state_known
             if command[1] & _STORES:
-                self._minimum_known = self._is_state_known
+                self._is_minimum_known = self._is_state_known
 
-    def _loss(self, shown: Words, command: Words) -> str:
-        """Return the reason why the state is unknown from this row; "" if it is known."""
-        before = words_of(self._before[1])
+    def _reason_for_loss(self, shown: Words, command: Words) -> str:
+        """Return the reason reason the state is unknown from this row; "" if it is known."""
+        last_shown = words_of(self._last_images[1])
         if not shown[0] & _OK:
             return NO_ANSWER
-        moves = (shown[0] | before[0]) & _MOVES and not (shown[0] | before[0]) & _CONFIGURES
-        changed = (shown[1] ^ before[1]) & ALL_INPUTS & ~self._harmless(command)
-        if moves and changed and not self._exact_inputs:
+        status = shown[0] | last_shown[0]
+        is_moving = status & _MOVES and not status & _CONFIGURES
+        changed = (shown[1] ^ last_shown[1]) & ALL_INPUTS & ~self._harmless_inputs(command)
+        if is_moving and changed and not self._exact_inputs:
             return INPUT_CHANGED
-        if self._sampled and self._is_unseen(shown, before, command):
+        if self._sampled and self._is_unseen(shown, last_shown, command):
             return COMMAND_UNSEEN
         if command[0] & _CONFIGURES:
             return ""
-        if command[0] & _BLEND_RUNS and not self._blend_known:
+        if command[0] & _BLEND_RUNS and not self._is_blend_known:
             return OLD_BLEND
         registers = command[0] & _MANUAL and (command[2] or command[3])
-        return OLD_MINIMUM if registers and not self._minimum_known else ""
+        return OLD_MINIMUM if registers and not self._is_minimum_known else ""

@@ -1,4 +1,4 @@
-"""Handles recordings whose modules were in operation before the first scan; `resumed` has the module."""
+"""Replays of recordings with modules that were in operation before the first scan; see `resumed`."""
 
 from __future__ import annotations
 
@@ -14,17 +14,21 @@ from .resumed import ResumedModule, Words, configuration_in, words_of
 
 
 class ResumedOperation:
-    """The slots of a recording whose 3601 was in operation before its first scan.
+    """The slots of a recording with a 3601 that was in operation before the first scan.
 
     Args:
         simulated: the firmware of each simulated 3601, by slot.
         forced: whether forces were in effect, by row.
-        given: configuration words in effect at the beginning; None = the first that the recording shows.
-        captured: whether the recording is a capture, whose first scan may be during operation.
+        configuration: configuration words at the beginning; None = the first that the recording shows.
+        captured: whether the recording is a capture, which may begin during operation.
         sampled: whether the recording is a client's reads.
 
+    Attributes:
+        slots: numbers of these slots.
+        modules: the modules that `around` has replaced, by slot.
+
     Raises:
-        ValueError: `given` is not a legal configuration.
+        ValueError: `configuration` is not a legal configuration.
     """
 
     def __init__(
@@ -32,19 +36,23 @@ class ResumedOperation:
         recording: PackedTrace,
         simulated: Mapping[int, str],
         forced: Sequence[bool],
-        given: Words | None = None,
+        configuration: Words | None = None,
         *,
         captured: bool = False,
         sampled: bool = False,
     ) -> None:
         self._recording, self._forced, self._sampled = recording, forced, sampled
-        self._given = given if given is None else tuple(Configuration.from_image(Image(given)).to_image())
+        self._given_configuration = (
+            configuration
+            if configuration is None
+            else tuple(Configuration.from_image(Image(configuration)).to_image())
+        )
         self.slots = [
             slot.number
             for slot in (recording.slots if captured or recording.numbers[0] else ())
             if slot.number in simulated and self._begins_late(slot.number, simulated[slot.number])
         ]
-        self._first = {slot: self._first_configuration(slot) for slot in self.slots}
+        self._first_shown = {slot: self._first_configuration(slot) for slot in self.slots}
         self.modules: dict[int, ResumedModule] = {}
 
     def _begins_late(self, slot: int, firmware: str) -> bool:
@@ -52,7 +60,7 @@ class ResumedOperation:
         return self._recording.images((slot, "in"))[0] != fresh
 
     def _first_configuration(self, slot: int) -> tuple[int, Words] | None:
-        """Return the first row that shows a configuration, and its words."""
+        """Return the first row that shows a configuration, and its words; None if no row does."""
         for row, image in enumerate(self._recording.images((slot, "in"))):
             words = configuration_in(words_of(image))
             if words is not None:
@@ -61,16 +69,16 @@ class ResumedOperation:
 
     def words(self, slot: int) -> Words | None:
         """Return the configuration words of a slot at the beginning; None if they are unknown."""
-        first = self._first[slot]
-        return self._given or (None if first is None else first[1])
+        first = self._first_shown[slot]
+        return self._given_configuration or (None if first is None else first[1])
 
     @property
     def active_high(self) -> Mapping[int, int]:
-        """The masks of inputs that are active when energized, by slot, as far as known."""
+        """The masks of inputs that are active when energized, by slot; without slots of unknown words."""
         return {slot: words[1] & ALL_INPUTS for slot in self.slots if (words := self.words(slot)) is not None}
 
     def around(self, number: int, module: Module, *, exact_inputs: bool) -> Module:
-        """Return the replacement for the module of a slot, or the module itself."""
+        """Return a `ResumedModule` for a slot that was in operation; for other slots the module itself."""
         if number not in self.slots or not isinstance(module, Amci3601):
             return module
         resumed = ResumedModule(
@@ -93,10 +101,10 @@ class ResumedOperation:
             ValueError: nothing is known about the compared slots.
         """
         if compared and all(slot in self.modules and self._is_unknown(slot) for slot in compared):
-            why = "; ".join(f"slot {slot}: {', '.join(self.modules[slot].unknown)}" for slot in compared)
+            reason = "; ".join(f"slot {slot}: {', '.join(self.modules[slot].unknown)}" for slot in compared)
+            hint = "" if self._given_configuration else "; give the missing words with --configuration"
             raise ValueError(
-                f"the trace begins in the middle of operation, and nothing can be compared: {why}"
-                + ("" if self._given else "; --configuration gives the words that are not in it")
+                f"the trace begins in the middle of operation, and nothing can be compared: {reason}{hint}"
             )
         return [note for slot in self.modules for note in self._notes_of(slot)]
 
@@ -107,24 +115,26 @@ class ResumedOperation:
     def _notes_of(self, slot: int) -> Iterator[str]:
         module, numbers = self.modules[slot], self._recording.numbers
         if self._is_unknown(slot):
-            why = ", ".join(module.unknown)
-            yield f"slot {slot}: the trace begins in the middle of operation; it is not compared: {why}"
+            reason = ", ".join(module.unknown)
+            yield f"slot {slot}: the trace begins in the middle of operation; it is not compared: {reason}"
             return
-        snapshot = module.taken[0]
+        start = module.starts[0]
+        source = self._source(slot, start.row)
         yield (
-            f"slot {slot}: the trace begins in the middle of operation; the module's state is that of scan "
-            f"{numbers[snapshot.row]:,}, position {snapshot.position:,}{self._source(slot, snapshot.row)}; "
+            f"slot {slot}: the trace begins in the middle of operation; the module starts with the state of "
+            f"scan {numbers[start.row]:,}, position {start.position:,}{source}; "
             "it is compared from the next scan on"
         )
         rows = sum(module.unknown.values())
-        reasons = "; ".join(f"{count:,}: {why}" for why, count in module.unknown.items())
+        reasons = "; ".join(f"{count:,}: {reason}" for reason, count in module.unknown.items())
         yield f"slot {slot}: {rows:,} of {len(numbers):,} scans are not compared; {reasons}"
 
     def _source(self, slot: int, row: int) -> str:
-        first = self._first[slot]
+        """Return a phrase about the configuration in a row; "" if the recording has shown it before."""
+        first = self._first_shown[slot]
         if first is not None and first[0] < row:
             return ""
-        if self._given is not None:
+        if self._given_configuration is not None:
             return ", configuration as given"
         if first is None:
             return ", without a configuration"

@@ -1,4 +1,4 @@
-"""Repeats a recording's orders on the tags of a program during its replay.
+"""Repeats a recording's operator actions on the tags of a program during its replay.
 
 /orders    of a session: writes, forces and releases, in order
 /forces    of any other recording: the forced tags with their values
@@ -34,7 +34,7 @@ class TagOrders:
             continues.
 
     Attributes:
-        given: the orders, by scan.
+        orders: the orders, by scan.
         lost: scans from which the recorded program differs from the one that runs here.
 
     Raises:
@@ -44,22 +44,23 @@ class TagOrders:
     def __init__(self, recording: PackedTrace, *, edits: bool = False) -> None:
         events = recording.events
         is_session = any(event.topic == ORDERS.name for event in events)
-        read = orders_of(events)
         kinds = (Write, Force, Unforce, Edit) if edits else (Write, Force, Unforce)
-        orders = read if is_session else [*_of_forces(events), *read]
-        self.given = [order for order in orders if isinstance(order.order, kinds)]
+        orders = orders_of(events)
+        if not is_session:
+            orders = [*_orders_of_forces(events), *orders]
+        self.orders = [order for order in orders if isinstance(order.order, kinds)]
         self._recording, self._may_lack_values = recording, bool(events) and not is_session
-        repeated = {order.scan for order in self.given if isinstance(order.order, Edit)}
+        repeated = {order.scan for order in self.orders if isinstance(order.order, Edit)}
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in repeated]
 
     @property
     def notes(self) -> list[str]:
         """Notes about orders that can't be repeated."""
-        return list(_unknown(self._recording)) if self._may_lack_values else []
+        return list(_notes_on_unknown_values(self._recording)) if self._may_lack_values else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
-        if not self.given or not isinstance(logic, LadderLogic):
+        if not self.orders or not isinstance(logic, LadderLogic):
             return logic
         from scanrack.ladder.debug import Debugger  # most recordings need no debugger
 
@@ -74,34 +75,35 @@ class TagOrders:
         """
         from ..record.settable_tags import settable_tags
 
-        repeated = OrderRepeater(cpu, OperatorActions(cpu, rack, settable_tags(logic)), self.given)
+        repeated = OrderRepeater(cpu, OperatorActions(cpu, rack, settable_tags(logic)), self.orders)
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
 
 
-def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
-    before: Forced = {}
+def _orders_of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
+    """Yield the forces and releases of tags in the messages on /forces."""
+    last_forced: Forced = {}
     for event in events:
         if event.topic == "/forces":
-            after = forced_in(event)
-            releases: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
-            come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
-            for order in releases + come:
+            forced = forced_in(event)
+            releases: list[Force | Unforce] = [Unforce(tag) for tag in last_forced if tag not in forced]
+            forces = [Force(tag, forced[tag]) for tag in forced if last_forced.get(tag) != forced[tag]]
+            for order in releases + forces:
                 yield AppliedAction(event.scan, order)
-            before = after
+            last_forced = forced
 
 
-def _unknown(recording: PackedTrace) -> Iterator[str]:
+def _notes_on_unknown_values(recording: PackedTrace) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
     events = recording.events
     changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
-    known = {event.scan for event in events if is_set(event)} | changes.keys()
-    forced = False
+    scans_with_values = {event.scan for event in events if is_set(event)} | changes.keys()
+    is_forced = False
     scans = []
     for number, flags in zip(recording.numbers, recording.flags, strict=True):
-        forced = changes.get(number, forced)
-        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in known:
+        is_forced = changes.get(number, is_forced)
+        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not is_forced and number not in scans_with_values:
             scans.append(number)
     if scans:
         times = f"{len(scans):,} scan{'s' * (len(scans) != 1)}, first before scan {scans[0]:,}"

@@ -1,4 +1,4 @@
-"""The choices for the receiver of a recording and for the stimuli of its machine."""
+"""The receivers of a recording, and the stimuli of its machine."""
 
 from enum import StrEnum
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # a run does not repeat recordings
 
 def build_playback(
     spec: RackSpec,
-    score: ReplayPlan,
+    plan: ReplayPlan,
     logic: ScanLogic,
     rack: Rack,
     *,
@@ -30,27 +30,27 @@ def build_playback(
 ) -> Playback:
     """Create a CPU that repeats the scans of a recording with `logic` on `rack`.
 
-    Modes and forces come from the recording instead of `spec`. Recorded inputs are read unchanged in each
-    scan, so a rack of `RecordedInputs` has no exchange of its own. By default, `watchdog` comes from `spec`.
+    Modes and forces come from the recording instead of `spec`. Recorded inputs are read in each scan, so a
+    rack of `RecordedInputs` has no exchange of its own. By default, `watchdog` comes from `spec`.
     """
     from .playback import Playback, RecordedInputs
 
-    recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
+    has_recorded_inputs = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
     return Playback(
-        score,
+        plan,
         rack,
         logic,
         spec.scan_ns,
-        exchange=exchange_of(spec, RecordedAtRpi if recorded else EveryRpi),
+        exchange=exchange_of(spec, RecordedAtRpi if has_recorded_inputs else EveryRpi),
         listeners=listeners,
         watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
     )
 
 
 NO_SAFETY_SYSTEM = (
-    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
-    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
-    "without any software"
+    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move, "
+    "the axis continues until a limit stops it; wire end limits and emergency stop so that they act "
+    "without software"
 )
 
 
@@ -59,11 +59,11 @@ def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
     for slot in spec.slot:
         if slot.is_live and not realtime:
             raise ValueError(
-                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
+                f"slot {slot.number}: port {slot.port} is real, and a real controller does not "
                 "wait for virtual time: give --realtime"
             )
         if slot.is_live and not live:
             raise ValueError(
                 f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
-                "If that is done, give --live"
+                "Then give --live"
             )

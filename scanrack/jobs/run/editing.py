@@ -1,4 +1,4 @@
-"""Holds the program of a run, edits it between two scans, and records the files of edits."""
+"""The program of a run: edits between two scans, and a recorder for the files of edits."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "
 
 
 class DescribedEdit(Protocol):
-    """A description of an edit's effects."""
+    """The effects of an edit."""
 
     @property
     def keeps(self) -> str:
-        """Names of the things that keep their values."""
+        """A sentence about the values that stay."""
 
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
@@ -75,20 +75,23 @@ class RunProgram:
     """The program of a run; edits replace it between two scans.
 
     Args:
-        handled: whether the rack can be operated while it runs.
+        handled: whether the rack can be operated while it runs; a ladder program then runs under a debugger.
         editions: loads the programs of edits; None without edits.
         remembered: snapshots of a ladder program, see `Debugger`.
 
     Attributes:
-        editions: loads the programs of edits; None without edits.
+        debugger: the debugger of a ladder program; None for other programs and racks that aren't operated.
+        logic: the logic that the CPU calls: the debugger, or the program.
+        on_edit: called after every edit.
+        may_bring_sequences: whether an edit may bring a program with sequences.
     """
 
     def __init__(
         self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None, remembered: int = 0
     ) -> None:
-        self.debugger = _debugger_of(logic, remembered) if handled else None  # None without a debugger
-        self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
-        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called after every edit
+        self.debugger = _debugger_of(logic, remembered) if handled else None
+        self.logic: ScanLogic = self.debugger or logic
+        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None
         self.editions, self._edits = editions, 0
         self._fields = Fields(self._own_logic)
         self._followers: list[WatchesSequences] = []
@@ -100,7 +103,7 @@ class RunProgram:
         return self._edits if self.debugger is None else len(self.debugger.edits)
 
     def following(self, listener: ScanListener) -> ScanListener:
-        """Return a listener that also receives the sequences of the program, including edited programs."""
+        """Return a listener that also receives the sequences of the program and of edited programs."""
         sequences = waiting_in(self.logic)
         if not self.may_bring_sequences and not sequences:
             return listener
@@ -112,7 +115,7 @@ class RunProgram:
         return self.following(recorder if self.editions is None else RecordsEdits(recorder, self.editions))
 
     def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
-        """Return the executor of orders on a rack; orders on tags need a ladder program."""
+        """Return the executor of operator actions on a rack; see `operated` for actions on tags."""
         from scanrack.runtime.live.operator_actions import OperatorActions
 
         edit = None if self.editions is None else partial(self._edit, cpu, self.editions)
@@ -142,7 +145,7 @@ class RunProgram:
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
     def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
-        """Return the effect of an edit to the program of a job, without making the edit.
+        """Return the effects of an edit to the program of a job, without making the edit.
 
         Raises:
             ValueError: the run can't continue with that program.
@@ -159,11 +162,11 @@ class RunProgram:
         return RestartEdit(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
-        """Return whether a Python program can continue as another one; otherwise the other one restarts."""
+        """Return whether a Python program continues as the edited one; if not, the edited one restarts."""
         from scanrack.runtime.live.actions import ALL
 
-        both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
-        return both and bool(cpu.scan) and ALL not in restart
+        are_logic = isinstance(self.logic, Logic) and isinstance(logic, Logic)
+        return are_logic and bool(cpu.scan) and ALL not in restart
 
     def _take_over(
         self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
@@ -183,19 +186,19 @@ class RunProgram:
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
 
     def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
-        """Continue with another Python program; return the errors at the end of the current one."""
+        """Continue with another Python program; return a phrase about an error of the previous one."""
         if isinstance(logic, AttachedLogic):
-            logic.__attach_logic__(dict(cpu.rack.slots))  # raises errors before the edit
-        before, self.logic = self.logic, logic
+            logic.__attach_logic__(dict(cpu.rack.slots))  # first, since it may raise
+        previous, self.logic = self.logic, logic
         cpu.program = logic
-        if isinstance(before, Logic) and Fields(lambda: before).forces:
+        if isinstance(previous, Logic) and Fields(lambda: previous).forces:
             cpu.tags_from_outside({})
         self._edits += 1
         for follower in self._followers:
             follower.watch(waiting_in(logic))
         try:
-            if isinstance(before, AttachedLogic):
-                before.__close_logic__()
+            if isinstance(previous, AttachedLogic):
+                previous.__close_logic__()
         except Exception as error:  # a user's error, in a program that has ended
             return f"; at its end the one before raised {type(error).__name__}: {error}"
         return ""
@@ -235,7 +238,7 @@ def continue_as(
     """Change a running Python program into an edited one; return the effects.
 
     Args:
-        fields: the fields of `logic`; their users learn of released forces.
+        fields: the fields of `logic`; they report released forces.
         followers: listeners that receive the sequences of the program.
     """
     from scanrack.ladder.python.online.editing import edit_logic
@@ -250,7 +253,7 @@ def continue_as(
 
 
 class RecordsEdits:
-    """A recorder that attaches the files of an edit before its order, or before a bench's event about it."""
+    """A recorder that attaches the files of an edit before the edit's order or event."""
 
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions

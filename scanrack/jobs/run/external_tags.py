@@ -1,4 +1,4 @@
-"""Reports tags that are set or forced from outside to the CPU, which records them."""
+"""Reports to the CPU which tags are set or forced from outside, so that they are recorded."""
 
 from __future__ import annotations
 

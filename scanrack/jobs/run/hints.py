@@ -1,9 +1,7 @@
-"""Gives hints about a run: actions of a program that a 3601 ignores.
+"""Hints about a run: actions of a program that a 3601 ignores without an error bit.
 
-    wired, not configured       an input of the machine that the accepted configuration does not use
-    changed without an edge     parameters changed while their move's bit stayed on; no move followed
-
-Neither is an error of the module: it follows its manual without reporting anything.
+wired, not configured       an input of the machine that the accepted configuration does not use
+changed without an edge     parameters changed while their move's bit stayed on; no move followed
 """
 
 from __future__ import annotations
@@ -57,37 +55,38 @@ class SlotHints:
 
     def __init__(self, slot: Slot, wired: int, warn: Callable[[str], object]) -> None:
         self.number = slot.number
-        self.unheard: IgnoredParameters | None = None
+        self.ignored: IgnoredParameters | None = None
         self._slot, self._wired, self._warn = slot, wired, warn
         self._raw = slot.outputs.raw
-        self._before = bytes(self._raw)
-        self._words: list[int] = list(slot.outputs)
+        self._last_outputs = bytes(self._raw)
+        self._last_words: list[int] = list(slot.outputs)
         self._configures = False
 
     @property
-    def attentive(self) -> bool:
-        """Whether the next scans matter even if the outputs stay the same."""
-        return self._configures or self._raw != self._before
+    def needs_look(self) -> bool:
+        """Whether the next scan must be checked even if the outputs stay the same."""
+        return self._configures or self._raw != self._last_outputs
 
     def look(self, scan: int) -> None:
         """Check the images of a scan."""
         if self._configures:  # these inputs answer the configuration sent in the previous scan
             self._look_for_configuration()
-        if self._raw != self._before:
-            self._before = bytes(self._raw)
+        if self._raw != self._last_outputs:
+            self._last_outputs = bytes(self._raw)
             self._outputs_changed(scan)
 
     def _outputs_changed(self, scan: int) -> None:
-        before, after = self._words, list(self._slot.outputs)
-        self._words = after
-        self._configures = bool(after[0] & _MODE_CONFIG)
-        on = before[0] & after[0] & _EDGES
-        if self._configures or (before[0] ^ after[0]) & _EDGES or after[1] & _OTHER_USE:
-            self.unheard = None
-        elif on:
-            changed = tuple(word for word in range(_FIRST_PARAMETER, 8) if before[word] != after[word])
+        last, words = self._last_words, list(self._slot.outputs)
+        self._last_words = words
+        self._configures = bool(words[0] & _MODE_CONFIG)
+        moves_on = last[0] & words[0] & _EDGES
+        if self._configures or (last[0] ^ words[0]) & _EDGES or words[1] & _OTHER_USE:
+            self.ignored = None
+        elif moves_on:
+            changed = tuple(word for word in range(_FIRST_PARAMETER, 8) if last[word] != words[word])
             if changed:
-                self.unheard = IgnoredParameters(scan, changed, str(CommandMsw(on & -on).name))
+                first_move = CommandMsw(moves_on & -moves_on)  # the lowest bit
+                self.ignored = IgnoredParameters(scan, changed, str(first_move.name))
 
     def _look_for_configuration(self) -> None:
         """Warn about unused inputs when a configuration is accepted: the module mirrors it [chapter 3]."""
@@ -103,7 +102,7 @@ class Hints(QuietListener):
     """A listener that watches all modules with 3601 words.
 
     Args:
-        places: by slot, the program's line that declares its axis.
+        declarations: the line of the program that declares the axis, by slot.
     """
 
     def __init__(
@@ -111,11 +110,15 @@ class Hints(QuietListener):
         rack: Rack,
         spec: RackSpec,
         warn: Callable[[str], object],
-        places: Mapping[int, str] = MappingProxyType({}),
+        declarations: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         machines = {slot.number: slot.machine for slot in spec.slot}
         self.slots = [
-            SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), warn))
+            SlotHints(
+                slot,
+                wired_inputs(machines[slot.number]),
+                _warn_with_place(declarations.get(slot.number), warn),
+            )
             for slot in rack.slots.values()
             if is_stepper(slot.words)
         ]
@@ -123,8 +126,8 @@ class Hints(QuietListener):
     look = None
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans may be skipped; 0 while a configuration waits for its answer."""
-        return 0 if any(slot.attentive for slot in self.slots) else ROWS_AT_ONCE
+        """Return how many scans may be skipped; 0 while a configuration waits for its response."""
+        return 0 if any(slot.needs_look for slot in self.slots) else ROWS_AT_ONCE
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
         """Do nothing: the outputs are the same as in the previous scan."""
@@ -136,13 +139,12 @@ class Hints(QuietListener):
 
     def sentences(self) -> list[str]:
         """Return the hints of a finished run."""
-        unheard_slots = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
-        return [f"slot {number}: {unheard}" for number, unheard in unheard_slots]
+        return [f"slot {slot.number}: {slot.ignored}" for slot in self.slots if slot.ignored is not None]
 
 
-def _at(place: str | None, warn: Callable[[str], object]) -> Callable[[str], object]:
-    """Return a warning function that appends a place."""
-    return warn if place is None else lambda hint: warn(f"{hint} [{place}]")
+def _warn_with_place(line: str | None, warn: Callable[[str], object]) -> Callable[[str], object]:
+    """Return a warning function that appends a line of the program."""
+    return warn if line is None else lambda hint: warn(f"{hint} [{line}]")
 
 
 def not_configured(slot: int, bit: InputBit) -> str:

@@ -52,7 +52,7 @@ class Playback(Cpu):
 
     def __init__(
         self,
-        score: ReplayPlan,
+        plan: ReplayPlan,
         rack: Rack,
         logic: ScanLogic,
         period_ns: int,
@@ -66,16 +66,16 @@ class Playback(Cpu):
             logic,
             period_ns,
             exchange=exchange,
-            mode=score.mode(0),
+            mode=plan.mode(0),
             listeners=listeners,
             watchdog=watchdog,
         )
         self._ahead.enabled = False
-        self._score = score
-        self._rows = len(score.numbers)
+        self._plan = plan
+        self._rows = len(plan.numbers)
         self._row = 0
-        self._ask_for(0)
-        self._turn_to(0)
+        self._request(0)
+        self._set_clock(0)
 
     def play(self) -> None:
         """Repeat all scans, or until `stop` is called.
@@ -83,30 +83,30 @@ class Playback(Cpu):
         Raises:
             CpuFault: see `Cpu.run`.
         """
-        self.run(len(self._score.numbers))
+        self.run(len(self._plan.numbers))
 
     def housekeeping(self) -> None:
         """Request the mode and forces of the next scan, and move on to it."""
         self._row += 1
         has_more = self._row < self._rows
         if has_more:
-            self._ask_for(self._row)
+            self._request(self._row)
         super().housekeeping()
         if has_more:
-            self._turn_to(self._row)
+            self._set_clock(self._row)
 
-    def _turn_to(self, row: int) -> None:
-        self._view.number, self._view.now_ns = self._score.numbers[row], self._score.times[row]
-        first = bool(self._score.flags[row] & ScanFlag.FIRST_SCAN)
-        if first is not self._view.first:
-            self._view.first = first
+    def _set_clock(self, row: int) -> None:
+        self._view.number, self._view.now_ns = self._plan.numbers[row], self._plan.times[row]
+        is_first = bool(self._plan.flags[row] & ScanFlag.FIRST_SCAN)
+        if is_first is not self._view.first:
+            self._view.first = is_first
             self._prepare()
 
-    def _ask_for(self, row: int) -> None:
-        mode = self._score.mode(row)
+    def _request(self, row: int) -> None:
+        mode = self._plan.mode(row)
         if mode is not self.mode:
             self.mode = mode
-        forces = self._score.forces.get(self._score.numbers[row])
+        forces = self._plan.forces.get(self._plan.numbers[row])
         if forces is not None:
             self.forces.clear()
             for address, value in forces.items():
@@ -114,7 +114,7 @@ class Playback(Cpu):
 
 
 class RecordedInputs:
-    """A module that shows the recorded input images, one after the other.
+    """A module that returns the recorded input images, one after the other.
 
     Args:
         images: the bytes of an image per scan.
@@ -135,7 +135,7 @@ class RecordedInputs:
         self.linked = True
 
     def update(self, now_ns: int, outputs: Image) -> Image:
-        """Return the image in force at `now_ns`; see `Module.update`."""
+        """Return the image at `now_ns`; see `Module.update`."""
         row = self._row
         while row < self._last and self._times[row + 1] <= now_ns:
             row += 1
@@ -153,14 +153,14 @@ class RecordedInputs:
         """Do nothing: the recording continues; see `Module.power_cycle`."""
 
 
-def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:
+def recorded_outputs(plan: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
-    written = (image for row, image in enumerate(memory) if runs_logic(score.flags[row]))
+    blocks = (block for row, block in enumerate(memory) if runs_logic(plan.flags[row]))
 
     def logic(scan: LogicScan) -> None:
-        image = next(written)
+        block = next(blocks)
         for slot in scan.slot.values():
-            slot.outputs.raw[:] = image[layout.places[slot.number].outputs]
+            slot.outputs.raw[:] = block[layout.places[slot.number].outputs]
 
     return logic
 
@@ -178,8 +178,8 @@ class Stimulus:
 def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
     """Return a machine with the recorded stimuli as its only timed changes.
 
-    Its own timeline and stations are removed, since they have already acted in the recording. An input that
-    they would have released is de-energized.
+    Its timeline and stations are removed, since the recording has their stimuli. A released input that no
+    switch drives is de-energized.
 
     Args:
         stimuli: stimuli of its slot, in time order.
@@ -188,6 +188,7 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []
     for stimulus in stimuli:
-        let_go = stimulus.energized is None and not bare.fed_inputs & stimulus.input.value
-        entries.append(TimelineEntry(stimulus.at_ns, stimulus.input, False if let_go else stimulus.energized))
+        is_undriven = stimulus.energized is None and not bare.fed_inputs & stimulus.input.value
+        energized = False if is_undriven else stimulus.energized
+        entries.append(TimelineEntry(stimulus.at_ns, stimulus.input, energized))
     return replace(bare, timeline=tuple(entries))

@@ -1,4 +1,4 @@
-"""Runs the units on a serial line of a rack in its time; their recording is beside the rack's trace."""
+"""Runs the units on a rack's serial line in step with its scans, and records them beside the rack's trace."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class UnitsBeside(QuietListener):
         self._record(now_ns)
 
     def draft(self) -> None:
-        """Write the recorded data uncompressed, so that they survive if the process is killed."""
+        """Write the recorded data uncompressed, so that it survives if the process is killed."""
         if self._recorder is not None:
             self._recorder.draft()
 

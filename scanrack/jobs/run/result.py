@@ -1,4 +1,4 @@
-"""`run` for users' programs, and its result: scans, moves, errors in the manual's words, the trace."""
+"""`run` of the Python API, and its result: scans, moves, errors in the manual's words, the trace."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .running import JobRun, RunOptions
 UNDER_WAY = "still under way at the end"
 
 RULES_OF_START = frozenset({"CER-01", "POS-01"})
-"""Rules that fire in every normal start: nothing is configured, and no position is valid."""
+"""Rules that fire at every normal start: no module is configured, and no position is valid."""
 
 
 @dataclass(slots=True)
@@ -30,7 +30,7 @@ class ErrorCount:
 
     slot: JsonValue
     rule: JsonValue  # rule of the manual, such as "CMD-03"; for an adapter, the kind of observation
-    text: str  # the rule, with its bits, its words and the first scan that shows it
+    text: str  # the rule with its bits and words, and the first scan with the error
     count: int = 0
 
 
@@ -41,7 +41,7 @@ class RunCounters(QuietListener):
     Attributes:
         moves: number of moves, by (slot, kind, outcome).
         errors: errors by (slot, rule), in order of first appearance.
-        of_start: errors of every start, see `RULES_OF_START`.
+        of_start: first errors of the rules in `RULES_OF_START`, by (slot, rule).
     """
 
     scans: int = 0
@@ -57,8 +57,8 @@ class RunCounters(QuietListener):
             self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
         elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
             key = fields["slot"], fields["name"]
-            starts = fields["name"] in RULES_OF_START and key not in self.of_start
-            errors = self.of_start if starts else self.errors
+            is_of_start = fields["name"] in RULES_OF_START and key not in self.of_start
+            errors = self.of_start if is_of_start else self.errors
             errors.setdefault(key, ErrorCount(*key, describe(topic, scan, fields))).count += 1
 
     def end(self, rack: Rack) -> None:
@@ -105,16 +105,16 @@ class RunResult:
     errors: list[ErrorCount]  # in order of first appearance
     every_start: list[ErrorCount]  # errors that occur in every start, see `RULES_OF_START`
     hints: list[str]
-    trace: Path | None  # path of the recording; None without one
+    trace: Path | None  # path of the recording; None without a recording
 
 
-def result_of(run: JobRun, tally: RunCounters, trace: Path | None) -> RunResult:
+def result_of(run: JobRun, counters: RunCounters, trace: Path | None) -> RunResult:
     """Return the result of a finished run."""
-    tally.end(run.rack)
-    moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
-    errors, every_start = list(tally.errors.values()), list(tally.of_start.values())
-    time_ns = tally.scans * run.cpu.period_ns
-    return RunResult(tally.scans, time_ns, moves, errors, every_start, run.hints.sentences(), trace)
+    counters.end(run.rack)
+    moves = [MoveCount(*key, count) for key, count in counters.moves.items()]
+    errors, every_start = list(counters.errors.values()), list(counters.of_start.values())
+    time_ns = counters.scans * run.cpu.period_ns
+    return RunResult(counters.scans, time_ns, moves, errors, every_start, run.hints.sentences(), trace)
 
 
 def run(
@@ -141,8 +141,8 @@ def run(
     job = rack if isinstance(rack, LoadedRack) else load_rack(rack)
     check_ports(job.spec, realtime=False, live=False)
     count = scans_to_run(job.spec, duration, scans, endless=False)
-    path, tally = None if trace is None else Path(trace), RunCounters()
+    path, counters = None if trace is None else Path(trace), RunCounters()
     with ExitStack() as ports:
-        job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[tally]))
+        job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[counters]))
         job_run.run(count)
-    return result_of(job_run, tally, path)
+    return result_of(job_run, counters, path)

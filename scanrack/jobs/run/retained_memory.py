@@ -1,4 +1,4 @@
-"""Keeps a ladder program's tags from run to run: reads them before the first scan, writes them at the end."""
+"""Retained tags of a ladder program: read before the first scan, and written at the end of a run."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ class RetainedMemory:
 
     Args:
         job: job with a ladder program.
-        trace: the recording, or None.
+        trace: path of the recording; None without a recording.
         keep: number of earlier recordings to keep, see `keeping_of`.
 
+    Attributes:
+        job: the job with the retained tags.
+
     Raises:
-        ValueError: the job's program has no tags, the file is in other use, or is not a file of retained
-            tags.
+        ValueError: the program has no tags, or the file has another use or is not a file of retained tags.
         OSError: another run has locked the file, or its folder can't be written.
     """
 
@@ -39,11 +41,11 @@ class RetainedMemory:
             raise ValueError(f"--retain {path}: the program is a Python function; it has no tags to retain")
         self.path, self._program = path, job.logic
         recorded = [] if trace is None else names_of(job, trace, keep)
-        self._used = {**in_use(job), **dict.fromkeys(recorded, "the recording")}
-        target = check_output(path, TAGS, self._used)
+        self._used_files = {**in_use(job), **dict.fromkeys(recorded, "the recording")}
+        target = check_output(path, TAGS, self._used_files)
         with ExitStack() as lock, naming(path, beside(target, "lock")):
             lock.enter_context(held(target))
-            self.job, self._said = self._load(job)
+            self.job, self._ignored = self._load(job)
             self._lock = lock.pop_all()
 
     def _load(self, job: LoadedRack) -> tuple[LoadedRack, list[str]]:
@@ -63,7 +65,7 @@ class RetainedMemory:
 
     def begin(self) -> list[str]:
         """Load the retained tags; return a sentence for each tag that was ignored."""
-        return [f"{self.path}: {sentence}" for sentence in self._said]
+        return [f"{self.path}: {sentence}" for sentence in self._ignored]
 
     def end(self) -> None:
         """Write the current tags.
@@ -74,5 +76,5 @@ class RetainedMemory:
         """
         from scanrack.ladder.run.edit import retained_text
 
-        with new_file(self.path, TAGS, used=self._used, locked=True) as file:
+        with new_file(self.path, TAGS, used=self._used_files, locked=True) as file:
             file.write(retained_text(self._program.engine))

@@ -24,7 +24,7 @@ from scanrack.traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
 from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
-from ..record.sequence_watch import declared_axes, standing, waiting_in
+from ..record.sequence_watch import declared_axes, wait_of, waiting_in
 from .editing import RunProgram
 from .external_tags import report_external_tags
 from .hints import Hints
@@ -55,11 +55,11 @@ class RunOptions:
     live: bool = False  # whether real ports may be driven
     pacer: Pacer | None = None  # makes scans wait for the wall clock; None = as fast as possible
     listeners: Iterable[ScanListener] = ()
-    warn: Callable[[str], object] = lambda _hint: None
-    handled: bool = False  # whether the rack can be operated: tags set and forced, incidents injected
+    warn: Callable[[str], object] = lambda _hint: None  # receives hints and warnings
+    handled: bool = False  # whether the rack can be operated: tags set and forced, faults injected
     metadata: Mapping[str, str] = field(default_factory=dict)
     keep: int | None = None  # number of earlier recordings to keep; None = as in the rack file
-    orders: Iterable[RecordedOrder] | None = None  # orders of a recorded session, to be repeated
+    orders: Iterable[RecordedOrder] | None = None  # operator actions of a recorded session to repeat
     forces: tuple[Force, ...] = ()  # forces of tags and images from the first scan
     editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
     remembered: int = 0  # number of snapshots of a ladder program; see `Debugger`
@@ -69,12 +69,14 @@ AS_IT_IS = RunOptions()
 
 
 class JobRun:
-    """A job on a new rack, powered up but not yet scanned.
+    """A job on a new rack, powered up before its first scan.
 
     Attributes:
-        repeated: repeats the orders of a recorded session; None without them.
+        program: the program, which edits replace.
+        hints: collects hints about ignored actions.
+        repeated: repeats the operator actions of a recorded session; None without such actions.
         stubs: the stubs in use, see `LoadedRack.stubs`.
-        steps: sentences about the waits of the program's sequences at the end of the run; none after a fault.
+        steps: sentences about the waits of the program's sequences at the end; empty after a fault.
 
     Args:
         ports: stack that closes the real ports opened here.
@@ -94,35 +96,37 @@ class JobRun:
         )
         self.hints = Hints(self.rack, job.spec, options.warn, declared_axes(self.program.logic))
         self.steps: list[str] = []
+        listeners: list[ScanListener] = [*options.listeners, self.hints]
+        units_beside = _units_beside(units, options.trace)
+        if units_beside is not None:
+            listeners.append(units_beside)
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
-        beside = _beside(units, options.trace)
-        recorded = None if recorder is None else self.program.recorded(recorder)
-        optional = filter(None, (beside, recorded))  # closed last, since it reads all files
-        listeners = [*options.listeners, self.hints, *optional]
+        if recorder is not None:
+            listeners.append(self.program.recorded(recorder))  # closed last, since it reads all files
         self._pacer = options.pacer or FreeRun()
-        self._pacer.beat = lambda: _draft(recorder, beside)
+        self._pacer.beat = lambda: _write_drafts(recorder, units_beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
         if self.program.operated is not None:
             report_external_tags(self.program.operated, self.cpu)
-        self._hold(options)
+        self._apply_forces(options)
         self.repeated: OrderRepeater | None = None
         if options.orders is not None:
-            self._repeat(options.orders)
+            self._repeat_orders(options.orders)
 
-    def _repeat(self, orders: Iterable[RecordedOrder]) -> None:
+    def _repeat_orders(self, orders: Iterable[RecordedOrder]) -> None:
         from ..record.order_repeater import OrderRepeater
 
         self.repeated = OrderRepeater(self.cpu, self.hands, orders)
         self.cpu.add_listener(self.repeated)
         self.repeated.begin()
 
-    def _hold(self, options: RunOptions) -> None:
+    def _apply_forces(self, options: RunOptions) -> None:
         """Apply the forces; warn about forces that can't be applied."""
         for order in options.forces:
             try:
                 self.hands.act(order, 0, 0)
             except ValueError as error:
-                options.warn(f"a force is not held: {error}")
+                options.warn(f"a force is not applied: {error}")
 
     def _recorder(self, job: LoadedRack, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
         return recorder_for(
@@ -139,7 +143,7 @@ class JobRun:
 
     @property
     def hands(self) -> OperatorActions:
-        """The executor of orders on the rack; orders on tags require a program under a debugger."""
+        """The executor of operator actions on the rack, see `RunProgram.hands`."""
         return self.program.hands(self.cpu, self.rack)
 
     def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
@@ -161,7 +165,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(sequence, cpu.scan)) for sequence in waiting_in(self.program.logic)]
+            self.steps = [str(wait_of(sequence, cpu.scan)) for sequence in waiting_in(self.program.logic)]
 
 
 def _frozen_collector() -> AbstractContextManager[None]:
@@ -170,8 +174,8 @@ def _frozen_collector() -> AbstractContextManager[None]:
     return frozen_collector()
 
 
-def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
-    """Return a listener that runs the units on a rack's serial line; None without units."""
+def _units_beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
+    """Return a listener that runs the units on the rack's serial line; None without units."""
     if not units:
         return None
     from .rack_units import UnitsBeside
@@ -179,8 +183,8 @@ def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | No
     return UnitsBeside(units, trace)
 
 
-def _draft(recorder: ScanRecorder | None, beside: UnitsBeside | None) -> None:
+def _write_drafts(recorder: ScanRecorder | None, units_beside: UnitsBeside | None) -> None:
     if recorder is not None:
         recorder.draft_soon()
-    if beside is not None:
-        beside.draft()
+    if units_beside is not None:
+        units_beside.draft()

@@ -1,4 +1,4 @@
-"""Makes the simulated controllers of `scanrack serve` from options; they have a short status."""
+"""The simulated controllers of `scanrack serve`, made from options."""
 
 from __future__ import annotations
 
@@ -44,9 +44,9 @@ class ServedUnit:
 
     Attributes:
         address: address on the line, or number of the axis.
-        status: returns a word or two for each column of the status table.
-        values: returns its current values by name, as they are recorded.
-        wire: sets an input to a state, by name; raises ValueError for an unknown input or state.
+        status: returns the texts of its row in the status table, by column.
+        values: returns its current values by name, for the recording.
+        wire: sets an input to a state, both by name; raises ValueError for an unknown name.
     """
 
     address: int
@@ -82,11 +82,11 @@ def addresses_in(texts: list[str]) -> list[int]:
     for text in texts:
         first, _, last = text.partition("-")
         if not (first.isdecimal() and (last or first).isdecimal()) or int(last or first) > 255:
-            raise ValueError(f"--address {text}: an address is a number, such as 7, or several, such as 1-3")
+            raise ValueError(f"--address {text}: must be a number, such as 7, or a range, such as 1-3")
         addresses += range(int(first), int(last or first) + 1)
     for address in addresses:
         if addresses.count(address) > 1:
-            raise ValueError(f"--address {address} is given twice: two units can't share an address")
+            raise ValueError(f"--address {address} occurs twice: two units can't share an address")
     return addresses
 
 
@@ -112,7 +112,7 @@ def pcl601_units(
     devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
     for file in programs:
         program = read_program(file)
-        device = devices[_axis(file, program, list(devices))]
+        device = devices[_address_for(file, program, list(devices))]
         load(device.controller, program)
         device.power_cycle(0)
     return [
@@ -134,14 +134,14 @@ def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiri
     wirings = dict.fromkeys(addresses, Wiring())
     for text in thumbwheels:
         address, _, digits = text.rpartition(":")
-        chosen = [unit_address for unit_address in addresses if not address or str(unit_address) == address]
-        if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
+        matches = [unit_address for unit_address in addresses if not address or str(unit_address) == address]
+        if not matches or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
             raise ValueError(f"--thumbwheel {text}: must be up to 7 digits, or ADDRESS:DIGITS")
-        wirings[chosen[0]] = Wiring(True, int(digits))
+        wirings[matches[0]] = Wiring(True, int(digits))
     return wirings
 
 
-def _axis(file: Path, program: Program, addresses: list[int]) -> int:
+def _address_for(file: Path, program: Program, addresses: list[int]) -> int:
     """Return the address of the unit for a program."""
     if program.axis is None and len(addresses) == 1:
         return addresses[0]
@@ -172,7 +172,7 @@ def _program_state(runner: ProgramMachine | None) -> str:
 
 
 def pcl601_values(device: Pcl601) -> dict[str, int]:
-    """Return registers, inputs and outputs by name, as they are recorded."""
+    """Return registers, inputs and outputs by name, for the recording."""
     controller = device.controller
     registers = controller.read()
     return {
@@ -206,9 +206,9 @@ def pmc006_units(
         ValueError: there are several units, or the address or program is unusable.
     """
     if thumbwheels:
-        raise ValueError("--thumbwheel: only a PCL601 has one")
+        raise ValueError("--thumbwheel: a PMC006 has no thumbwheel")
     if len(addresses) > 1 or len(programs) > 1:
-        raise ValueError("a line holds one PMC006: give one --address and one --program at most")
+        raise ValueError("a line has one PMC006: give at most one --address and one --program")
     program = user_program(programs[0]) if programs else None
     controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
     return [

@@ -1,10 +1,10 @@
-"""Finds what a user could do to change a value, by trying it on copies of the rack.
+"""Finds acts of a user that change a value, by trying them on copies of the rack.
 
     the rack at the scan | copy 1: no action
                          | copy 2: press start for 60 ms, then 5 s
                          | copy 3: close stop, then press start ...
 
-A copy is a fork of the process, in which rack, machine and program continue. Single acts are tried before
+A copy is a fork of the process, which continues with rack, machine and program. Single acts are tried before
 pairs, so that every result is minimal. Every reported result has been tried.
 """
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import permutations
 from typing import Any, Protocol
 
@@ -32,8 +33,8 @@ BETWEEN = "100 ms"
 WITHIN_NS = 5_000_000_000
 """How long a copy runs after the last act."""
 
-LOOKS = "20 ms"
-"""Time between two readings of the value in a copy."""
+READ_EVERY = "20 ms"
+"""Time between two readings of the value on a copy."""
 
 MOST_TRIES = 60
 """Maximum number of copies."""
@@ -73,39 +74,39 @@ class Act:
     """Something that a user can do."""
 
     text: str  # press start for 60 ms
-    on: str  # the object it acts on: two acts on one object are never tried together
-    do: Callable[[Any], object]
+    target: str  # the object it acts on: two acts on one object are never tried together
+    do: Callable[[Any], object]  # does the act on a bench
     is_press: bool = False  # whether it presses a button
-    orders: tuple[actions.Action | int, ...] = ()  # session orders and waits in ns; may be empty
+    orders: tuple[actions.Action | int, ...] = ()  # operator actions, and waits in ns; may be empty
 
 
 @dataclass(frozen=True, slots=True)
 class Acts:
-    """A result: the acts in order, and the time from the first one until the tag has the requested value."""
+    """A result of the search: acts after which the tag gets the requested value."""
 
     tag: str
     requested: object
-    found: tuple[Act, ...] | None  # empty: the value changes by itself; None: nothing was found
-    after_ns: int
-    stimulus: str  # the first thing that the machine or the rack file's timeline did meanwhile
+    acts: tuple[Act, ...] | None  # in order; empty: the value changes by itself; None: nothing was found
+    after_ns: int  # from the first act until the tag has the value
+    stimulus: str  # the first stimulus of the machine or the rack file meanwhile; "" without one
     tries: int
 
     def __str__(self) -> str:
-        goal = f"{self.tag} {_becomes(self.requested)}"
-        if self.found is None:
+        goal = f"{self.tag} {_goal_text(self.requested)}"
+        if self.acts is None:
             tries = "1 try" if self.tries == 1 else f"{self.tries} tries"
-            return f"{goal}: nothing that an owner can do was found in {tries}"
+            return f"{goal}: found no operator action in {tries}"
         after = f"{seconds(self.after_ns)} s"
-        if not self.found and self.stimulus:
+        if self.acts:
+            return f"{goal} {after} after this: {', then '.join(act.text for act in self.acts)}"
+        if self.stimulus:
             return f"{goal} in {after}, as the rack file continues: {self.stimulus}"
-        if not self.found:
-            return f"{goal} by itself: wait {after}"
-        return f"{goal} {after} after this: {', then '.join(act.text for act in self.found)}"
+        return f"{goal} by itself: wait {after}"
 
     def orders(self) -> list[dict[str, Any]] | None:
-        """Return the acts as session orders, messages or `wait_ns`; None if an act has no orders."""
+        """Return the acts as messages of a session and waits (`wait_ns`); None if an act has no message."""
         steps: list[actions.Action | int] = []
-        for act in self.found or ():
+        for act in self.acts or ():
             if not act.orders:
                 return None
             steps += [*act.orders, parse_duration(BETWEEN)]
@@ -113,16 +114,15 @@ class Acts:
 
     def as_json(self) -> dict[str, object]:
         """Return the result as JSON values."""
-        acts = None if self.found is None else [act.text for act in self.found]
+        acts = None if self.acts is None else [act.text for act in self.acts]
         return {"acts": acts, "after_ns": self.after_ns, "tries": self.tries}
 
 
 def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts | None:
-    """Return what a user could do to change a value; None on a system that can't fork a process.
+    """Return acts of a user that change a value; None on a system that can't fork a process.
 
     Args:
-        bench: the bench at the scan of the question; it does not change. It must not be recording: a copy
-            would also write.
+        bench: the bench, which does not change. It must not be recording: a copy would also write.
         link: the chain of the present value; acts on its ends are tried first.
     """
     if not can_copy():
@@ -131,42 +131,48 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
 
 
 def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
-    """Yield the smallest results. If nothing was found, yield one result without acts."""
-    tries, known = 0, list[set[str]]()
-    for chosen in _sets(list(_acts(bench, link))):
+    """Yield the minimal results; if there are none, one result without acts."""
+    tries, minimal = 0, list[set[str]]()
+    for chosen in _choices(_acts(bench, link)):
         texts = {act.text for act in chosen}
-        if tries == MOST_TRIES or any(known_texts <= texts for known_texts in known):
+        if tries == MOST_TRIES or any(minimal_texts <= texts for minimal_texts in minimal):
             continue
         tries += 1
-        outcome = _tried(bench, chosen, tag, requested)
+        outcome = _try_on_copy(bench, chosen, tag, requested)
         if outcome is not None:
-            known.append(texts)
+            minimal.append(texts)
             yield Acts(tag, requested, chosen, *outcome, tries)
-    if not known:
+    if not minimal:
         yield Acts(tag, requested, None, 0, "", tries)
 
 
-def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
-    """Yield no act, each act, and each pair of acts on two objects; pairs that end with a button first."""
-    for count in range(MOST_ACTS + 1):
-        chosen = [
-            ordering for ordering in permutations(acts, count) if len({act.on for act in ordering}) == count
-        ]
-        yield from sorted(
-            chosen, key=lambda each: [act.is_press for act in each] != [False] * (count - 1) + [True]
-        )
+def _choices(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
+    """Yield no act, each act, and pairs of acts on two objects; pairs that end with a button come first."""
+
+    def is_last_choice(chosen: tuple[Act, ...]) -> bool:
+        *earlier, last = (act.is_press for act in chosen)
+        return any(earlier) or not last
+
+    yield ()
+    for count in range(1, MOST_ACTS + 1):
+        choices = permutations(acts, count)
+        on_different_objects = [acts for acts in choices if len({act.target for act in acts}) == count]
+        yield from sorted(on_different_objects, key=is_last_choice)
 
 
-def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
+def _try_on_copy(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
     """Try acts on a copy; return the time until the tag has the value, ns, and the first stimulus."""
-    reply = in_copy(lambda: _done(bench, acts, tag, requested))
+    reply = in_copy(lambda: _time_to_value(bench, acts, tag, requested))
     after, _, stimulus = reply.partition(" ")
     return (int(after), stimulus) if reply else None
 
 
-def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
-    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus; "" if never."""
-    begun, noted = bench.now_ns, len(bench.events)
+def _time_to_value(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
+    """Do acts; return the time until a tag has the value in ns, a space, and the first stimulus.
+
+    Returns "" if the tag does not get the value in `WITHIN_NS`.
+    """
+    start_ns, old_events = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
         bench.run_for(BETWEEN)
@@ -174,108 +180,107 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> str:
     while bench[tag] != requested:
         if bench.now_ns >= limit:
             return ""
-        bench.run_for(LOOKS)
-    stimuli = [event.text for event in bench.events[noted:] if event.kind == "stimulus"]
-    return f"{bench.now_ns - begun} {stimuli[0] if stimuli else ''}"
+        bench.run_for(READ_EVERY)
+    stimuli = [event.text for event in bench.events[old_events:] if event.kind == "stimulus"]
+    return f"{bench.now_ns - start_ns} {stimuli[0] if stimuli else ''}"
 
 
-# --- what can be done
+# --- the acts
 
 
-def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
-    """Yield each act once, beginning with acts on the ends of the chain."""
-    seen: set[str] = set()
-    for act in (*_of_links(bench, link), *_of_panels(bench)):
-        if act.text not in seen:
-            seen.add(act.text)
-            yield act
+def _acts(bench: Rack, link: CauseLink) -> list[Act]:
+    """Return each act once, beginning with acts on the ends of the chain."""
+    acts: dict[str, Act] = {}
+    for act in (*_acts_on_links(bench, link), *_acts_on_panels(bench)):
+        acts.setdefault(act.text, act)
+    return list(acts.values())
 
 
-def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
+def _acts_on_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
     for cause in link.walk():
         terminal = _TERMINAL.search(cause.text)
         slot = _SLOT.match(cause.text)
         if cause.kind == "force":
-            yield _of_force(cause.name)
+            yield _unforce_act(cause.name)
         elif cause.kind == "mode":
             turn = actions.Mode("run")
             yield Act("turn the key to run", "the key", lambda bench: bench.run_mode(), orders=(turn,))
         elif cause.kind in ("input", "operator") and terminal is not None:
-            yield from _of_input(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
+            yield from _input_acts(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
         elif cause.kind == "operator" and isinstance(cause.value, bool):
-            yield _of_tag(cause.name, not cause.value)
+            yield _set_act(cause.name, not cause.value)
         elif cause.kind == "incident" and slot is not None:
-            yield _of_link(int(slot[1]))
+            yield _restore_act(int(slot[1]))
 
 
-def _of_force(name: str) -> Act:
+def _unforce_act(name: str) -> Act:
     order = actions.Unforce(name)
     return Act(f"take the force off {name}", name, lambda bench: bench.unforce(name), orders=(order,))
 
 
-def _of_link(number: int) -> Act:
+def _restore_act(number: int) -> Act:
     text = f"restore the link to slot {number}"
     return Act(text, f"slot {number}", lambda bench: bench.slot[number].inject(None))
 
 
-def _of_tag(name: str, value: bool) -> Act:
-    def put(bench: Any) -> None:
+def _set_act(name: str, value: bool) -> Act:
+    def write(bench: Any) -> None:
         bench[name] = value
 
-    return Act(f"set {name} to {shown(value)}", name, put, orders=(actions.Write(name, value),))
+    return Act(f"set {name} to {shown(value)}", name, write, orders=(actions.Write(name, value),))
 
 
-def _of_panels(bench: Rack) -> Iterator[Act]:
+def _acts_on_panels(bench: Rack) -> Iterator[Act]:
     """Yield acts on the named inputs of cards, buttons and switches, and on the inputs of axes.
 
-    A 3601 names its inputs, so the chain has the inputs that are off; a drive has a function for each.
+    Inputs of a 3601 that are off are in the chain, by name. A drive has a function for each input.
     """
     for slot in bench.spec.slot:
         for name in (slot.options or {}).get("inputs") or ():
-            yield from _of_input(bench, slot.number, str(name))
+            yield from _input_acts(bench, slot.number, str(name))
         if slot.has(Trait.MACHINE) and not slot.is_live:
-            on, named = bench.slot[slot.number].energized, is_stepper(slot.words)
+            energized = bench.slot[slot.number].energized
             for name in slot.record.machine_inputs(slot.options or {}):
-                if name in on or not named:
-                    yield from _of_input(bench, slot.number, name)
+                if name in energized or not is_stepper(slot.words):
+                    yield from _input_acts(bench, slot.number, name)
 
 
-def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
+def _input_acts(bench: Rack, number: int, name: str) -> Iterator[Act]:
     """Yield the acts on an input that the machine does not operate."""
     slot = next(slot_spec for slot_spec in bench.spec.slot if slot_spec.number == number)
-    own = ""  # the name of a drive's terminal
+    drive_terminal = ""
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
         if slot.machine.fed_inputs & INPUT_NAMES[name].value:
             return
-        own = slot.record.machine_inputs(slot.options or {}).get(name, "")
+        drive_terminal = slot.record.machine_inputs(slot.options or {}).get(name, "")
         is_on = name in bench.slot[number].energized
     else:
         is_on = bool(bench[f"slot{number}.input.{name}"])
-    terminal = f"{name} (slot {number}{own and ' '}{own})"
-    off, on = (actions.Press(number, name, closed) for closed in (False, True))
+    terminal = f"{name} (slot {number}{f' {drive_terminal}' if drive_terminal else ''})"
+    open_, close = (actions.Press(number, name, closed) for closed in (False, True))
     if is_on:
-        yield Act(f"open {terminal}", terminal, _by_hand(off), orders=(off,))
+        yield _input_act(f"open {terminal}", terminal, open_)
         return
-    press = (on, parse_duration(PRESS), off)
-    yield Act(f"press {terminal} for {PRESS}", terminal, _by_hand(*press), True, press)
-    yield Act(f"close {terminal}", terminal, _by_hand(on), orders=(on,))
+    press = _input_act(f"press {terminal} for {PRESS}", terminal, close, parse_duration(PRESS), open_)
+    yield replace(press, is_press=True)
+    yield _input_act(f"close {terminal}", terminal, close)
 
 
-def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
-    """Return a function that gives a bench orders, with waits between them in ns."""
+def _input_act(text: str, terminal: str, *orders: actions.Action | int) -> Act:
+    """Return an act that applies operator actions to a bench, with waits between them in ns."""
 
     def do(bench: Any) -> None:
-        hands = OperatorActions(bench.cpu, bench.cpu.rack, None)
-        for step in steps:
-            if isinstance(step, int):
-                bench.run_for(f"{step} ns")
+        operator_actions = OperatorActions(bench.cpu, bench.cpu.rack, None)
+        for order in orders:
+            if isinstance(order, int):
+                bench.run_for(f"{order} ns")
             else:
-                hands.act(step, bench.now_ns, bench.scans)
+                operator_actions.act(order, bench.now_ns, bench.scans)
 
-    return do
+    return Act(text, terminal, do, orders=orders)
 
 
-def _becomes(requested: object) -> str:
+def _goal_text(requested: object) -> str:
     if isinstance(requested, bool):
         return "comes on" if requested else "goes off"
     return f"becomes {requested}"

@@ -1,4 +1,4 @@
-"""The answers: why a bit, a word or a Python value has its value, and what the modules wait for."""
+"""Answers: why a bit, a word or a value of the program has its value, and what the modules wait for."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from scanrack.traces.replay import PackedTrace
 from ..load.recorded_scans import recorded_words
 from .bits import Bits, shows_input
 from .chain import RackChain
-from .past import ALL_BITS, Past, SlotPast, event_text
+from .past import Past, SlotPast, event_text
 from .sentences import change_lines, sender_lines
 from .waits import waits
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # a ladder program needs no lines of Python
     from .source.lines import Line
     from .traced_run import Load, TracedChange, TracedRun
 
-NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
+NO_LINE = "no line of the program wrote it in this scan: a force began or ended, or a test wrote it"
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Why:
     Args:
         spec: the rack; None if a trace does not contain it.
         load: reloads the Python program; None for a program without lines of Python.
-        debugger: the debugger of a ladder program at that scan.
-        lines: the lines of the program that answers have named.
+        debugger: the debugger of a ladder program after that scan.
+        lines: the program's lines that the answers have named so far.
     """
 
     recording: PackedTrace
@@ -57,19 +57,19 @@ class Why:
         """The recording up to the scan."""
         return Past(self.recording, self.row)
 
-    def place(self, text: str) -> Address:
-        """Return the place of a bit or word in an image; ValueError if the text is not an address."""
+    def address_of(self, text: str) -> Address:
+        """Return the address of a bit or word in an image; ValueError if the text is not an address."""
         return parse_address(text, self.words)
 
     @cached_property
     def words(self) -> Mapping[int, ModuleWords]:
-        """The words of the slots with their names."""
+        """The word names of the modules, by slot."""
         return recorded_words(self.recording.slots, self.spec)
 
-    def means_image(self, text: str) -> bool:
+    def is_address(self, text: str) -> bool:
         """Return whether a text is the address of a bit or word of an image."""
         try:
-            self.place(text)
+            self.address_of(text)
         except ValueError:
             return False
         return True
@@ -80,13 +80,14 @@ class Why:
         Raises:
             ValueError: the text is not an address.
         """
-        place = self.place(text)
-        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        bits = Bits.at(self.address_of(text))
         last = Past(self.recording, len(self.recording.scans) - 1)
-        return last.first_on(place.slot, _side(place), place.word, mask)
+        return last.first_on(bits.slot, bits.image, bits.word, bits.mask)
 
-    def of(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Explain a value in at most six lines, see `answer_text`, and as a chain; of a step, its waits too.
+    def explain(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
+        """Return why a value is as it is, in at most six lines, and its chain of causes.
+
+        The text of a step also names its waits, see `answer_text`.
 
         Raises:
             ValueError: an unknown name.
@@ -103,34 +104,30 @@ class Why:
             ValueError: an unknown name.
         """
         row, debugger = self.row, self.debugger
-        if debugger is not None and (text in debugger.tags or not self.means_image(text)):
+        if debugger is not None and (text in debugger.tags or not self.is_address(text)):
             cause = self._chains(deep).of_tag(text, row)
-            return cause or self._since_power_up(text, debugger.tags[text])
-        if self.means_image(text):
-            place = self.place(text)
-            cause = self._chains(deep).of_bits(Bits.at(place), text, row)
-            return cause or self._since_power_up(text, self._value(place))
-        if self.load is None:
-            self.place(text)  # raises ValueError
+            return cause or self._unchanged_link(text, debugger.tags[text])
+        if self.load is None or self.is_address(text):
+            address = self.address_of(text)
+            cause = self._chains(deep).of_bits(Bits.at(address), text, row)
+            return cause or self._unchanged_link(text, self._value(address))
         return self._chain_of_name(text, deep)
 
     def suggest_inputs(self, text: str, requested: str | None = None, scans: int = 10) -> Remedies:
-        """Return the smallest sets of inputs that would give a value of a ladder program, see `remedies`.
+        """Return the smallest sets of inputs that would change a value of the program, see `remedies`.
 
         Args:
-            requested: the value as text; of a bit the other value by default.
+            requested: the value as text; the opposite value of a bit by default.
             scans: the number of scans within which the value must change.
 
         Raises:
             ValueError: an unknown name, or a value that does not fit.
         """
+        value: Any = None if requested is None else parse_value(requested)
         if self.debugger is None:
-            return self._suggest_inputs_of_python(
-                text, None if requested is None else value_of(requested), scans
-            )
-        own = text in self.debugger.tags or not self.means_image(text)
-        tag = text if own else str(self.place(text))
-        value = None if requested is None else value_of(requested)
+            return self._suggest_inputs_of_python(text, value, scans)
+        is_tag = text in self.debugger.tags or not self.is_address(text)
+        tag = text if is_tag else str(self.address_of(text))
         return self.debugger.suggest_inputs(tag, value, scans=scans, name=self._terminal)
 
     def _suggest_inputs_of_python(self, text: str, requested: Any, scans: int) -> Remedies:
@@ -140,36 +137,37 @@ class Why:
         from .trials import ProgramTrials
 
         if self.load is None or self.spec is None:
-            raise ValueError("what it would take needs the program: the trace has none")
+            raise ValueError("suggested inputs need the program: the trace has none")
         chains = self._chains(deep=False)
         assert isinstance(chains, ProgramChain)
         trials = ProgramTrials(self.recording, self.row, self.spec, self.load, self._terminal, scans)
-        own = chains.names.addresses.get(chains.names.own(text), text)
-        if not self.means_image(own):
+        address_text = chains.names.addresses.get(chains.names.own(text), text)
+        if not self.is_address(address_text):
             return trials.of(text, chains.watched(text), requested, chains.name)
-        place = self.place(own)
-        if place.image == "I":
-            value = place.bit is None or not self._value(place) if requested is None else requested
-            return of_input(text, value, self._terminal(place.slot, place.word, place.bit))
-        offset = self._offset(place.slot, place.word)
+        address = self.address_of(address_text)
+        if address.image == "I":
+            if requested is None:
+                requested = address.bit is None or not self._value(address)
+            return of_input(text, requested, self._terminal(address.slot, address.word, address.bit))
+        offset = self._offset(address.slot, address.word)
 
         def read() -> Value:
             word = int.from_bytes(trials.block()[offset : offset + 2], "little", signed=True)
-            return word if place.bit is None else bool(word >> place.bit & 1)
+            return word if address.bit is None else bool(word >> address.bit & 1)
 
         return trials.of(text, lambda _logic: read, requested, chains.name)
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
-        """Return the name of a terminal or an analog input; None for what a module reports."""
+        """Return the name of a terminal or an analog input; None for the status of a module."""
         slot_info = next(candidate for candidate in self.recording.slots if candidate.number == slot)
         if slot_info.words.modes is None:
             return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
-        named = [
+        names = [
             name
-            for name, signal in slot_info.words.bits("I", word)
-            if signal == bit and shows_input(slot_info, name)
+            for name, number in slot_info.words.bits("I", word)
+            if number == bit and shows_input(slot_info, name)
         ]
-        return f"slot {slot} input {named[0]}" if named else None
+        return f"slot {slot} input {names[0]}" if names else None
 
     def _chains(self, deep: bool) -> RackChain:
         if self.load is None or self.spec is None:
@@ -191,89 +189,90 @@ class Why:
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
         names = chains.names
-        own = names.own(text)
+        name = names.own(text)
         cause: CauseLink | None = None
-        if own in names.addresses:
-            cause = chains.of_bits(Bits.at(self.place(names.addresses[own])), own, self.row)
-        elif own in names.sequences:
-            cause = chains.of_sequence(own, self.row)
-        elif own in names.axes:
-            cause = chains.of_module(names.axes[own], own, self.row)
+        if name in names.addresses:
+            cause = chains.of_bits(Bits.at(self.address_of(names.addresses[name])), name, self.row)
+        elif name in names.sequences:
+            cause = chains.of_sequence(name, self.row)
+        elif name in names.axes:
+            cause = chains.of_module(names.axes[name], name, self.row)
         else:
             cause = chains.of_value(text, self.row)
             if text not in chains.present:
                 chains.refuse(text)
-        return cause or self._since_power_up(text, chains.present.get(text))
+        return cause or self._unchanged_link(text, chains.present.get(text))
 
-    def _since_power_up(self, text: str, value: object) -> CauseLink:
-        """Return the link of a value that has not changed and of which nothing else is known."""
+    def _unchanged_link(self, text: str, value: object) -> CauseLink:
+        """Return the link of a value that has not changed since the first scan, without a known cause."""
         plain = value if isinstance(value, (bool, int, float, str)) else None
-        first = self.recording.numbers[0], self.recording.times[0]
-        return CauseLink("power-up", text, plain, *first, "not changed since then")
+        scan, now_ns = self.recording.numbers[0], self.recording.times[0]
+        return CauseLink("power-up", text, plain, scan, now_ns, "not changed since then")
 
     def rack(self) -> str:
         """Return the waits of every module, and the lines that last changed its output words."""
-        last = {slot.number: list(self._last_changes(slot)) for slot in self.recording.slots}
-        rows = frozenset(row for changes in last.values() for row, _ in changes)
-        rerun = self._again(rows, max(rows, default=0))
+        last_changes = {slot.number: self._last_changes(slot) for slot in self.recording.slots}
+        rows = frozenset(row for changes in last_changes.values() for row in changes)
+        rerun = self._rerun(rows, max(rows, default=0))
         lines = [str(step) for step in self.past.sequences]
         for slot in self.recording.slots:
-            lines += self._of_slot(slot)
-            for row, words in last[slot.number]:
-                lines += [f"  {line}" for line in self._of_words(slot, row, words, rerun)]
+            lines += self._slot_lines(slot)
+            for row, words in last_changes[slot.number].items():
+                lines += [f"  {line}" for line in self._word_lines(slot, row, words, rerun)]
         return "\n".join(lines)
 
     # --- the words of a slot
 
-    def _on_record(self, slot: int, row: int) -> Iterator[str]:
-        scan = self.recording.numbers[row]
-        for event in self.past.events:
-            if event.scan == scan and event.fields.get("slot", 0) == slot and event.topic != "/texts":
-                yield f"  {event_text(event)}"
-
-    def _again(self, rows: frozenset[int], last: int) -> TracedRun | None:
+    def _rerun(self, rows: frozenset[int], last: int) -> TracedRun | None:
+        """Run a Python program again up to a row, and trace some rows; None for other programs."""
         if self.load is None or self.spec is None:
             return None
         from .traced_run import run_again
 
         return run_again(self.recording, self.spec, self.load, rows, last)
 
-    def _by_line(self, head: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
+    def _change_lines(
+        self, head: str, row: int, rerun: TracedRun | None, slot: int, word: int
+    ) -> Iterator[str]:
         """Yield the line that changed an output word."""
         if self.recording.flags[row] & ScanFlag.FAULT:
             yield f"{head}: the CPU faulted, which zeroes all outputs"
-            yield from self._on_record(0, row)
-        elif again is None:
-            yield f"{head}{self._rung(slot, word, row)}"
-        elif not again.explains(row):
-            yield f"{head}: {again.no_line(self.past)}"
+            scan = self.recording.numbers[row]
+            for event in self.past.events:
+                if event.scan == scan and event.fields.get("slot", 0) == 0 and event.topic != "/texts":
+                    yield f"  {event_text(event)}"
+        elif rerun is None:
+            yield f"{head}{self._rung_text(slot, word, row)}"
+        elif not rerun.explains(row):
+            yield f"{head}: {rerun.no_line(self.past)}"
         else:
             offset = self._offset(slot, word)
-            changes = [change for change in again.changes.get(row, ()) if _differs(change, offset)]
-            yield from self._lines_of_changes(head, changes, row, slot)
+            changes = [change for change in rerun.changes.get(row, ()) if change.affects(offset)]
+            yield from self._traced_lines(head, changes, row, slot)
 
-    def _rung(self, slot: int, word: int, row: int) -> str:
+    def _rung_text(self, slot: int, word: int, row: int) -> str:
         """Return a colon and the rung that last changed a word; "." if the rung is unknown."""
         if self.debugger is None:
             return "."
-        change = self.debugger.cause(f"Local:{slot}:O.Data[{word}]")
-        known = change is not None and change[0] == self.recording.numbers[row]
-        return f": {change[1]}" if change is not None and known else "."
+        cause = self.debugger.cause(f"Local:{slot}:O.Data[{word}]")
+        if cause is None:
+            return "."
+        scan, rung = cause
+        return f": {rung}" if scan == self.recording.numbers[row] else "."
 
-    def _lines_of_changes(
-        self, head: str, made: Sequence[TracedChange], row: int, slot: int = 0
-    ) -> Iterator[str]:
-        """Yield sentences about the last of the given changes in a scan, with the names of `slot`."""
-        senders_here = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
-        if senders_here:
-            self.lines.append(senders_here[0].line)
-            yield from sender_lines(head, senders_here[0])
-        elif not made or not made[-1].line.number:
+    def _traced_lines(self, head: str, changes: Sequence[TracedChange], row: int, slot: int) -> Iterator[str]:
+        """Yield sentences about the last change of a slot's word in a scan."""
+        change = changes[-1] if changes else None
+        slot_senders = [sender for sender in change.senders if sender.slot == slot] if change else []
+        if slot_senders:
+            self.lines.append(slot_senders[0].line)
+            yield from sender_lines(head, slot_senders[0])
+        elif change is None or not change.line.number:
             yield f"{head}: {NO_LINE}"
         else:
-            slots = self.recording.slots
-            self.lines.append(made[-1].line)
-            yield from change_lines(head, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
+            self.lines.append(change.line)
+            inputs = lambda slot: self.past.words(slot, "in", row)  # noqa: E731
+            yield from change_lines(head, change, self.recording.slots, inputs)
 
     def _offset(self, slot: int, word: int) -> int:
         """Return the offset of an output word in the memory block, bytes."""
@@ -281,58 +280,52 @@ class Why:
 
     # --- the rack
 
-    def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
+    def _slot_lines(self, slot: SlotInfo) -> Iterator[str]:
         past = SlotPast(self.past, slot)
         if slot.words.modes is not None:
-            head = waits(past)
+            lines = waits(past)
         else:
-            head = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
-        yield f"slot {slot.number}: {head[0]}"
-        yield from (f"  {line}" for line in head[1:])
+            lines = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
+        yield f"slot {slot.number}: {lines[0]}"
+        yield from (f"  {line}" for line in lines[1:])
 
-    def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
-        """Yield the scans that last changed an output word, each with its words, latest first."""
+    def _last_changes(self, slot: SlotInfo) -> dict[int, list[int]]:
+        """Return the output words of a slot by the row of their last change, latest first."""
         by_row: dict[int, list[int]] = {}
         for word in range(len(slot.words.outputs)):
             row = self.past.last_change(slot.number, "out", word)
             if row is not None:
                 by_row.setdefault(row, []).append(word)
-        yield from sorted(by_row.items(), reverse=True)
+        return dict(sorted(by_row.items(), reverse=True))
 
-    def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: TracedRun | None) -> list[str]:
-        now = self.past.words(slot.number, "out", row)
-        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(now)
+    def _word_lines(
+        self, slot: SlotInfo, row: int, words: Sequence[int], rerun: TracedRun | None
+    ) -> list[str]:
+        """Return sentences about the last change of some output words."""
+        after = self.past.words(slot.number, "out", row)
+        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(after)
         formats = NumberFormats()
         for event in self.past.events:
             formats.note(event.scan, event.fields)
         reader = formats.reader(slot.number, self.recording.numbers[row])
-        change = module_text(slot, "out", before, now, reader)
+        change = module_text(slot, "out", before, after, reader)
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
         head = f"output {names} since {self.past.when(row)}: {change}"
-        texts = self._by_line(head, row, again, slot.number, words[0])
+        texts = self._change_lines(head, row, rerun, slot.number, words[0])
         return [line for text in texts for line in text.splitlines()]
 
-    def _value(self, place: Address) -> Value:
-        word = self.past.words(place.slot, _side(place), self.row)[place.word]
-        return word if place.bit is None else bool(word >> place.bit & 1)
+    def _value(self, address: Address) -> Value:
+        bits = Bits.at(address)
+        word = self.past.words(bits.slot, bits.image, self.row)[bits.word]
+        return word if address.bit is None else bool(word & bits.mask)
 
 
-def value_of(text: str) -> object:
-    """Return a value as people write it: on, off, true, false or a number."""
-    known = {"on": True, "true": True, "off": False, "false": False}.get(text.lower())
-    if known is not None:
-        return known
+def parse_value(text: str) -> object:
+    """Return the value of a text: on, off, true, false or a number."""
+    truth = {"on": True, "true": True, "off": False, "false": False}.get(text.lower())
+    if truth is not None:
+        return truth
     try:
         return int(text, 0)
     except ValueError:
         return float(text)
-
-
-def _side(place: Address) -> str:
-    return "in" if place.image == "I" else "out"
-
-
-def _differs(change: TracedChange, at: int) -> bool:
-    """Return whether a change affects the word at an offset in the memory block."""
-    before, after = (state[0][at : at + 2] for state in (change.before, change.after))
-    return bool(before != after)

@@ -41,10 +41,10 @@ def read_bits(masks: Iterable[tuple[tuple[int, int], int]]) -> Iterator[Bits]:
 
 
 def is_input_name(name: str) -> bool:
-    """Whether the name of a status bit is that of an input, such as IN_HOME."""
+    """Return whether a status bit is named like an input, such as IN_HOME."""
     return name.lower().startswith(("in_", "input_"))
 
 
 def shows_input(slot: SlotInfo, name: str) -> bool:
-    """Whether a status bit of a stepper shows an input."""
+    """Return whether a status bit of a stepper shows an input."""
     return is_input_name(name) and name not in slot.words.errors

@@ -22,7 +22,7 @@ def in_copy(work: Callable[[], str]) -> str:
         try:
             os.write(write, work().encode())
         finally:
-            os._exit(0)  # what the function raises is no answer
+            os._exit(0)  # a function that raises returns no text
     os.close(write)
     with os.fdopen(read, "rb") as answer:
         text = answer.read().decode()

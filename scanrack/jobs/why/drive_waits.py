@@ -1,7 +1,7 @@
-"""What a networked drive, or another module with two modes, waits for, in the names of its own bits.
+"""Waits of a networked drive, or of another module with two modes, in the names of its bits.
 
 in configuration mode    for bit 15 of output word 0 to return to 0
-without a configuration  for a valid one
+without a configuration  for a valid configuration
 moving                   MOVE_COMPLETE not yet: command, position, target
 not enabled              for ENABLE_DRIVER
 acknowledging            for the acknowledged command bit to return to 0
@@ -36,7 +36,7 @@ MOVES = frozenset(
 
 CLEARED_BY = {
     "CONFIG_ERROR": "a valid configuration clears it",
-    "POSITION_INVALID": "homing or PRESET_POSITION clears it; it takes no absolute move before",
+    "POSITION_INVALID": "homing or PRESET_POSITION clears it; until then it refuses absolute moves",
 }
 """What clears each error bit; RESET_ERRORS clears all others."""
 
@@ -50,10 +50,10 @@ def drive_waits(past: SlotPast) -> list[str]:
 def places_on(past: SlotPast, image: str) -> dict[str, BitPlace]:
     """Return the named bits of an image, "I" or "O", that are on now."""
     words = past.inputs if image == "I" else past.out
-    named = (item for names in past.slot.words.groups.values() for item in names.items())
     return {
         name: signal
-        for name, signal in named
+        for names in past.slot.words.groups.values()
+        for name, signal in names.items()
         if signal.image == image and words[signal.word] >> signal.bit & 1
     }
 
@@ -67,8 +67,8 @@ def _lacks(past: SlotPast, name: str) -> bool:
     return past.slot.words.place(name) is not None and not _on(past, name)
 
 
-def _number(past: SlotPast, name: str, words: Sequence[int]) -> str:
-    """Return a quantity of an image as text; "?" if the module does not have it."""
+def _quantity_text(past: SlotPast, name: str, words: Sequence[int]) -> str:
+    """Return a quantity of an image as text; "?" if the module has no such quantity."""
     quantity, formats = past.slot.words.quantity(name), NumberFormats()
     if quantity is None:
         return "?"
@@ -77,14 +77,14 @@ def _number(past: SlotPast, name: str, words: Sequence[int]) -> str:
     return f"{formats.value(past.slot.number, past.past.scan, quantity, words):,}"
 
 
-def _at(past: SlotPast) -> str:
-    return f"at {_number(past, 'position', past.inputs)}"
+def _position_text(past: SlotPast) -> str:
+    return f"at {_quantity_text(past, 'position', past.inputs)}"
 
 
-def _answers_not(past: SlotPast) -> str | None:
+def _not_ok(past: SlotPast) -> str | None:
     if past.slot.words.configures("I", past.inputs) or not _lacks(past, "MODULE_OK"):
         return None
-    return "MODULE_OK is 0: it takes no command"
+    return "MODULE_OK is 0: it accepts no command"
 
 
 def _configuring(past: SlotPast) -> str | None:
@@ -93,55 +93,62 @@ def _configuring(past: SlotPast) -> str | None:
         return None
     state = f"in configuration mode{past.since('in', words.modes.input, 1 << CONFIGURES)}"
     if words.configures("O", past.out):
-        return f"{state}: the words count once bit 15 of output word 0 goes back to 0; it takes no command"
+        return (
+            f"{state}: it uses the words when bit 15 of output word 0 goes back to 0, and accepts no command"
+        )
     return f"{state}: bit 15 of output word 0 is 0, so it leaves with its next update"
 
 
 def _enters_configuration(past: SlotPast) -> str | None:
     if not past.slot.words.configures("O", past.out):
         return None
-    return "bit 15 of output word 0 is 1: it goes into configuration mode with its next update"
+    return "bit 15 of output word 0 is 1: it enters configuration mode with its next update"
 
 
 def _unconfigured(past: SlotPast) -> str | None:
     return "it waits for a valid configuration" if _on(past, "CONFIG_ERROR") else None
 
 
-def _moves(past: SlotPast) -> str | None:
-    way = next((name[-3:].strip("_") for name in ("MOVING_CW", "MOVING_CCW") if _on(past, name)), None)
-    if way is None:
+def _moving(past: SlotPast) -> str | None:
+    direction = next((way for way in ("CW", "CCW") if _on(past, f"MOVING_{way}")), None)
+    if direction is None:
         return None
-    how = "".join(f", {name.lower()}" for name in ("ACCELERATING", "DECELERATING") if _on(past, name))
-    move = started(past)
-    state = f"moving {way}{how}, {_at(past)}"
-    if move is None:
+    rate = "".join(f", {name.lower()}" for name in ("ACCELERATING", "DECELERATING") if _on(past, name))
+    start = started(past)
+    state = f"moving {direction}{rate}, {_position_text(past)}"
+    if start is None:
         return f"{state}, since before the recording"
-    name, row = move
-    target = f", its target is {_number(past, 'target', past.words_at('out', row))}"
+    row, mask = start
+    name = next(name for name, bit in _moves_of(past).items() if bit & mask)
+    target = f", its target is {_quantity_text(past, 'target', past.words_at('out', row))}"
     end = target if name == "ABSOLUTE_MOVE" else ""
     return f"{state}: {name} since {past.past.when(row)}; MOVE_COMPLETE not yet{end}"
 
 
-def started(past: SlotPast) -> tuple[str, int] | None:
-    """Return the command bit that began the last motion, and its row; None if none is recorded."""
+def started(past: SlotPast) -> tuple[int, int] | None:
+    """Return the row in which the last motion began, and its command bit; None if none is recorded."""
+    moves = _moves_of(past).values()
+    starts = ((row, move) for row, bits in past.rises(sum(moves)) for move in moves if bits & move)
+    return next(starts, None)
+
+
+def _moves_of(past: SlotPast) -> dict[str, int]:
+    """Return the command bits of a module that begin a motion, by name."""
     places = past.slot.words.groups.get("command", {})
-    moves = {name: 1 << signal.bit for name, signal in places.items() if name in MOVES}
-    begun = (
-        (name, row) for row, new in past.rises(sum(moves.values())) for name in moves if new & moves[name]
-    )
-    return next(begun, None)
+    return {name: 1 << signal.bit for name, signal in places.items() if name in MOVES}
 
 
 def _disabled(past: SlotPast) -> str | None:
     if not _lacks(past, "DRIVE_ENABLED"):
         return None
-    return f"at rest {_at(past)}, not enabled: it waits for ENABLE_DRIVER in output word 1"
+    return f"at rest {_position_text(past)}, not enabled: it waits for ENABLE_DRIVER in output word 1"
 
 
-def _held(past: SlotPast) -> str | None:
+def _on_hold(past: SlotPast) -> str | None:
     if not _on(past, "HOLD_STATE"):
         return None
-    return f"held {_at(past)}: it waits for RESUME_MOVE, or for another move{still_on(past, _commands(past))}"
+    on = still_on(past, _commands(past))
+    return f"held {_position_text(past)}: it waits for RESUME_MOVE, or for another move{on}"
 
 
 def _acknowledges(past: SlotPast) -> str | None:
@@ -153,7 +160,7 @@ def _acknowledges(past: SlotPast) -> str | None:
 
 def _command_on(past: SlotPast) -> str | None:
     commands = _commands(past)
-    return command_on(past, commands, f"at rest {_at(past)}") if commands else None
+    return command_on(past, commands, f"at rest {_position_text(past)}") if commands else None
 
 
 def _commands(past: SlotPast) -> dict[str, int]:
@@ -163,9 +170,9 @@ def _commands(past: SlotPast) -> dict[str, int]:
 
 
 def command_on(past: SlotPast, commands: Mapping[str, int], rest: str) -> str:
-    """Return the state of a module at rest whose command bits are on; `rest` describes it without them."""
+    """Return the state of a module at rest with command bits on; `rest` describes it without them."""
     if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
-        return f"{' '.join(commands)} with this scan: it takes the command with its next update"
+        return f"{' '.join(commands)} with this scan: it accepts the command with its next update"
     return f"{rest}{still_on(past, commands)}"
 
 
@@ -180,17 +187,17 @@ def still_on(past: SlotPast, commands: Mapping[str, int]) -> str:
 
 def _idle(past: SlotPast) -> str:
     awaited = "RESET_ERRORS" if _on(past, "COMMAND_ERROR") else "a command bit to go from 0 to 1"
-    return f"at rest {_at(past)}: it waits for {awaited}"
+    return f"at rest {_position_text(past)}: it waits for {awaited}"
 
 
 _STATES: Sequence[Callable[[SlotPast], str | None]] = (
-    _answers_not,
+    _not_ok,
     _configuring,
     _enters_configuration,
     _unconfigured,
-    _moves,
+    _moving,
     _disabled,
-    _held,
+    _on_hold,
     _acknowledges,
     _command_on,
     _idle,
@@ -206,13 +213,14 @@ def _errors(past: SlotPast) -> Iterator[str]:
     for name in (*words.errors, "POSITION_INVALID"):
         if name in on:
             since = past.since("in", on[name].word, 1 << on[name].bit)
-            yield f"{name}{since}: {_cause(past, name)}; {CLEARED_BY.get(name, 'RESET_ERRORS clears it')}"
+            cure = CLEARED_BY.get(name, "RESET_ERRORS clears it")
+            yield f"{name}{since}: {_recorded_rule(past, name)}; {cure}"
 
 
-def _cause(past: SlotPast, name: str) -> str:
+def _recorded_rule(past: SlotPast, name: str) -> str:
     """Return the recorded rule that set a bit."""
     for rule in reversed(past.past.rules(past.slot.number)):
-        named = rule.fields.get("bits")
-        if isinstance(named, list) and name in named:
+        bit_names = rule.fields.get("bits")
+        if isinstance(bit_names, list) and name in bit_names:
             return event_text(rule)
     return "no rule is recorded that set it"

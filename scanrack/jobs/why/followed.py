@@ -1,7 +1,7 @@
-"""Runs a ladder program on the inputs of a recording: most recordings allow it compiled and without a rack.
+"""Runs a ladder program on the inputs of a recording, usually compiled and without a rack.
 
-A recording whose tags were forced or set from outside, or whose program was edited, needs the images of a
-rack, see `replay.input_replay`. So does a program that writes its inputs or has routines in Python.
+A rack is needed if tags were forced or set from outside, or if the program was edited, writes its inputs or
+has routines in Python; see `replay.input_replay`.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class RungsRun(NamedTuple):
     row: int  # of the last scan
     met: bool  # whether the tag came on in that scan
     departs: int | None  # row of the first scan whose outputs differ from the recorded ones, or None
-    notes: tuple[str, ...] = ()  # what of the recording was not repeated
+    notes: tuple[str, ...] = ()  # parts of the recording that were not repeated
 
 
 def run_rungs(
@@ -75,7 +75,7 @@ def run_rungs(
 
 
 def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
-    """Return whether a ladder program depends on nothing but the inputs of a recording."""
+    """Return whether a ladder program depends only on the inputs of a recording."""
     lowered = debugger.engine.lowered
     if debugger.interpreted or lowered.written_inputs or lowered.connections or recording.numbers[0]:
         return False
@@ -84,11 +84,12 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
     if not any(flag & UNUSUAL for flag in recording.distinct_flags):
         return True
     # a connection fault counts as set from outside before the next scan
-    links = {scan + by for scan in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
-    for columns in recording.scans.chunks():
-        if not links.issuperset(columns.scan[(columns.flags & int(UNUSUAL)) != 0].tolist()):
-            return False
-    return True
+    fault_scans = _link_faults(recording, _fault_tags(debugger)).keys()
+    explained_scans = {*fault_scans, *(scan + 1 for scan in fault_scans)}
+    return all(
+        explained_scans.issuperset(columns.scan[(columns.flags & int(UNUSUAL)) != 0].tolist())
+        for columns in recording.scans.chunks()
+    )
 
 
 def follow(
@@ -101,8 +102,8 @@ def follow(
     """Run a program on recorded inputs up to a row, or until a tag comes on. Requires `can_follow`.
 
     Args:
-        snapshots: snapshots of the recording. The run begins at the latest one before the row if the program
-            continues from there as recorded, else at the first scan.
+        snapshots: snapshots of the recording, by scan. The run begins at the latest one before the row if the
+            program continues from there as recorded, else at the first scan.
     """
     inputs = _RecordedInputs(recording, debugger)
     if until is None and snapshots and inputs.are_of_every_scan():
@@ -161,10 +162,10 @@ class _RecordedInputs:
     """
 
     def __init__(self, recording: PackedTrace, debugger: Debugger) -> None:
-        own = input_leaves(debugger.engine.memory)
+        leaves = input_leaves(debugger.engine.memory)
         self.recording = recording
-        self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
-        self._faults = _link_faults(recording, _faults(debugger))
+        self._input_spans = [recording.span((int(leaf.slot or 0), "in")) for leaf in leaves]
+        self._fault_writes = _link_faults(recording, _fault_tags(debugger))
         self.block, self.runs = b"", False
 
     def are_of_every_scan(self) -> bool:
@@ -173,17 +174,17 @@ class _RecordedInputs:
         return numbers[-1] == len(numbers) - 1 and all(map(runs_logic, self.recording.distinct_flags))
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
-        """Yield the inputs of some rows."""
-        for columns in self._parts(first, last):
-            for block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
+        """Yield the inputs of some rows; set `block` and `runs` with each."""
+        for columns in self._columns(first, last):
+            for block, inputs in zip(memory_blocks(columns), self._inputs_of(columns), strict=True):
                 self.block, self.runs = block, inputs.images is not None
                 yield inputs
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Return the inputs of some rows."""
-        return chain.from_iterable(map(self._made, self._parts(first, last)))
+        return chain.from_iterable(map(self._inputs_of, self._columns(first, last)))
 
-    def _parts(self, first: int, last: int) -> Iterator[Columns]:
+    def _columns(self, first: int, last: int) -> Iterator[Columns]:
         """Yield the columns of some rows, chunk by chunk."""
         for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
             start = CHUNK_SCANS * number
@@ -197,27 +198,30 @@ class _RecordedInputs:
         number = first // CHUNK_SCANS
         columns = self.recording.scans.chunk(number)
         rows = slice(first - CHUNK_SCANS * number, last + 1 - CHUNK_SCANS * number)
-        if not first or rows.stop > CHUNK_SCANS or any(first <= fault <= last for fault in self._faults):
+        if not first or rows.stop > CHUNK_SCANS or any(first <= scan <= last for scan in self._fault_writes):
             return None
-        spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
+        spans = [slice(span.start // 2, span.stop // 2) for span in self._input_spans]
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
 
-    def _made(self, columns: Columns) -> list[ScanInputs]:
-        own, faults, flags = self._own, self._faults, columns.flags.tolist()
-        meant = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
+    def _inputs_of(self, columns: Columns) -> list[ScanInputs]:
+        spans, flags = self._input_spans, columns.flags.tolist()
+        # most scans have the same flags
+        modes = {flag: (runs_logic(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
         inputs_of_scans = []
         scans = zip(
             memory_blocks(columns), flags, columns.scan.tolist(), columns.time_ns.tolist(), strict=True
         )
         for block, flag, number, now_ns in scans:
-            runs, first = meant[flag]
-            images = [block[span] for span in own] if runs else None
-            writes = faults.get(number, ())
-            inputs_of_scans.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
+            runs, is_first = modes[flag]
+            images = [block[span] for span in spans] if runs else None
+            writes = self._fault_writes.get(number, ())
+            inputs_of_scans.append(
+                ScanInputs(now_ns, is_first, images, writes, NO_FORCES if writes else None)
+            )
         return inputs_of_scans
 
 
-def _faults(debugger: Debugger) -> list[Leaf]:
+def _fault_tags(debugger: Debugger) -> list[Leaf]:
     """Return the tags that are connection faults, such as `axis.I.Fault`."""
     leaves = debugger.engine.lowered.layout.leaves.values()
     return [leaf for leaf in leaves if leaf.slot is not None and not leaf.is_image]
@@ -227,10 +231,10 @@ def _link_faults(recording: PackedTrace, leaves: Sequence[Leaf]) -> Mapping[int,
     """Return the connection faults that changed before each scan; -1 means that a module does not answer."""
     writes_by_scan: dict[int, tuple[Write, ...]] = {}
     for leaf in leaves:
-        before = 0
+        last_value = 0
         for change in link_changes(recording.events, int(leaf.slot or 0)):
             value = 0 if change.good else -1
-            if value != before:
+            if value != last_value:
                 writes_by_scan[change.scan] = (*writes_by_scan.get(change.scan, ()), (leaf, 0, value))
-            before = value
+            last_value = value
     return writes_by_scan

@@ -42,8 +42,8 @@ class Past:
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
         """Return an image of a slot in a scan; `image` is "in" or "out"."""
-        own, chunk = self._own(slot, image), self.recording.scans.chunk(row // CHUNK_SCANS)
-        return tuple(chunk.words[row % CHUNK_SCANS, own].tolist())
+        chunk = self.recording.scans.chunk(row // CHUNK_SCANS)
+        return tuple(chunk.words[row % CHUNK_SCANS, self._columns(slot, image)].tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
         """Return the row in which bits of a word last changed, or None.
@@ -85,9 +85,9 @@ class Past:
         return None
 
     def _column(self, slot: int, image: str, word: int) -> int:
-        return int(self._own(slot, image).start) + word
+        return int(self._columns(slot, image).start) + word
 
-    def _own(self, slot: int, image: str) -> slice:
+    def _columns(self, slot: int, image: str) -> slice:
         return self.recording.layout.places[slot].columns(image)
 
     def _chunks(self) -> Iterator[np.ndarray[tuple[int, int], np.dtype[np.int16]]]:
@@ -131,7 +131,7 @@ class SlotPast:
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return since when bits have had their values: " since scan 7 (0.014 s)"; "" if they always had."""
+        """Return since when bits have their values: " since scan 7 (0.014 s)"; "" if they never changed."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

@@ -1,7 +1,7 @@
-"""Runs a Python program or a list of steps again beside a session, to observe its lines in some scans.
+"""Runs a Python program or a list of steps again, to observe its lines in some scans.
 
     scans     0 ............ 7,999    8,000 ...... 8,999
-    program   runs on their inputs    runs observed: the lines of each scan
+    program   runs                    runs, and its lines are observed
 
 A program can't be copied in the middle of a run. To go back, it starts again with the first scan.
 """
@@ -69,7 +69,7 @@ class ProgramRerun:
         return self.replay.departs if self._begun else None
 
     def rewind(self, first: int) -> None:
-        """Start again if the scan has already run.
+        """Start again if scan `first` has already run.
 
         Raises:
             ValueError: the recording does not begin with scan 0.
@@ -78,7 +78,7 @@ class ProgramRerun:
             return
         recording = self._recording()
         if begins := recording.numbers[0]:
-            raise ValueError(f"the recording begins with scan {begins:,}: its program can't be run again")
+            raise ValueError(f"the program can't be run again: the recording begins with scan {begins:,}")
         with lines_marked(), fresh(self._load) as logic:
             self._watch = WATCH.get()
         edited = None if self._load.edited is None else self._edited
@@ -117,12 +117,13 @@ class ProgramRerun:
 
 
 def _run_silently(replay: InputReplay, scans: Iterable[RecordedScan]) -> None:
-    printed, sys.stdout, sys.stderr = (sys.stdout, sys.stderr), _SILENT, _SILENT
+    streams = sys.stdout, sys.stderr
+    sys.stdout = sys.stderr = _SILENT
     try:
         for scan in scans:
             replay.run(scan)
     finally:
-        sys.stdout, sys.stderr = printed
+        sys.stdout, sys.stderr = streams
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,22 +140,20 @@ class ExecutedLines:
 
 
 def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: range) -> ExecutedLines:
-    """Run a program again on the inputs of a recording; return the lines of its file that ran.
+    """Run a program again on the inputs of a recording; return the lines of its file that ran in some scans.
 
     Args:
-        rows: the scans in question, by their row in the recording.
+        rows: the rows of the scans in the recording.
 
     Raises:
         ValueError: the recording does not begin with scan 0.
     """
-    rerun, seen, lines_by_scan = (
-        ProgramRerun(load, spec, lambda: recording),
-        _LinesOfFile(load.program.name),
-        {},
-    )
-    for scan, _ in rerun.walk(rows[0], rows[-1], lambda _logic: seen):
-        lines_by_scan[scan] = tuple(sorted(seen.numbers))
-        seen.numbers.clear()
+    rerun = ProgramRerun(load, spec, lambda: recording)
+    observer = _LinesOfFile(load.program.name)
+    lines_by_scan: dict[int, tuple[int, ...]] = {}
+    for scan, _ in rerun.walk(rows[0], rows[-1], lambda _logic: observer):
+        lines_by_scan[scan] = tuple(sorted(observer.numbers))
+        observer.numbers.clear()
     return ExecutedLines(lines_by_scan, rerun.departs)
 
 

@@ -5,7 +5,7 @@ An answer:
     slot1.command.ABSOLUTE_MOVE is 1 since scan 751 (1.502 s): line.py:56 in logic
         outputs.load(move.to_image())
       inside of if pulse and not line.pulse_before [pulse = True, line.pulse_before = False]
-      read before it in that scan: slot 1: IN_CAPTURE 1
+      read before it in this scan: slot 1: IN_CAPTURE 1
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ def change_lines(head: str, change: TracedChange, slots: Iterable[SlotInfo], inp
     line = change.line
     yield f"{head}: {place_of(line)}"
     yield f"    {source_line(line.file, line.number)}"
-    known: set[str] = set()
+    shown: set[str] = set()
     for text, names in change.stands.inside:
-        yield f"  inside of {text}{_values(change.values, names, known)}"
-    with_ = _values(change.values, change.stands.names, known)
-    if with_:
-        yield f"  with{with_}"
-    yield f"  read before it in that scan: {read(change.masks, slots, inputs)}"
+        yield f"  inside of {text}{_new_values(change.values, names, shown)}"
+    line_values = _new_values(change.values, change.stands.names, shown)
+    if line_values:
+        yield f"  with{line_values}"
+    yield f"  read before it in this scan: {read_text(change.masks, slots, inputs)}"
 
 
 def sender_lines(head: str, sender: Sender) -> Iterator[str]:
@@ -62,44 +62,48 @@ def sender_lines(head: str, sender: Sender) -> Iterator[str]:
         yield f"{head}: sent by {sender.text}"
 
 
-def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) -> str:
-    """Return the values of names that have not been shown yet, as ` [a = 1, b = 2]`."""
-    new = [name for name in dict.fromkeys(names) if name in values and name not in known]
-    known.update(new)
+def _new_values(values: Mapping[str, str], names: Iterable[str], shown: set[str]) -> str:
+    """Return the values of names that have not been shown yet, as ` [a = 1, b = 2]`; note them as shown."""
+    new = [name for name in dict.fromkeys(names) if name in values and name not in shown]
+    shown.update(new)
     values_text = ", ".join(f"{name} = {values[name]}" for name in new)
     return f" [{values_text}]" if values_text else ""
 
 
-def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs: Words) -> str:
+def read_text(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs: Words) -> str:
     """Return the bits and words read from the input images, with their values; see `Reads.masks`."""
     parts = []
     for slot in slots:
-        own = {word: mask for (number, word), mask in masks.items() if number == slot.number}
-        names = list(_names(slot, own, inputs(slot.number)))
-        if names:
-            parts.append(f"slot {slot.number}: {', '.join(names)}")
+        slot_masks = {word: mask for (number, word), mask in masks.items() if number == slot.number}
+        values = list(_read_values(slot, slot_masks, inputs(slot.number)))
+        if values:
+            parts.append(f"slot {slot.number}: {', '.join(values)}")
     return "; ".join(parts) or "no input"
 
 
-def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
-    numbers = {quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1}
+def _read_values(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
+    """Yield the names and values of a slot's bits, words and two-word quantities that were read."""
+    quantities = {
+        quantity.word: quantity for quantity in slot.words.quantities_in("in") if quantity.words > 1
+    }
     whole_words = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
     for word, mask in sorted(masks.items()):
         if word not in whole_words:
-            yield from _bits(slot, word, mask, words[word])
-        elif word in numbers and word + 1 in whole_words:
-            yield f"{numbers[word].name} {in_thousands(numbers[word], words):,}"
-        elif word - 1 in numbers and word - 1 in whole_words:
-            continue
+            yield from _read_bits(slot, word, mask, words[word])
+        elif word in quantities and word + 1 in whole_words:
+            yield f"{quantities[word].name} {in_thousands(quantities[word], words):,}"
+        elif word - 1 in quantities and word - 1 in whole_words:
+            continue  # the LSW of the quantity that was just yielded
         else:
             yield f"{slot.words.inputs[word]} {words[word]}"
 
 
-def _bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
-    named = {bit: name for name, bit in slot.words.bits("I", word)}
+def _read_bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
+    names = {bit: name for name, bit in slot.words.bits("I", word)}
+    modes = slot.words.modes
+    if modes is not None and word == modes.input and not value >> CONFIGURES & 1:
+        # a stepper's program reads MODE_CONFIG with every status bit; it tells nothing unless it is on
+        mask &= ~(1 << CONFIGURES)
     for bit in range(16):
-        # every read of another status bit of a stepper also reads MODE_CONFIG, which gives it its meaning
-        modes = slot.words.modes
-        of_meaning = modes is not None and (word, bit) == (modes.input, CONFIGURES) and not value >> bit & 1
-        if mask >> bit & 1 and not of_meaning:
-            yield f"{named.get(bit, f'{slot.words.inputs[word]}.{bit}')} {value >> bit & 1}"
+        if mask >> bit & 1:
+            yield f"{names.get(bit, f'{slot.words.inputs[word]}.{bit}')} {value >> bit & 1}"

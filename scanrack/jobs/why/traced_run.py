@@ -2,10 +2,10 @@
 
     recorded inputs ---> a fresh instance of the program ---> outputs, compared with the recorded ones
                                    |
-                                   +--> in the scans in question: which line changed what, after which reads
+                                   +--> in the traced scans: the line of each change, and the reads before it
 
-The program is loaded again, so that the one on the bench is not disturbed. The run repeats the recording if
-the program depends only on its inputs and its time. From the first scan that differs, it explains nothing.
+The program is reloaded, so that the program of the bench is not disturbed. The run repeats the recording if
+the program depends only on its inputs and its time. It explains only scans before the first difference.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from scanrack.traces.replay import PackedTrace
 
 from ..replay.input_replay import InputReplay
 from ..trust.attachments import forget_imported
-from .past import Past
+from .past import ALL_BITS, Past
 from .source.conditions import Stands, stands_in, values_of
 from .source.input_reads import Reads
 from .source.lines import Line, Lines
 from .source.senders import Sender, senders
 
-LOOKED_AT = 20_000
-"""Largest number of lines in a scan whose names are looked up; above it, values are left out."""
+MOST_LINES_WITH_VALUES = 20_000
+"""Maximum number of lines in a scan for which the values of names are kept."""
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """Loads the program again."""
+    """Reloads the program."""
 
     program: Path  # its file; modules imported from its folder are also reloaded
     logic: Callable[[], ScanLogic]  # returns a fresh instance
@@ -55,15 +55,23 @@ class Load:
 
 @dataclass(frozen=True, slots=True)
 class TracedChange:
-    """A change made by a line."""
+    """A change of the memory block or of the watched value, made by a line."""
 
     line: Line  # number 0 if no line of the user's program made it
-    before: Any  # the watched value before
-    after: Any  # the watched value after
+    before: tuple[bytes, Any]  # the memory block and the watched value before
+    after: tuple[bytes, Any]  # the same after
     stands: Stands  # the conditions around the line
-    values: Mapping[str, str]  # values of the names in them and in the line when the line began
-    masks: Mapping[tuple[int, int], int]  # the program's reads until then, see `Reads.masks`
+    values: Mapping[str, str]  # values of the names in the conditions and the line when the line began
+    masks: Mapping[tuple[int, int], int]  # the program's reads up to the change, see `Reads.masks`
     senders: Sequence[Sender] = ()  # the commands of the program's axes, if no line made the change
+
+    def affects(self, offset: int, mask: int = ALL_BITS) -> bool:
+        """Return whether masked bits of the word at an offset of the memory block changed."""
+        before, after = (
+            int.from_bytes(block[offset : offset + 2], "little")
+            for block, _value in (self.before, self.after)
+        )
+        return bool((before ^ after) & mask)
 
 
 @dataclass(slots=True)
@@ -73,7 +81,7 @@ class TracedRun:
     Attributes:
         changes: the changes in each traced scan, in order, by row.
         departs: row of the first scan whose outputs differ from the recorded ones; None if there is none.
-        lost: row of the first scan of an edited program that can't be loaded again; None if there is none.
+        lost: row of the first scan of an edited program that can't be reloaded; None if there is none.
         value: the watched value after the run.
     """
 
@@ -89,8 +97,10 @@ class TracedRun:
     def no_line(self, past: Past) -> str:
         """Return the reason why the line of a change is unknown, as a sentence."""
         if self.lost is not None and (self.departs is None or self.lost <= self.departs):
-            reason = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
-            return f"no line can be named: {reason}"
+            edit = past.when(self.lost)
+            return (
+                f"no line can be named: the program was edited before {edit}, and the edit can't be repeated"
+            )
         assert self.departs is not None
         when = past.when(self.departs)
         reason = f"run again on the recorded inputs, the program writes other words from {when} on"
@@ -122,7 +132,7 @@ def run_again(
     watched: Watched = unwatched,
     look: Look | None = None,
 ) -> TracedRun:
-    """Run a program again on the inputs of a recording.
+    """Run a program again on the inputs of a recording; return its changes in some scans.
 
     Args:
         recording: the inputs, and the expected outputs.
@@ -137,11 +147,11 @@ def run_again(
         traced.begin(replay, logic)
         for _row in replay.play(recording, last):
             pass
-        numbers, outcome = recording.numbers, traced.found
+        outcome, numbers = traced.outcome, recording.numbers
         outcome.value = traced.read()
     outcome.departs = None if replay.departs is None else bisect_left(numbers, replay.departs)
-    lost = [*replay.orders.lost, *replay.lost]
-    outcome.lost = bisect_left(numbers, min(lost)) if lost else None
+    lost_scans = [*replay.orders.lost, *replay.lost]
+    outcome.lost = bisect_left(numbers, min(lost_scans)) if lost_scans else None
     return outcome
 
 
@@ -167,15 +177,15 @@ def last_changes(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again with its own modules. Its lines are not observed, and its output is discarded."""
-    before, watch = dict(sys.modules), WATCH.set(LineWatch())
+    """Reload a program with its own modules. Its lines are not observed, and its output is discarded."""
+    modules, watch = dict(sys.modules), WATCH.set(LineWatch())
     forget_imported(load.folder.resolve())
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
             yield load.logic()
     finally:
         forget_imported(load.folder.resolve())
-        sys.modules.update(before)
+        sys.modules.update(modules)
         WATCH.reset(watch)
 
 
@@ -185,14 +195,14 @@ class _Tracer:
     def __init__(
         self, rows: frozenset[int], read: Callable[[], Any], program: Path, look: Look | None
     ) -> None:
-        self._rows, self.read, self._program, self._look_on = rows, read, program, look
+        self._rows, self.read, self._program, self._look = rows, read, program, look
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
         self._reads.counts = lambda: self._lines.in_program
         self._values: dict[Line, dict[str, str]] = {}
-        self._looked = 0
+        self._lines_begun = 0
         self._replay: InputReplay
-        self.found = TracedRun()
+        self.outcome = TracedRun()
 
     def begin(self, replay: InputReplay, logic: ScanLogic) -> None:
         """Attach a program to watched images."""
@@ -201,14 +211,14 @@ class _Tracer:
         replay.attach(logic)
 
     def call(self, logic: ScanLogic, scan: LogicScan) -> None:
-        """Run a scan, and trace it if it is one of the scans in question."""
+        """Run a scan; trace it if its row was requested."""
         if self._replay.row not in self._rows:
             logic(scan)
             return
-        self._reads.on, self._looked = True, 0
+        self._reads.on, self._lines_begun = True, 0
         self._values.clear()
         self._reads.masks.clear()
-        self.found.changes[self._replay.row] = []
+        self.outcome.changes[self._replay.row] = []
         try:
             self._lines.call(logic, scan)
         finally:
@@ -218,19 +228,19 @@ class _Tracer:
         return self._replay.block(), self.read()
 
     def _begins(self, line: Line, frame: FrameType) -> None:
-        self._looked += 1
-        if self._looked <= LOOKED_AT:
+        self._lines_begun += 1
+        if self._lines_begun <= MOST_LINES_WITH_VALUES:
             stands = stands_in(line.file, line.number)
             names = [name for _, inner in stands.inside for name in inner]
             self._reads.on = False
             self._values[line] = values_of((*names, *stands.names), frame)
             self._reads.on = True
-        if self._look_on is not None:
-            self._look_on(line, frame, self._reads)
+        if self._look is not None:
+            self._look(line, frame, self._reads)
 
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)
         masks = dict(self._reads.masks)
         writers = () if line.number else senders(self._replay.logic, self._program)
         change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, writers)
-        self.found.changes[self._replay.row].append(change)
+        self.outcome.changes[self._replay.row].append(change)

@@ -38,8 +38,8 @@ from .traced_run import Load, Watched, fresh
 Terminal = Callable[[int, int, int | None], str | None]
 """Names the terminal at slot, word and bit (None: the whole word); returns None if it is not a terminal."""
 
-LAST = 2
-"""Number of scans before the one in question whose reads also show what the program depends on."""
+READ_SCANS = 2
+"""Number of scans before the last one whose reads also show what the program depends on."""
 
 _INT16 = -(2**15), 2**15 - 1
 
@@ -48,8 +48,8 @@ class ProgramTrials:
     """Tries other inputs on a Python program.
 
     Args:
-        row: the scan of the question.
-        terminal: distinguishes terminals from what modules report.
+        row: row of the scan after which the inputs change.
+        terminal: names terminals; inputs without a name are status words of modules.
         scans: maximum scans of a try, up to 255.
     """
 
@@ -58,80 +58,73 @@ class ProgramTrials:
     ) -> None:
         self._recording, self._row, self._spec, self._load = recording, row, spec, load
         self._terminal, self._scans = terminal, scans
-        self._watched: Watched
-        self._target: Value = False
-        self._replay: InputReplay
+        self._replay: InputReplay  # of the present run
 
     def of(
         self, text: str, watched: Watched, requested: Value | None, name: Callable[[Bits], str]
     ) -> Remedies:
-        """Return the smallest sets of inputs after which a value of the program is as requested.
+        """Return the smallest sets of inputs that give a value of the program the requested value.
 
         Args:
-            watched: reads the value.
+            watched: makes the reader of the value.
             requested: the requested value; None for the opposite value of a bit.
             name: returns the name of an input.
 
         Raises:
             ValueError: the value is not a bit and none is requested, or the program ends before that scan.
         """
-        self._watched = watched
         with fresh(self._load) as logic:
             reads, read = Reads(), watched(logic)
             rows = self._rows(logic, reads)
             if all(row != self._row for row in rows):
-                raise ValueError(f"the program ends before the scan in question: {text} can't be tried")
+                raise ValueError(f"{text} can't be tried: the program ends before this scan")
             value = read()
             if requested is None and not isinstance(value, bool):
                 raise ValueError(f"{text} is {value!r}: give the value that it should have")
-            self._target = (not value) if requested is None else requested
+            target = (not value) if requested is None else requested
 
             def attempt(changes: Sequence[InputChange]) -> int | None:
                 if not can_copy():
-                    return self._try_from_start(changes)
-                scans = in_copy(lambda: str(self._scans_with(changes, rows, read) or ""))
+                    return self._try_from_start(changes, watched, target)
+                scans = in_copy(lambda: str(self._scans_with(changes, rows, read, target) or ""))
                 return int(scans) if scans else None
 
-            search = Search(text, self._target, attempt)
-            terminals, reported = self._candidates(reads.masks, self._target, name)
+            search = Search(text, target, attempt)
+            terminals, reported = self._candidates(reads.masks, target, name)
             result = search.among(terminals)
             return result if result.found or not reported else search.among([*terminals, *reported])
 
     def _scans_with(
-        self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any]
+        self, changes: Sequence[InputChange], rows: Iterator[int], read: Callable[[], Any], target: Value
     ) -> int | None:
-        """Run the scans after the one in question with changed inputs, until the value is as requested.
-
-        Returns:
-            Their number; None if it never is.
-        """
+        """Run further scans with changed inputs; return their number until the value is reached, or None."""
         past = Past(self._recording, self._row)
         for slot in {change.cell.slot for change in changes}:
-            self._replay.hold(slot, _image(past, slot, changes))
-        return next((row - self._row for row in rows if read() == self._target), None)
+            self._replay.replace_inputs(slot, _image(past, slot, changes))
+        return next((row - self._row for row in rows if read() == target), None)
 
-    def _try_from_start(self, changes: Sequence[InputChange]) -> int | None:
-        """Do as `_scans_with`, with a program that runs from the start."""
+    def _try_from_start(self, changes: Sequence[InputChange], watched: Watched, target: Value) -> int | None:
+        """Do as `_scans_with` with a reloaded program that runs from the start."""
         present = self._replay
         try:
             with fresh(self._load) as logic:
-                read, rows = self._watched(logic), self._rows(logic, Reads())
-                is_there = any(row == self._row for row in rows)
-                return self._scans_with(changes, rows, read) if is_there else None
+                read, rows = watched(logic), self._rows(logic, Reads())
+                is_reached = any(row == self._row for row in rows)
+                return self._scans_with(changes, rows, read, target) if is_reached else None
         finally:
             self._replay = present
 
     def _rows(self, logic: ScanLogic, reads: Reads) -> Iterator[int]:
-        """Run a program, and yield the row of each scan after it; note what it reads in the last ones."""
+        """Run a program; yield the row after each scan. Note the reads of the last scans up to `row`."""
 
         def call(program: ScanLogic, scan: LogicScan) -> None:
-            reads.on = replay.row >= self._row - LAST
+            reads.on = replay.row >= self._row - READ_SCANS
             try:
                 program(scan)
             finally:
                 reads.on = False
 
-        recording = _longer(self._recording, self._row, self._scans)
+        recording = _extended(self._recording, self._row, self._scans)
         self._replay = replay = InputReplay(self._spec, recording.slots, call=call, edited=self._load.edited)
         reads.watch(replay.view.slot)
         replay.attach(logic)
@@ -142,27 +135,27 @@ class ProgramTrials:
         return self._replay.block()
 
     def _candidates(
-        self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]
+        self, masks: Mapping[tuple[int, int], int], target: Value, name: Callable[[Bits], str]
     ) -> tuple[list[Candidate], list[Candidate]]:
-        """Return the inputs that the program has read: first terminals, then what modules report."""
-        constants = [*_constants(self._load)] + ([] if isinstance(wish, bool) else [float(wish)])
+        """Return the inputs that the program has read: terminals, and status of modules."""
+        constants = [*_constants(self._load)] + ([] if isinstance(target, bool) else [float(target)])
         past = Past(self._recording, self._row)
-        own: list[Candidate] = []
+        terminals: list[Candidate] = []
         reported: list[Candidate] = []
         for bits in read_bits(list(masks.items())[:MOST_CANDIDATES]):
             bit_number, value = bits.address.bit, past.words(bits.slot, "in", self._row)[bits.word]
-            place = self._terminal(bits.slot, bits.word, bit_number)
-            source = place or f"slot {bits.slot}, as the module reports it"
-            named = name(bits)
+            terminal = self._terminal(bits.slot, bits.word, bit_number)
+            source = terminal or f"slot {bits.slot}, as the module reports it"
+            input_name = name(bits)
             if bit_number is None:
-                candidate = number(bits, named, source, value, _INT16, constants)
+                candidate = number(bits, input_name, source, value, _INT16, constants)
             else:
-                candidate = bit(bits, named, source, bool(value & bits.mask))
-            (own if place else reported).append(candidate)
-        return own, reported
+                candidate = bit(bits, input_name, source, bool(value & bits.mask))
+            (terminals if terminal else reported).append(candidate)
+        return terminals, reported
 
 
-def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
+def _extended(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
     """Return a recording up to a scan, with that scan repeated several times."""
     columns = recording.columns.rows(0, row + 1)
     last = columns.rows(row, row + 1)

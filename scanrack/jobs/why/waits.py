@@ -1,6 +1,6 @@
 """What a module with the words of a 3601 waits for, read from its two images and their past.
 
-    out of reach             for its link
+    link lost                for its link
     in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
     moving                   MOVE_COMPLETE not yet: command, position, target
     a command bit is on      for it to return to 0: a command begins when its bit goes from 0 to 1
@@ -31,7 +31,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.io_images.times import seconds
 
 from .drive_waits import command_on, drive_waits, still_on
-from .outranked import losses
+from .overrides import losses
 from .past import SlotPast, event_text
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
@@ -42,13 +42,13 @@ COMMANDS = 0x7FFF
 _MANUAL = CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW
 _HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
 _TO_A_TARGET = CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE
-_MODE = StatusMsw.MODE_CONFIG.value
+_MODE_BIT = StatusMsw.MODE_CONFIG.value
 _BLENDING = CommandLsw.BLEND_PROGRAM.value
 _BY_RESET, _ONLY_RESET = RULES["RST-01"], RULES["RST-03"]
 
 CLEARED_BY = {
     "CONFIG_ERROR": "a valid configuration clears it [CFG-13, chapter 3]",
-    "POSITION_INVALID": "a search for home or a preset clears it; it takes no absolute move before",
+    "POSITION_INVALID": "a home or a preset clears it; until then it refuses absolute moves",
     "INPUT_ERROR": "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
 """The command that clears each error bit; RESET_ERRORS clears all others."""
@@ -56,8 +56,9 @@ CLEARED_BY = {
 
 def waits(past: SlotPast) -> list[str]:
     """Return what a module waits for, as sentences."""
-    if (lost := _out_of_reach(past)) is not None:
-        return [lost]
+    lost_link = _without_link(past)
+    if lost_link is not None:
+        return [lost_link]
     if not may_be_stepper(past.slot.words):
         return drive_waits(past)
     state = next(state for state_of in STATES if (state := state_of(past)) is not None)
@@ -66,12 +67,12 @@ def waits(past: SlotPast) -> list[str]:
 
 def refused_configuration(past: SlotPast) -> str | None:
     """Return the rules that the last configuration broke; None if it broke none."""
-    number = past.slot.number
-    row = past.past.last_change(number, "out", 0, _MODE)
+    row = past.past.last_change(past.slot.number, "out", 0, _MODE_BIT)
     if row is None:
         return None
-    words = past.words_at("out", row if past.words_at("out", row)[0] & _MODE else row - 1)
-    broken = _broken(past, words)
+    if not past.words_at("out", row)[0] & _MODE_BIT:
+        row -= 1  # the last scan with the configuration in the output words
+    broken = _broken_rules(past, past.words_at("out", row))
     return f"the module refused its configuration: {broken}" if broken else None
 
 
@@ -82,38 +83,39 @@ def is_idle(past: SlotPast) -> bool:
 
 def searches_home(past: SlotPast) -> bool:
     """Return whether homing is under way."""
-    row = _started(past) if past.inputs[0] & MOVING else None
+    row = _row_of_start(past) if past.inputs[0] & MOVING else None
     return row is not None and bool(past.words_at("out", row)[0] & _HOME)
 
 
-def _out_of_reach(past: SlotPast) -> str | None:
+def _without_link(past: SlotPast) -> str | None:
     lost = next((loss for loss in losses(past.past.events, past.slot.number) if loss.until is None), None)
     if lost is None:
         return None
     moment = f"scan {lost.scan:,} ({seconds(lost.now_ns)} s)"
-    return f"the link to it is lost since {moment}: its inputs are those of before, and no command reaches it"
+    return f"the link to it is lost since {moment}: its inputs keep their last state; no command reaches it"
 
 
-def _answers_not(past: SlotPast) -> str | None:
+def _not_ok(past: SlotPast) -> str | None:
     if past.inputs[0] & StatusMsw.MODULE_OK:
         return None
-    return f"MODULE_OK is 0{past.since('in', 0, StatusMsw.MODULE_OK.value)}: it takes no command"
+    return f"MODULE_OK is 0{past.since('in', 0, StatusMsw.MODULE_OK.value)}: it accepts no command"
 
 
 def _configuring(past: SlotPast) -> str | None:
-    if not past.inputs[0] & _MODE:
+    if not past.inputs[0] & _MODE_BIT:
         return None
-    state = f"in configuration mode{past.since('in', 0, _MODE)}"
-    if not past.out[0] & _MODE:
+    state = f"in configuration mode{past.since('in', 0, _MODE_BIT)}"
+    if not past.out[0] & _MODE_BIT:
         return f"{state}: bit 15 of output word 0 is 0, so it leaves with its next update"
-    if broken := _broken(past, past.out):
+    broken = _broken_rules(past, past.out)
+    if broken:
         return f"{state}: it waits for a valid configuration: {broken}"
     if past.inputs[0] & StatusMsw.CONFIG_ERROR:
-        return f"{state}: it judges the configuration with its next update"
-    return f"{state}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
+        return f"{state}: it checks the configuration with its next update"
+    return f"{state}, configured: it accepts no command until bit 15 of output word 0 goes back to 0"
 
 
-def _broken(past: SlotPast, words: Sequence[int]) -> str:
+def _broken_rules(past: SlotPast, words: Sequence[int]) -> str:
     """Return the rules that a configuration's words break; "" if there are none."""
     profile = profile_of(past.slot.words)
     broken = check(words, _firmware(past), profile.limits)
@@ -123,64 +125,64 @@ def _broken(past: SlotPast, words: Sequence[int]) -> str:
 def _firmware(past: SlotPast) -> Firmware:
     try:
         return Firmware.parse(past.slot.firmware)
-    except ValueError:  # an adapter, or a file without firmware
+    except ValueError:  # an adapter, or a recording without the firmware
         return KNOWN[-1]
 
 
 def _enters_configuration(past: SlotPast) -> str | None:
-    if not past.out[0] & _MODE:
+    if not past.out[0] & _MODE_BIT:
         return None
-    since = past.since("out", 0, _MODE)
+    since = past.since("out", 0, _MODE_BIT)
     if past.inputs[0] & MOVING:
-        return f"{_motion(past)}; configuration mode, requested{since}, waits for its end"
-    return f"bit 15 of output word 0 is 1{since}: it goes into configuration mode with its next update"
+        return f"{_motion_text(past)}; configuration mode, requested{since}, waits for the end of the motion"
+    return f"bit 15 of output word 0 is 1{since}: it enters configuration mode with its next update"
 
 
 def _unconfigured(past: SlotPast) -> str | None:
     if not past.inputs[0] & StatusMsw.CONFIG_ERROR:
         return None
-    return "it waits for a configuration: a configuration in the output words, bit 15 of word 0 with it"
+    return "it waits for a configuration in the output words, with bit 15 of word 0"
 
 
 def _moves(past: SlotPast) -> str | None:
-    return _motion(past) if past.inputs[0] & MOVING else None
+    return _motion_text(past) if past.inputs[0] & MOVING else None
 
 
-def _motion(past: SlotPast) -> str:
+def _motion_text(past: SlotPast) -> str:
     """Return the present motion with its position and its end."""
     status = past.inputs[0]
-    way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
-    how = next((f", {name}" for bit, name in _RATES if status & bit), "")
+    direction = "CW" if status & StatusMsw.MOVING_CW else "CCW"
+    rate = next((f", {name}" for bit, name in _RATES if status & bit), "")
     position = f"at {join_reported(past.inputs[2], past.inputs[3]):,}"
     if past.inputs[1] & StatusLsw.ENC_FOLLOWER:
-        return f"moving {way} as encoder follower, {position}"
-    row = _started(past)
+        return f"moving {direction} as encoder follower, {position}"
+    row = _row_of_start(past)
+    state = f"moving {direction}{rate}, {position}"
     if row is None:
-        return f"moving {way}{how}, {position}, since before the recording"
+        return f"{state}, since before the recording"
     words = past.words_at("out", row)
-    bit = _bits(words[0] & MOTIONS.value)[-1]
-    return (
-        f"moving {way}{how}, {position}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
-    )
+    command = _command_bits(words[0] & MOTIONS.value)[-1]
+    return f"{state}: {command.name} since {past.past.when(row)}{_end_text(past, command, row, words)}"
 
 
 _RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "decelerating"))
 
 
-def _started(past: SlotPast) -> int | None:
+def _row_of_start(past: SlotPast) -> int | None:
     """Return the row in which the last motion began; None if none is recorded."""
     return next((row for row, _bits_on in past.rises(MOTIONS.value)), None)
 
 
-def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
-    if bit & _MANUAL:
-        return f"; it runs until {bit.name} goes back to 0"
-    if bit & _HOME:
+def _end_text(past: SlotPast, command: CommandMsw, row: int, words: Sequence[int]) -> str:
+    """Return the end of the motion that a command began in a row: the awaited bit and the target, steps."""
+    if command & _MANUAL:
+        return f"; it runs until {command.name} goes back to 0"
+    if command & _HOME:
         return "; AT_HOME not yet"
     target = Parameters.read(words).target
-    if not bit & _TO_A_TARGET or target is None or words[1] & CommandLsw.ENCODER_MOVE:
+    if not command & _TO_A_TARGET or target is None or words[1] & CommandLsw.ENCODER_MOVE:
         return "; MOVE_COMPLETE not yet"
-    if bit is CommandMsw.RELATIVE_MOVE:
+    if command is CommandMsw.RELATIVE_MOVE:
         inputs = past.words_at("in", row)
         target += join_reported(inputs[2], inputs[3])
     return f"; MOVE_COMPLETE not yet, its target is {target:,}"
@@ -199,9 +201,9 @@ def _programs_blend(past: SlotPast) -> str | None:
     transmitting = past.out[1] & CommandLsw.BLEND_TRANSMIT
     acknowledged = past.inputs[1] & StatusLsw.BLEND_ACK
     if transmitting and acknowledged:
-        awaited = "BLEND_TRANSMIT to go back to 0: it has taken the block"
+        awaited = "BLEND_TRANSMIT to go back to 0: it has accepted the block"
     elif transmitting:
-        awaited = "its next update, to take the block (BLEND_TRANSMIT is 1)"
+        awaited = "its next update, to accept the block (BLEND_TRANSMIT is 1)"
     elif acknowledged:
         awaited = "BLEND_TRANSMIT to go from 0 to 1 with the next block, or BLEND_PROGRAM back to 0"
     else:
@@ -211,23 +213,23 @@ def _programs_blend(past: SlotPast) -> str | None:
 
 def _command_on(past: SlotPast) -> str | None:
     on = _commands(past)
-    return command_on(past, on, _rest(past)) if on else None
+    return command_on(past, on, _rest_text(past)) if on else None
 
 
 def _commands(past: SlotPast) -> dict[str, int]:
     """Return the command bits that are on, by name."""
-    return {str(bit.name): bit.value for bit in _bits(past.out[0] & COMMANDS)}
+    return {str(bit.name): bit.value for bit in _command_bits(past.out[0] & COMMANDS)}
 
 
 def _idle(past: SlotPast) -> str:
     awaited = "a command bit to go from 0 to 1"
     if past.inputs[0] & StatusMsw.COMMAND_ERROR:
-        awaited = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
-    return f"{_rest(past)}: it waits for {awaited}"
+        awaited = f"RESET_ERRORS, and accepts no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
+    return f"{_rest_text(past)}: it waits for {awaited}"
 
 
 STATES: Sequence[Callable[[SlotPast], str | None]] = (
-    _answers_not,
+    _not_ok,
     _configuring,
     _enters_configuration,
     _unconfigured,
@@ -240,27 +242,27 @@ STATES: Sequence[Callable[[SlotPast], str | None]] = (
 """The possible states of a module; the first one that applies counts."""
 
 
-def _rest(past: SlotPast) -> str:
-    """Return the position at rest, and how the previous motion ended."""
-    ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
+def _rest_text(past: SlotPast) -> str:
+    """Return the position at rest in steps, and how the previous motion ended."""
+    completions = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
     position = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
-    if not ended:
+    if not completions:
         return position
-    return f"{position}, {ended[0].name}{past.since('in', 0, ended[0].value)}"
+    return f"{position}, {completions[0].name}{past.since('in', 0, completions[0].value)}"
 
 
-def _bits(mask: int) -> list[CommandMsw]:
+def _command_bits(mask: int) -> list[CommandMsw]:
     return [bit for bit in CommandMsw if bit.value & mask]
 
 
 def _errors(past: SlotPast) -> Iterator[str]:
     status = past.inputs[0]
-    if status & _MODE:
+    if status & _MODE_BIT:
         return  # the configuration error has been reported, and the other bits mirror the configuration
     profile = profile_of(past.slot.words)
-    both = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
+    status_bits = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
     for name, mask in profile.masks.items():
-        if mask & profile.error_bits & both:
+        if mask & profile.error_bits & status_bits:
             signal = profile.groups["status"][name]
             since = past.since("in", signal.word, 1 << signal.bit)
             yield f"{name}{since}: {_error_cause(past, profile, name)}; {_cure(name)}"
@@ -273,8 +275,8 @@ def _cure(name: str) -> str:
 def _error_cause(past: SlotPast, profile: Profile, name: str) -> str:
     """Return the recorded rule that set a bit; without one, the section of the manual with its causes."""
     for event in reversed(past.past.rules(past.slot.number)):
-        named = event.fields.get("bits")
-        if isinstance(named, list) and name in named:
+        bit_names = event.fields.get("bits")
+        if isinstance(bit_names, list) and name in bit_names:
             rule = profile.rules.get(str(event.fields.get("name")))
             if rule is None:
                 return event_text(event)

@@ -71,7 +71,7 @@ class Indexer:
         """Run successive scans from `next` on; return whether a snapshot was stored."""
         latest_snapshot, first, last = self._notes.sent_scan, self.next, int(rows["scan"][-1])
         links = {slot: self._recorded.links(slot, first, last) for slot in self._slots}
-        self._replay.expect(self._recorded.orders(first, last), links)
+        self._replay.set_pending(self._recorded.orders(first, last), links)
         for scan in scans_in(rows):
             edits = len(self._debugger.edits)
             self._replay.give_orders(scan)

@@ -44,7 +44,7 @@ def answer(
 
 
 def _described(acts: Acts) -> dict[str, Any]:
-    texts = None if acts.found is None else [act.text for act in acts.found]
+    texts = None if acts.acts is None else [act.text for act in acts.acts]
     return {
         "text": str(acts),
         "acts": texts,

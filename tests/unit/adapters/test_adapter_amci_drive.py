@@ -163,7 +163,7 @@ def test_a_lost_answer_to_a_start_starts_nothing_twice():
     bench.give(*move(500, 1000), ms=3000, until="MOVE_COMPLETE")
     assert isinstance(bench.module.driver, AmciDriver)
     assert (bench.motor, bench.module.driver.late) == (500, 1)
-    assert "1 exchange has taken longer than the RPI of 8 ms" in [
+    assert "1 exchange took longer than the RPI of 8 ms" in [
         event.text for event in bench.module.events if event.name == "controller error"
     ]
 

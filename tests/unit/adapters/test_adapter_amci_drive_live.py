@@ -144,7 +144,7 @@ def test_the_end_of_a_run_stops_the_motor(served):
 
 def test_a_serial_device_is_refused():
     slot = SlotSpec(number=1, module="amci-drive", port="/dev/ttyUSB0", options={})
-    with pytest.raises(SettingError, match="a drive is on Modbus TCP, tcp:HOST:PORT"):
+    with pytest.raises(SettingError, match="must be tcp:HOST:PORT"):
         slot.open()
 
 

@@ -212,7 +212,7 @@ def test_a_controller_that_was_left_in_ascii_is_fetched_back(shared: tuple[str, 
         live.move()
         assert live.position == 2000
         said = [event.text for event in module.events if event.kind == "adapter"]
-        assert said[0] == "the controller was in AA ASCII, and is sent back to Modbus"
+        assert said[0] == "the device used AA ASCII, and is switched back to Modbus"
         assert sum("AA ASCII" in each for each in said) == 1
 
 
@@ -306,7 +306,7 @@ def test_a_real_port_is_refused_where_it_must_be(
             {"module": "amci3601", "port": "COM3"},
             "only pcl601-adapter, pmc006-adapter, amci-drive can use one",
         ),
-        ({"module": "pcl601-adapter", "port": "tcp:5020"}, "over TCP it is tcp:HOST:PORT"),
+        ({"module": "pcl601-adapter", "port": "tcp:5020"}, "must be tcp:HOST:PORT"),
         ({"module": "pcl601-adapter", "port": ""}, "a serial device such as"),
         ({"module": "pcl601-adapter", "port": "COM3", "address": 100}, "must be 1 to 99"),
         ({"module": "pmc006-adapter", "port": "COM3", "address": 0}, "1 to 120, or 255"),
@@ -322,7 +322,7 @@ def test_a_rack_with_a_real_port_is_not_built_without_being_told_so() -> None:
     spec = RackSpec(
         program=print, slot=(SlotSpec(number=1, module="pcl601-adapter", port="/dev/nothing-here"),)
     )
-    with pytest.raises(ValueError, match="slot 1: port /dev/nothing-here is a real one"):
+    with pytest.raises(ValueError, match="slot 1: port /dev/nothing-here is real"):
         build_rack(spec)
 
 

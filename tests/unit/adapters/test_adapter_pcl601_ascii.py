@@ -41,7 +41,7 @@ def test_one_that_goes_to_ascii_in_mid_move_comes_back_as_from_a_lost_link():
     assert bench.bits == {"MODULE_OK", "POSITION_INVALID", "STOPPED"}
     assert bench.position == bench.motor < 10_000
     said = [event.text for event in bench.module.events if event.kind == "adapter"]
-    assert said[0] == "the controller was in AA ASCII, and is sent back to Modbus"
+    assert said[0] == "the device used AA ASCII, and is switched back to Modbus"
 
 
 def test_another_unit_in_ascii_is_left_alone():

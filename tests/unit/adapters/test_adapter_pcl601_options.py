@@ -219,7 +219,7 @@ def test_a_program_that_runs_is_stopped_and_by_option_does_not_start_again(takeo
     assert not controller.program_running
     assert controller.autorun is not takeover
     said = [event.text for event in bench.module.events if event.kind == "adapter"]
-    assert said == ["a program was running in the controller, and has been stopped"]
+    assert said == ["a program was running in the device, and was stopped"]
     bench.configured()
 
 
@@ -252,7 +252,7 @@ def test_a_controller_that_does_not_stop_its_program_is_none(monkeypatch):
         assert controller.program_running
         assert controller.autorun
     said = [event.text for event in bench.module.events if event.kind == "adapter"]
-    assert said == ["the controller refuses what is written, and a stop has not helped"]
+    assert said == ["the device refuses writes, even after a stop"]
     bench.run(400)
     assert bench.bits == {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
     assert not controller.autorun

@@ -226,7 +226,7 @@ def test_commands_that_wait_when_the_plc_leaves_run_mode_are_refused(make: type[
 
 
 def test_more_words_than_can_wait_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "MOST_WAITING", 5)
+    monkeypatch.setattr(module, "WAITING_MAX", 5)
     bench = AdapterBench(scan_ms=1)
     bench.run(100)
     bench.give(*CONFIGURE_006, ms=10)

@@ -43,8 +43,8 @@ def test_one_list_of_commands_stops_at_the_same_places(name):
 @pytest.mark.parametrize(
     ("slot", "said"),
     [
-        ({"module": "pcl601-adapter", "firmware": "2.1"}, "answers as 4.1"),
-        ({"module": "pmc006-adapter", "wiring": "diagnostic"}, "has none; leave it out"),
+        ({"module": "pcl601-adapter", "firmware": "2.1"}, "acts as firmware 4.1"),
+        ({"module": "pmc006-adapter", "wiring": "diagnostic"}, "has no wiring option; remove it"),
         ({"module": "pcl601-adapter", "options": {"respeed": "yes"}}, "refuse, restart"),
         ({"module": "pmc006-adapter", "options": {"home_strok": 5}}, "did you mean home_stroke"),
         ({"module": "pcl601-adapter", "machine": MachineSpec(jams=(Jam(100, 1),))}, "slips and jams"),

@@ -193,7 +193,7 @@ def test_what_is_the_same_as_far_as_it_goes_is_not_the_same(tmp_path: Path) -> N
         (["--align", "slot1.in.position"], "slot1.in.position is not a bit"),
         (
             ["--align", "start", "--realign", "slot1.in.STOPPED"],
-            "--align and --realign contradict each other",
+            "--align and --realign: give only one of them",
         ),
         (["--align", "slot1.in.STOPPED"], "slot1.in.STOPPED never rises"),
     ],

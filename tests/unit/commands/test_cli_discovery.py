@@ -28,7 +28,7 @@ def serving(units: list[Unit]) -> Iterator[str]:
     try:
         yield place
     finally:
-        stop.ask()
+        stop.request()
         thread.join(120)
 
 
@@ -80,15 +80,15 @@ def test_a_pmc006_is_found(address: int) -> None:
 
 def test_nobody_is_a_status_of_its_own() -> None:
     with serving(pmc006_units([5], [], 1.0)) as place:
-        assert probed(place, "--address", "6") == (1, "", f"scanrack: no controller answers on {place}\n")
+        assert probed(place, "--address", "6") == (1, "", f"scanrack: no device responds on {place}\n")
 
 
 @pytest.mark.parametrize(
     ("arguments", "status", "said"),
     [
         (["/dev/nothing-here"], 1, "/dev/nothing-here can't be opened: No such file or directory"),
-        (["tcp:5020"], 2, "over TCP it is tcp:HOST:PORT"),
-        (["/dev/nothing-here", "--address", "x"], 2, "an address is a number"),
+        (["tcp:5020"], 2, "must be tcp:HOST:PORT"),
+        (["/dev/nothing-here", "--address", "x"], 2, "must be a number, such as 7"),
     ],
 )
 def test_what_can_not_be_asked_is_told(arguments: list[str], status: int, said: str) -> None:

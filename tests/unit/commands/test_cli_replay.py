@@ -184,21 +184,18 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
         cpu.add_listener(recorder_for(job, rack, folder / "late.mcap"))
         cpu.run(50)
     result = scanrack("replay", "late.mcap", "--into", "program")
-    assert (
-        "note: the trace begins with scan 100, in mid-life: the program is taken to have just"
-        in result.stderr
-    )
+    assert "note: the trace begins with scan 100: the program is assumed to have just" in result.stderr
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
         (["--slot", "3"], "--slot 3: the trace has slot 1"),
-        (["--program", "line.py"], "--program goes with --into program or rack"),
-        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they have to be the same"),
+        (["--program", "line.py"], "--program needs --into program or rack"),
+        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they must be the same"),
         (["--configuration", "8000h x"], "give words such as 843Ch 003Ch 0 500"),
         (["--configuration", "0 0"], "a configuration has bit 15 set"),
-        (["--into", "rack", "--configuration", "843Ch"], "--configuration goes with --into module"),
+        (["--into", "rack", "--configuration", "843Ch"], "--configuration needs --into module"),
         (["--rack", "none.toml"], "no such rack file"),
     ],
 )
@@ -225,7 +222,7 @@ def test_a_rerun_gives_the_same_bytes(folder: Path) -> None:
     trace = record(folder)
     sys.modules.pop("speeds")  # as in a process that has not run it before
     result = scanrack("replay", "--into", "session", trace, "--record", "again.mcap")
-    assert (result.exit_code, result.output) == (0, "line.mcap: 400 scans, the same byte for byte\n")
+    assert (result.exit_code, result.output) == (0, "line.mcap: 400 scans, identical byte for byte\n")
     assert (folder / "again.mcap").read_bytes() == trace.read_bytes()
 
 
@@ -284,7 +281,7 @@ def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
     )
     assert scanrack("run", "press.py:made", "--scans", "30", "-q", "--record", "press.mcap").exit_code == 0
     result = scanrack("replay", "--into", "session", "press.mcap")
-    assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, the same byte for byte\n")
+    assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, identical byte for byte\n")
 
 
 def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -329,7 +326,7 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
     result = scanrack("replay", "--into", "session", folder / "rungs.mcap")
-    assert (result.exit_code, result.output) == (0, "rungs.mcap: 60 scans, the same byte for byte\n")
+    assert (result.exit_code, result.output) == (0, "rungs.mcap: 60 scans, identical byte for byte\n")
 
 
 @pytest.mark.parametrize("name", ["../evil.py", "/evil.py", "a/../../evil.py"])
@@ -433,9 +430,9 @@ def test_scans_that_are_missing_are_told(folder: Path) -> None:
         recorder.scan(scan, scan * 2_000_000, 0)
     recorder.close()
     result = scanrack("replay", "gap.mcap", "--rack", "rack.toml", "--to-the-end")
-    assert "note: scans 3 to 9 are missing: outputs and inputs are taken to stay" in result.stderr
+    assert "note: scans 3 to 9 are missing: outputs and inputs are assumed to stay" in result.stderr
     assert "note: and so on, 4 times in all" in result.stderr
-    assert "note: the flags of all scans say program mode" in result.stderr
+    assert "note: all scans are in program mode" in result.stderr
 
 
 def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:

@@ -70,7 +70,7 @@ def test_the_trace_brings_the_tags_and_a_rerun_begins_with_them(line):
     (line / "tags.json").unlink()
     (line / "line.rung").unlink()
     result = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
-    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
+    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, identical byte for byte\n")
 
 
 def test_a_first_run_begins_with_nothing_and_its_trace_says_so(line):
@@ -78,7 +78,7 @@ def test_a_first_run_begins_with_nothing_and_its_trace_says_so(line):
     with open_trace(trace) as opened:
         assert "retained_file" not in opened.head.metadata
     result = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
-    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
+    assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, identical byte for byte\n")
 
 
 def test_an_edited_program_is_replayed_from_the_tags_of_the_recording(line):

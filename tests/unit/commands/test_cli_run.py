@@ -262,11 +262,14 @@ def test_a_trace_that_cannot_be_written(folder):
 
 BAD_INPUT = {
     "no rack file": (["lime.toml"], "lime.toml: no such rack file"),
-    "no kind of rack file": (["line.txt"], "line.txt: a rack is a .toml or a .py file, or an"),
+    "no kind of rack file": (["line.txt"], "line.txt: a rack must be a .toml or .py file, or an"),
     "no time": (["line.toml", "--for", "10"], "'10' is not a time: write a number and a unit"),
     "no length": (["line.toml", "--for", "0 s"], "'0 s' is not a time to run for: it must be more than 0"),
-    "no scans": (["line.toml", "--scans", "0"], "--scans 0 is not allowed: 1 or more"),
-    "two lengths": (["line.toml", "--scans", "1", "--for", "1 s"], "--scans and --for say the same thing"),
+    "no scans": (["line.toml", "--scans", "0"], "--scans 0: must be 1 or more"),
+    "two lengths": (
+        ["line.toml", "--scans", "1", "--for", "1 s"],
+        "--scans and --for: give only one of them",
+    ),
     "a trace over the rack file": (
         ["line.toml", "--record", "./line.toml"],
         "line.toml is the rack file: choose another file to write to",

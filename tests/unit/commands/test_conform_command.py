@@ -124,8 +124,8 @@ def test_scenes_are_played_and_judged(plan: Path, controller: FakeController) ->
     )
     assert status == 0, said
     assert "a move: as the manual" in said
-    assert "input: left out, it needs inputs that are wired to outputs (--wire)" in said
-    assert "an encoder: left out, it needs an encoder (--encoder)" in said
+    assert "input: left out, needs inputs that are wired to outputs (--wire)" in said
+    assert "an encoder: left out, needs an encoder (--encoder)" in said
     result = json.loads(Path("r.json").read_text("utf-8"))
     assert result["rules"]["MOV-08"]["verdict"] == "as the manual"
     assert "Local" not in Path("r.json").read_text("utf-8")
@@ -178,7 +178,7 @@ def test_an_image_by_the_manufacturers_profile_and_a_counter_that_begins_anew() 
         ("conform --path plc --wire ESTOP", "--wire: invalid 'ESTOP'; must be INPUT=TAG"),
         ("conform missing.toml --path plc", "missing.toml: No such file"),
         ("conform --judge plan.toml", "plan.toml"),
-        ("conform plan.toml --path plc --scene nine", "has no scene 'nine'"),
+        ("conform plan.toml --path plc --scene nine", "no scene 'nine'"),
     ],
 )
 def test_what_can_not_be_used_is_refused(plan: Path, words: str, says: str) -> None:
@@ -240,11 +240,11 @@ def test_a_page_to_send_has_no_name_of_the_owners(plan: Path, controller: FakeCo
 
 def test_words_of_a_configuration_go_with_a_trace(plan: Path, controller: FakeController) -> None:
     status, said = scanrack("conform plan.toml --path plc --counter Scan:2 --configuration 843Ch")
-    assert (status, "--configuration goes with --judge: a plan has its own" in said) == (2, True)
+    assert (status, "--configuration needs --judge: a plan has a configuration" in said) == (2, True)
     plan.write_text(PLAN.replace(MOVE, "zero for 4 ms"), "utf-8")
     assert scanrack("conform plan.toml --path plc --counter Scan:2 -q")[0] == 0
     status, said = scanrack("conform --judge conform.json --out again.json --configuration 843Ch")
-    assert (status, "--configuration goes with a trace: a result has its own" in said) == (2, True)
+    assert (status, "--configuration needs a trace: a result has a configuration" in said) == (2, True)
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ import sys
 
 import forked
 import pytest
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.jobs.drive.targets import BENCHES
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]
@@ -20,7 +20,7 @@ def session(*requests, target="amci3601"):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(BENCHES[target](), [line + "\n" for line in lines], out)
+    status = respond_to_lines(BENCHES[target](), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 

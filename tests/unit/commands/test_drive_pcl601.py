@@ -6,7 +6,7 @@ import io
 import json
 
 import pytest
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.jobs.drive.targets import BENCHES
 
 IDENT = "01 11 c0 2c"
@@ -18,7 +18,7 @@ def session(*requests):
     """Return the exit status and the replies of a session."""
     out = io.StringIO()
     lines = [request if isinstance(request, str) else json.dumps(request) for request in requests]
-    status = converse(BENCHES["pcl601"](), [line + "\n" for line in lines], out)
+    status = respond_to_lines(BENCHES["pcl601"](), [line + "\n" for line in lines], out)
     return status, [json.loads(line) for line in out.getvalue().splitlines()]
 
 

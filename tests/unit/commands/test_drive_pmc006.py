@@ -7,13 +7,13 @@ import json
 from typing import Any
 
 import pytest
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.jobs.drive.targets import BENCHES
 
 
 def driven(*requests: dict[str, Any]) -> list[dict[str, Any]]:
     out = io.StringIO()
-    converse(BENCHES["pmc006"](), (json.dumps(request) for request in requests), out)
+    respond_to_lines(BENCHES["pmc006"](), (json.dumps(request) for request in requests), out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 
@@ -69,7 +69,7 @@ def test_a_program_runs_when_it_is_told_to() -> None:
 @pytest.mark.parametrize(
     ("request_", "said"),
     [
-        ({"new": {"address": 121}}, "new: address 121: must be 1 to 120, or the factory's 255"),
+        ({"new": {"address": 121}}, "new: address 121: must be 1 to 120, or 255 (factory setting)"),
         ({"new": {"program": "RIT 0 1"}}, "new: program: line 1: RIT is not a user instruction"),
         ({"new": {"speed": 1}}, "new.speed: unknown key; choose from address, program"),
         ({"env": {"ext1": "up"}}, 'env.ext1: "up" is not allowed: must be "low", "high"'),

@@ -163,4 +163,4 @@ def test_a_thread_that_goes_on_is_named_and_ended(place: Path) -> None:
     words = [sys.executable, "-m", "scanrack", "run", "rack.toml", "--for", "20ms", "--no-record", "--quiet"]
     done = forked.run(words, capture_output=True, text=True, timeout=300, encoding="utf-8")
     assert done.returncode == 0
-    assert done.stderr == "scanrack: the program's thread continues and is ended in 2 s: pump\n"
+    assert done.stderr == "scanrack: threads of the program still run, and are ended in 2 s: pump\n"

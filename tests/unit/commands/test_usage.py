@@ -21,8 +21,7 @@ LINES = {
     "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
     "watch a.mcap --scans 4": "--scans needs a running rack; a.mcap is a trace",
     "watch nosuch --time-scale max": "nosuch: No such file or directory",
-    "run press.py": "press.py: no function rack in it; "
-    'a program is run by a rack file that names it: program = "press.py"',
+    "run press.py": 'press.py: no function rack; a program needs a rack file with program = "press.py"',
 }
 """What is typed, and what is said; the page lists what there is."""
 

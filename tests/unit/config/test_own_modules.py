@@ -59,7 +59,7 @@ def test_it_runs_is_recorded_by_name_and_runs_again(rack: Path) -> None:
         "149",
     ]
     told = scanrack("replay", "--into", "session", "a.mcap")[1]
-    assert told.endswith("the same byte for byte\n")  # the file is that of this folder
+    assert told.endswith("identical byte for byte\n")  # the file is that of this folder
 
 
 def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
@@ -72,7 +72,7 @@ def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
     assert "blinker.py" in said
     assert "say --trust" in said
     assert scanrack("replay", "--into", "session", "a.mcap", "--trust")[1].endswith(
-        "the same byte for byte\n"
+        "identical byte for byte\n"
     )
 
 
@@ -104,7 +104,9 @@ def test_the_bench_and_the_page_know_its_names(rack: Path) -> None:
         assert bench.now_s == pytest.approx(0.4)  # the fifth flash begins after 8 halves of 50 ms
         assert (bench.slot[1].status.LIT, bench.slot[1].status.flashes) == (True, 5)
         assert bench["slot1.status.LIT"]
-        with pytest.raises(AttributeError, match="no 'FLASHES' in its inputs: they are LIT, state, flashes"):
+        with pytest.raises(
+            AttributeError, match="the module's inputs have no 'FLASHES'; choose from LIT, state, flashes"
+        ):
             _ = bench.slot[1].status.FLASHES
         shown, stepper = slots_of(bench.spec)
     assert [(each["name"], each["section"]) for each in shown["bits"]] == [("ON", ""), ("LIT", "")]

@@ -167,7 +167,7 @@ def test_a_run_names_its_partners_and_a_rerun_brings_the_other_rack(folder, monk
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
     again = CliRunner().invoke(build(), ["replay", "--into", "session", "../a.mcap"])
-    assert (again.exit_code, "the same byte for byte" in again.output) == (0, True), again.output
+    assert (again.exit_code, "identical byte for byte" in again.output) == (0, True), again.output
 
 
 CONSUMED = """<Tag Name="Level" TagType="Consumed" DataType="DINT">
@@ -197,7 +197,7 @@ def test_an_export_says_the_tag_the_interval_and_the_destination(folder):
     [
         (("In = { value = 5 }",), "In: 5 is not a dict of members of FromTwo"),
         (("Inn = { value = 5 }",), "no tag INN"),
-        (('In = { rack = "two.toml" }',), "nothing says which tag of two.toml it is"),
+        (('In = { rack = "two.toml" }',), "give the tag of two.toml"),
         (('In = { rack = "two.toml", tag = "Nothing" }',), "two.toml has no tag Nothing"),
         (('In = { rack = "none.toml", tag = "Out" }',), "no such rack file"),
         (("Order = { after_ms = 5, value = 3 }",), "no tag for the data; name one"),

@@ -55,7 +55,7 @@ def test_a_rerun_of_foreign_python_needs_trust(folder, monkeypatch):
     assert "this would run Python that came with the trace" in output
     assert "plant.py" in output
     status, output = scanrack("replay", "--into", "session", "../a.mcap", "--trust")
-    assert (status, "the same byte for byte" in output) == (0, True)
+    assert (status, "identical byte for byte" in output) == (0, True)
 
 
 @pytest.mark.parametrize(
@@ -78,5 +78,5 @@ def test_a_mistake_is_at_its_line(folder, given, says):
 def test_a_function_has_no_instructions_to_stub(folder):
     (folder / "line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     (folder / "line.toml").write_text(RACK.replace("line.rung", "line.py"), encoding="utf-8")
-    with pytest.raises(RackFileError, match="the program has no instructions: it is a function"):
+    with pytest.raises(RackFileError, match="the program is a function, which has no instructions"):
         load_job("line.toml")

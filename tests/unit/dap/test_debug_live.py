@@ -178,7 +178,7 @@ def test_a_comment_moves_to_the_next_rung_and_no_rung_is_refused(
     other = tmp_path / "other.rung"
     other.write_text("PROGRAM other", encoding="utf-8")
     (refused,) = client.break_at(other, 1)
-    assert "other.rung is no file of the program: those are counting.rung" in refused["message"]
+    assert "other.rung is not a file of the program, which has counting.rung" in refused["message"]
 
 
 def test_log_points_print_and_do_not_stop(client: DebugClient, rack: Path, program: Path) -> None:
@@ -246,7 +246,7 @@ def test_from_a_past_scan_continuing_is_refused_once(client: DebugClient, rack: 
     scan = client.scan()
     assert scan < 20
     assert client.frames()[-1]["name"].endswith("(past)")
-    with pytest.raises(RefusedError, match=f"this is scan {scan}, and the rack stands at scan 20"):
+    with pytest.raises(RefusedError, match=f"this is scan {scan}, and the rack is at scan 20"):
         client.go()
     assert client.value("return") == "back at scan 20"
     assert client.stopped() == ("pause", 20)
@@ -330,7 +330,7 @@ def test_expressions_hover_and_why(client: DebugClient, rack: Path, program: Pat
     with pytest.raises(RefusedError, match="no tag, word or bit Nothing"):
         client.value("Nothing + 1")
     for each in ("count(Big)", "Big for 20 ms", "Big then Slow.DN within 1 s"):
-        with pytest.raises(RefusedError, match="several scans: ask scanrack query"):
+        with pytest.raises(RefusedError, match="several scans: use scanrack query"):
             client.value(each)
 
 

@@ -92,8 +92,8 @@ def test_requests_in_a_stop_that_mean_nothing_there(client: DebugClient) -> None
     client.ask("configurationDone")
     client.stopped()
     for command, arguments, says in (
-        ("scopes", {"frameId": 77}, "frame 77 is gone"),
-        ("variables", {"variablesReference": 99}, "variables 99 are gone"),
+        ("scopes", {"frameId": 77}, "frame 77: no longer exists"),
+        ("variables", {"variablesReference": 99}, "variables 99: no longer exist"),
         ("variables", {"variablesReference": "x"}, "must be a whole number"),
         ("next", {"threadId": 1, "granularity": "mile"}, "must be statement, line, instruction"),
         ("setBreakpoints", {"source": {}}, "path None: must be a text"),
@@ -126,9 +126,9 @@ def test_places_that_the_program_does_not_have(client: DebugClient, tmp_path: Pa
     copy = tmp_path / rungs.name
     copy.write_text("another program", encoding="utf-8")
     for path, line, says in (
-        (own, 1, "other.rung is no file of the program: those are axis3601.rung, feeder.rung"),
+        (own, 1, "other.rung is not a file of the program, which has axis3601.rung, feeder.rung"),
         (copy, 1, "feeder.rung differs from the program that runs"),
-        (rungs, last, f"feeder.rung, line {last}: no instruction from there to the end"),
+        (rungs, last, f"feeder.rung, line {last}: no instruction from this line to the end"),
         (rungs, 0, ""),
     ):
         (answer,) = client.break_at(path, line)
@@ -137,7 +137,7 @@ def test_places_that_the_program_does_not_have(client: DebugClient, tmp_path: Pa
     client.ask("scopes", frameId=frame)
     client.go("stepOut")
     client.go("stepIn", granularity="instruction")
-    with pytest.raises(RefusedError, match="variables 1 are gone: the program has moved on"):
+    with pytest.raises(RefusedError, match="variables 1: no longer exist, since the program has continued"):
         client.ask("variables", variablesReference=1)
     client.ask("disconnect")
     client.event("terminated")
@@ -237,7 +237,7 @@ def test_a_number_has_the_unit_that_the_page_shows(
         ("Axis.Position > 40 mm", "40 mm: must be in steps"),
         ("Axis.Position > 2 s", "2 s: must be in steps"),
         ("Quiet.PRE > 3 steps", "3 steps: must be in ms"),
-        ("Strokes.ACC > 5 mm", "5 mm: must have no unit, since the page shows none"),
+        ("Strokes.ACC > 5 mm", "5 mm: must have no unit, since the page shows no unit"),
         ("Axis.Position + 5 steps > 3", "compare a tag with 5 steps"),
         ("5 steps", "compare a tag with 5 steps"),
     ):

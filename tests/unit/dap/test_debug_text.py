@@ -299,7 +299,7 @@ def test_from_a_past_scan_a_branch_continues(client: DebugClient, sequences: Pat
     client.go()
     client.go("reverseContinue")
     assert client.scan() == 20
-    with pytest.raises(RefusedError, match="this is scan 20, and the rack stands at scan 60"):
+    with pytest.raises(RefusedError, match="this is scan 20, and the rack is at scan 60"):
         client.go()
     before = client.value("counting.number")
     assert client.value("branch") == "a new session continues from scan 21"

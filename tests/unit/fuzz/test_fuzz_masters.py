@@ -98,5 +98,5 @@ def test_turns_at_once_are_refused(rack):
     rack.write_text(
         RACK.replace("turns = [", "turns = [{ at_ms = 450, counts = 1, for_ms = 51 }, "), encoding="utf-8"
     )
-    with pytest.raises(ValueError, match="at_ns of 501000000 or more, the end of the turn before"):
+    with pytest.raises(ValueError, match="at_ns of 501000000 or more, the end of the last turn"):
         load_rack_file(rack)

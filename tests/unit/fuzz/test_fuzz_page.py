@@ -66,7 +66,7 @@ def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_fixed(folder)
         0,
         "fixed: No COMMAND_ERROR ever [command_error]",
     )
-    assert scanrack(*command, "--scenario", found / "scenario.json").stdout == "everything held\n"
+    assert scanrack(*command, "--scenario", found / "scenario.json").stdout == "no invariant is broken\n"
 
 
 def test_the_page_names_every_status_bit_and_every_kind():

@@ -131,7 +131,7 @@ def test_a_program_that_faults_by_itself_is_not_searched(line):
     rack = line(WATCHES.format(bit="MODULE_OK"))
     result = fuzz(rack, "--runs", 1000)
     assert result.exit_code == 1
-    assert "the program faults with nothing random around it" in result.stderr
+    assert "the program faults without random disturbances" in result.stderr
     assert "nothing: the rack as its file has it" in result.stdout
     assert "runs          0\n" in result.stdout
 
@@ -290,7 +290,7 @@ def test_a_scenario_that_does_not_fit_is_refused_with_its_file(line, tmp_path, s
         (
             "amci3601",
             ("--only", "link", "--without", "link"),
-            "--without link: nothing is left that is random",
+            "--without link: nothing random remains",
         ),
     ],
 )

@@ -77,8 +77,8 @@ def test_an_edit_is_an_event_of_the_first_scan_behind_it(trace):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["replay", "--into", "session"], "the trace brings the one that it began with"),
-        (["replay", "--into", "program"], "here the one that the trace begins with runs on"),
+        (["replay", "--into", "session"], "the trace contains only the first program"),
+        (["replay", "--into", "program"], "the first program continues here"),
     ],
 )
 def test_what_runs_the_trace_again_says_where_it_was_edited(trace, words, says):

@@ -8,7 +8,7 @@ from struct import pack
 import pytest
 from captured import conversation, pcap
 from scanrack.commands import build
-from scanrack.jobs.captures.cip_pairing import CipPairing, _parts
+from scanrack.jobs.captures.cip_pairing import CipPairing, _batch_messages
 from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
@@ -155,7 +155,7 @@ def test_a_batch_whose_places_go_back_has_no_messages() -> None:
     """Each would be read again."""
     head, places = b"\x0a\x02\x20\x02\x24\x01", pack("<H3H", 3, 8, 40, 8)
     batched = places.ljust(40, b"x")
-    assert not _parts(batched)
+    assert not _batch_messages(batched)
     pairing = CipPairing()
     assert not list(pairing.feed(0, unconnected(head + batched), to_device=True, fresh=True))
     assert not list(pairing.feed(1, unconnected(done(0x0A, batched)), to_device=False, fresh=True))
@@ -167,7 +167,7 @@ def test_one_slot_of_several(tmp_path: Path) -> None:
     talk += [(True, unconnected(read)), (False, unconnected(done(0x4C, ints(*reversed(WORDS)))))]
     code, said = imported(tmp_path, talk)
     assert code == 2
-    assert "it has the units 1, 3: give --address" in said
+    assert "several units (1, 3): give --address" in said
     assert imported(tmp_path, talk, "--address", "3")[0] == 0
     assert images_in(tmp_path, 3)[2] == [list(reversed(WORDS))]
 
@@ -211,5 +211,5 @@ def test_reads_of_tags_alone_are_counted(tmp_path: Path) -> None:
         talk += [(True, unconnected(request, context)), (False, unconnected(done(0x4C, ints(1)), context))]
     status, said = imported(tmp_path, talk)
     assert status == 2
-    told = "3 reads of tags, 1 of them by numbers whose names came before the capture, none of Local:n:I"
+    told = "3 reads of tags, 1 of them by numbers without a name in the capture, none of Local:n:I"
     assert told in said

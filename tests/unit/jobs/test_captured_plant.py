@@ -75,7 +75,7 @@ def test_a_cut_capture_is_replayed_compared_and_judged(tmp_path: Path, dropped: 
     said = scanrack(
         "replay", str(late), "--rack", str(CAPTURES / "plant.toml"), "--record", str(model), *given
     )
-    known = re.search(r"the module's state is that of scan (\d+), .*configuration as given", said)
+    known = re.search(r"the module starts with the state of scan (\d+), .*configuration as given", said)
     assert known is not None
     left_out = re.search(r"slot 1: (\d+) of (\d+) scans are not compared", said)
     assert left_out is not None

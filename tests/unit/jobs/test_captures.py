@@ -150,7 +150,7 @@ def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
     log.write_text("\n".join(lines), encoding="utf-8")
     out = tmp_path / "line.mcap"
     done = CliRunner().invoke(build(), ["import", str(log), "--rtu-over-tcp", "--out", str(out)])
-    assert (done.exit_code, done.stderr) == (0, "scanrack: note: lines that are no frames: 1\n")
+    assert (done.exit_code, done.stderr) == (0, "scanrack: note: lines without a frame: 1\n")
     times, tags = columns_of(out)
     assert (times, tags["base_speed"].tolist()) == ([7 * MS], [500])
 
@@ -158,15 +158,15 @@ def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "content", "said"),
     [
-        ([], b"nonsense", "it is not a capture; a log of frames is one of a serial line"),
-        (["--as", "pmc006"], b"nonsense", "it is neither a capture nor a log of frames"),
+        ([], b"nonsense", "not a capture; for a log of frames of a serial line"),
+        (["--as", "pmc006"], b"nonsense", "neither a capture nor a log of frames"),
         ([], pcap([])[:30], "no exchange at port 502"),
         (["--port", "503"], pcap(conversation(TALK)), "no exchange at port 503; its ports are 502"),
         (["--address", "9"], pcap(conversation(TALK)), "no unit 9; it has 1"),
         (
             [],
             pcap(conversation([*TALK, (True, modbus_tcp(5, "03 0005 0001", unit=4))])),
-            "it has the units 1, 4: give --address",
+            "several units (1, 4): give --address",
         ),
         (["--out", "line.bin"], pcap(conversation(TALK)), "line.bin is the capture"),
     ],
@@ -222,8 +222,8 @@ def test_a_lost_reply_has_no_part_in_the_times_of_the_others(
     )
     places = 0 if lost[-1] == 12 else 1  # no later request says that the last one is lacking
     assert captured.notes == [
-        *([f"places at which the capture lacks bytes: {places}"] if places else []),
-        f"requests without a sound reply: {len(lost)}",
+        *([f"gaps in the captured bytes: {places}"] if places else []),
+        f"requests without a valid reply: {len(lost)}",
     ]
 
 
@@ -242,17 +242,17 @@ def test_frames_that_the_snap_length_cut_are_told(tmp_path: Path, make) -> None:
     whole = "; capture whole frames, with a snap length of 0\n"
     assert imported(66) == (
         0,
-        f"scanrack: note: frames that the capture cut: 1 at 66 bytes{whole}"
-        "scanrack: note: places at which the capture lacks bytes: 1\n"
-        "scanrack: note: requests without a sound reply: 1\n",
+        f"scanrack: note: truncated frames: 1 at 66 bytes{whole}"
+        "scanrack: note: gaps in the captured bytes: 1\n"
+        "scanrack: note: requests without a valid reply: 1\n",
     )
     for snap, frames in ((60, "8 at 60 bytes"), (40, "10 at 40 bytes")):
         status, said = imported(snap)
         assert status == 2
-        assert said.endswith(f"no whole exchange at port 502: frames that the capture cut: {frames}{whole}")
+        assert said.endswith(f"no complete exchange at port 502: truncated frames: {frames}{whole}")
     status, said = imported(66, "--as", "amci3601")
     assert status == 2
-    assert "frames that the capture cut: 1 at 66 bytes" in said
+    assert "truncated frames: 1 at 66 bytes" in said
 
 
 def test_a_truncated_capture_is_told(tmp_path: Path) -> None:
@@ -260,7 +260,7 @@ def test_a_truncated_capture_is_told(tmp_path: Path) -> None:
     captured = read_capture(tmp_path / "a.pcap", ModbusTcpPairing)
     assert len(captured.exchanges) == 4
     assert captured.notes[0].startswith("the file ends within a packet, at byte ")
-    assert captured.notes[1] == "requests without a sound reply: 1"
+    assert captured.notes[1] == "requests without a valid reply: 1"
 
 
 def test_words_of_remote_io_become_scans(tmp_path: Path) -> None:
@@ -299,7 +299,7 @@ def test_without_input_words_there_are_no_scans(tmp_path: Path) -> None:
     (tmp_path / "line.pcap").write_bytes(pcap(conversation(TALK[2:4])))
     done = CliRunner().invoke(build(), ["import", str(tmp_path / "line.pcap"), "--as", "amci3601"])
     assert done.exit_code == 2
-    assert "no input words are read" in done.stderr
+    assert "no reads of input words" in done.stderr
 
 
 # -- the model ---------------------------------------------------------------------------------------

@@ -57,7 +57,7 @@ def test_cuts_are_judged_from_the_first_rest_on_and_nothing_differs(recording: P
         late = cut(recording, first)
         found = scenes_in(late, {}, 1, TIMING, words)
         assert (
-            "the trace begins in the middle of operation; the module's state is that of scan"
+            "the trace begins in the middle of operation; the module starts with the state of scan"
             in found.notes[0]
         )
         assert all(isinstance(each.moments[0], KnownState) for each in found.scenes)

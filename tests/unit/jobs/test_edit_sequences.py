@@ -160,4 +160,4 @@ def test_a_session_with_such_an_edit_runs_again_byte_for_byte(
     run.cpu.close()
     done = CliRunner().invoke(build(), ["replay", "--into", "session", str(folder / "line.mcap"), "--trust"])
     assert done.exit_code == 0, done.output
-    assert "the same byte for byte" in done.output
+    assert "identical byte for byte" in done.output

@@ -88,4 +88,4 @@ def test_replayed_it_answers_the_same(trace, into):
 
 def test_run_again_it_is_the_same_byte_for_byte(trace):
     again = invoke("replay", "--into", "session", trace, "--trust")
-    assert (again.exit_code, "the same byte for byte" in again.stdout) == (0, True)
+    assert (again.exit_code, "identical byte for byte" in again.stdout) == (0, True)

@@ -88,7 +88,7 @@ def test_a_folder_is_no_program(tmp_path):
 @pytest.mark.parametrize("name", [".", "line", "line.txt", "line.PY", "line.mcap", "line.pyc"])
 def test_only_three_kinds_of_file_are_programs(tmp_path, name):
     """Anything else was executed as Python."""
-    says = f"{tmp_path / name}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file"
+    says = f"{tmp_path / name}: a program must be a .py, .rung, .st, .steps, .L5X or .SLC file"
     assert refusal(name, tmp_path) == says
 
 
@@ -126,7 +126,7 @@ def test_no_such_function(write, tmp_path):
 
 def test_no_function_at_all(write, tmp_path):
     path = write("line.py", "x = 1\n")
-    assert refusal("line.py", tmp_path) == f"{path}: no function logic in it"
+    assert refusal("line.py", tmp_path) == f"{path}: no function logic"
 
 
 def test_a_name_that_is_no_function(write, tmp_path):

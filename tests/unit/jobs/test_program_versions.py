@@ -78,7 +78,7 @@ def test_sequences_of_an_edited_class_begin_and_are_recorded(tmp_path):
     with open_trace(record) as trace:
         assert attached_files(trace)["edit-1/cycle.py"].decode() == program(1, 6)
     done = CliRunner().invoke(build(), ["replay", "--into", "session", str(record), "--trust"])
-    assert "the same byte for byte" in done.output, done.output
+    assert "identical byte for byte" in done.output, done.output
 
 
 def test_an_edited_class_that_does_not_fit_the_rack_is_refused_and_the_old_one_goes_on(tmp_path):

@@ -124,7 +124,7 @@ def test_a_module_that_differs_is_told(recordings: dict[str, tuple[PackedTrace, 
     assert replayed(late, spec, words).found.same
     other = replayed(late, spec, (*words[:3], 400, *words[4:]))
     assert other.found.differing > 100
-    assert other.modules[0].taken[0].position == 6000
+    assert other.modules[0].starts[0].position == 6000
 
 
 def test_what_was_assumed_is_said(recordings: dict[str, tuple[PackedTrace, RackSpec]]) -> None:
@@ -132,9 +132,9 @@ def test_what_was_assumed_is_said(recordings: dict[str, tuple[PackedTrace, RackS
     recording, spec = recordings["feeder"]
     late = cut(recording, 1500)
     done = replayed(late, spec, words_before(recording, 1500, 1))
-    first = done.modules[0].taken[0].row + 1500
-    said = f"its state is that of scan {first:,}, position 6,000, configuration as given"
-    assert said in done.notes[0].replace("the module's state", "its state")
+    first = done.modules[0].starts[0].row + 1500
+    said = f"the module starts with the state of scan {first:,}, position 6,000, configuration as given"
+    assert said in done.notes[0]
     assert set(done.modules[0].unknown) == {NOT_AT_REST, INPUT_CHANGED}
     resting = [recording.images((1, "in"))[row] for row in (first - 1, first)]
     assert resting[0] == resting[1]
@@ -144,7 +144,7 @@ def test_without_a_configuration_nothing_is_compared(
     recordings: dict[str, tuple[PackedTrace, RackSpec]],
 ) -> None:
     recording, spec = recordings["feeder"]
-    with pytest.raises(ValueError, match=f"{NO_CONFIGURATION}; --configuration gives"):
+    with pytest.raises(ValueError, match=f"{NO_CONFIGURATION}; give the missing words with --configuration"):
         replayed(cut(recording, 1500), spec, None)
 
 
@@ -158,4 +158,4 @@ def test_a_recording_that_begins_with_the_configuration_needs_none(
     first = rows[shown.index(True)]
     done = replayed(cut(recording, first), spec, None)
     assert done.found.differing == 0
-    assert done.modules[0].taken
+    assert done.modules[0].starts

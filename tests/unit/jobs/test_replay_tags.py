@@ -100,7 +100,7 @@ def test_a_program_without_the_tag_refuses_the_order(rack: Path) -> None:
     other.write_text(LADDER.replace("Run", "Going"), encoding="utf-8")
     trace = session(rack, FORCE_RUN)
     said = scanrack("replay", trace, "--into", "program", "--program", other, "--to-the-end", status=1)
-    assert "note: the order before scan 3 is not carried out: " in said
+    assert "note: the action before scan 3 is not repeated: " in said
 
 
 def test_a_program_in_python_has_no_tags_to_set(rack: Path) -> None:
@@ -108,7 +108,7 @@ def test_a_program_in_python_has_no_tags_to_set(rack: Path) -> None:
     other.write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     trace = session(rack, FORCE_RUN)
     said = scanrack("replay", trace, "--into", "program", "--program", other, "--to-the-end", status=1)
-    assert "not carried out: Run: the program has no tags that can be set" in said
+    assert "not repeated: Run: the program has no tags that can be set" in said
 
 
 def test_why_follows_what_was_written(rack: Path) -> None:

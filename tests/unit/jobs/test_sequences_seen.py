@@ -180,7 +180,7 @@ def test_fields_of_the_class_are_recorded_like_tags(rack, tmp_path):
 
 def test_run_again_it_is_the_same_byte_for_byte(trace):
     again = invoke("replay", "--into", "session", trace, "--trust")
-    assert (again.exit_code, "the same byte for byte" in again.stdout) == (0, True)
+    assert (again.exit_code, "identical byte for byte" in again.stdout) == (0, True)
 
 
 @pytest.mark.parametrize("into", ["module", "program", "rack"])

@@ -41,8 +41,8 @@ def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, ta
     before = bench.scans, bench[tag]
     found = acts_for(bench, bench.chain(tag), tag, wanted)
     assert found is not None
-    assert found.found is not None, str(found)
-    assert [act.text for act in found.found] == acts
+    assert found.acts is not None, str(found)
+    assert [act.text for act in found.acts] == acts
     orders = found.orders()
     assert orders is not None
     assert (bench.scans, bench[tag]) == before  # the bench itself has not gone on
@@ -62,7 +62,7 @@ def test_each_answer_lacks_nothing_and_none_has_another_one_in_it(tmp_path):
     bench = make(tmp_path, "rungs")
     do(bench, "1s")
     found = [
-        {act.text for act in each.found or ()} for each in every_act(bench, bench.chain("Run"), "Run", True)
+        {act.text for act in each.acts or ()} for each in every_act(bench, bench.chain("Run"), "Run", True)
     ]
     assert found == [{START}, {"close start (slot 2)"}]
 
@@ -71,7 +71,7 @@ def test_what_no_owner_can_do_is_said_with_the_number_of_tries(tmp_path):
     bench = make(tmp_path, "wrong configuration")
     do(bench, "2s")
     found = acts_for(bench, bench.chain("Feeding"), "Feeding", True)
-    assert str(found) == "Feeding comes on: nothing that an owner can do was found in 1 try"
+    assert str(found) == "Feeding comes on: found no operator action in 1 try"
 
 
 def test_what_the_rack_file_does_is_no_wait(tmp_path):
@@ -104,8 +104,8 @@ def test_an_emergency_stop_that_a_page_has_pressed_is_let_go():
     assert "IN_ESTOP" in str([each.text for each in chain.walk()][-1])  # not of the bit that follows from it
     found = acts_for(bench, chain, "Feeding", True)
     assert found is not None
-    assert found.found is not None, str(found)
-    assert [act.text for act in found.found] == ["open estop (slot 1)"]
+    assert found.acts is not None, str(found)
+    assert [act.text for act in found.acts] == ["open estop (slot 1)"]
     assert found.after_ns <= 5_000_000_000
 
 
@@ -165,8 +165,8 @@ def test_an_input_of_a_drive_is_let_go_by_the_name_of_its_terminal(drive, functi
     assert not bench["line.ready"]
     found = acts_for(bench, bench.chain("line.ready"), "line.ready", True)
     assert found is not None
-    assert found.found is not None, str(found)
-    assert [act.text for act in found.found] == [f"open {name} (slot 1 in2)"]
+    assert found.acts is not None, str(found)
+    assert [act.text for act in found.acts] == [f"open {name} (slot 1 in2)"]
     assert (found.orders() or [])[0] == {"do": "press", "slot": 1, "name": name, "on": False}
 
 
@@ -174,12 +174,12 @@ def test_an_input_of_a_drive_that_is_off_is_closed(drive):
     bench = drive(ESTOP, "estop")
     found = acts_for(bench, bench.chain("line.home"), "line.home", True)
     assert found is not None
-    assert found.found is not None, str(found)
-    assert [act.text for act in found.found] == ["close home (slot 1 in1)"]
+    assert found.acts is not None, str(found)
+    assert [act.text for act in found.acts] == ["close home (slot 1 in1)"]
 
 
 def test_a_home_switch_of_the_machine_is_not_pressed_by_hand(drive):
     machine = "[slot.machine]\nswitches = [{ input = 'home', first = -300, last = -100 }]"
     bench = drive(ESTOP, "estop", machine)
     found = acts_for(bench, bench.chain("line.home"), "line.home", True)
-    assert str(found).startswith("line.home comes on: nothing that an owner can do was found in ")
+    assert str(found).startswith("line.home comes on: found no operator action in ")

@@ -58,12 +58,12 @@ def ready(bench):
 def test_from_power_up_to_configured(bench):
     bench.scan()  # the configuration is out; its answer is of the next scan
     assert state(bench)[0].startswith(
-        "bit 15 of output word 0 is 1 since scan 0 (0 s): it goes into configuration"
+        "bit 15 of output word 0 is 1 since scan 0 (0 s): it enters configuration"
     )
     bench.scan()
     assert state(bench) == [
-        "in configuration mode since scan 1 (0.002 s), configured: it waits for bit 15 of output word 0 to "
-        "go back to 0, and takes no command"
+        "in configuration mode since scan 1 (0.002 s), configured: it accepts no command until "
+        "bit 15 of output word 0 goes back to 0"
     ]
 
 
@@ -85,15 +85,15 @@ def test_at_rest_it_waits_for_a_command_and_says_what_is_not_valid(bench):
     assert state(bench) == [
         "at rest at 0: it waits for a command bit to go from 0 to 1",
         "POSITION_INVALID since scan 3 (0.006 s): the module was configured, which always makes the position "
-        "invalid [POS-01, chapter 6, Position Invalid 1]; a search for home or a preset clears it; it takes "
-        "no absolute move before",
+        "invalid [POS-01, chapter 6, Position Invalid 1]; a home or a preset clears it; until then it "
+        "refuses absolute moves",
     ]
 
 
 def test_a_move_its_target_and_the_bit_that_stays_on(bench):
     ready(bench)
     send(bench, "ABSOLUTE")  # scan 4
-    assert state(bench) == ["ABSOLUTE_MOVE with this scan: it takes the command with its next update"]
+    assert state(bench) == ["ABSOLUTE_MOVE with this scan: it accepts the command with its next update"]
     bench.scan(2)
     (said,) = state(bench)
     assert said.startswith("moving CW, accelerating, at ")
@@ -167,8 +167,8 @@ def test_a_lost_link_is_named_with_its_instant(bench):
     bench.slot[1].inject("link-lost")
     bench.scan(3)
     assert state(bench)[0] == (
-        "the link to it is lost since scan 14 (0.028 s): its inputs are those of before, "
-        "and no command reaches it"
+        "the link to it is lost since scan 14 (0.028 s): its inputs keep their last state; "
+        "no command reaches it"
     )
     bench.slot[1].inject(None)
     bench.scan(3)

@@ -8,7 +8,7 @@ causes that were all needed, `|` those of which each would have done.
 import pytest
 from chain_text import after as program_after
 from chain_text import text_of
-from scanrack.jobs.why.chains.partners import _named
+from scanrack.jobs.why.chains.partners import _with_rack_name
 from scanrack.ladder.debug.chains import DEEPEST
 from scanrack.ladder.debug.links import CauseLink, linked
 from scanrack.ladder.files import parse_program, parse_structured
@@ -367,5 +367,5 @@ def test_links_of_another_rack_are_named_in_a_chain_of_5_000():
     chain = CauseLink("input", "Start", True, 0, 0)
     for scan in range(1, 5_000):
         chain = linked([(chain,)], kind="rung", name="Run", value=True, scan=scan, now_ns=0)
-    named = list(_named(chain, "press", {}).walk())
+    named = list(_with_rack_name(chain, "press").walk())
     assert [each.name for each in named] == ["press: Run"] * 4_999 + ["press: Start"]

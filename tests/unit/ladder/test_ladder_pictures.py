@@ -201,4 +201,4 @@ def test_the_command_refuses_a_plain_function(tmp_path):
     file.write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     result = invoke(file)
     assert result.exit_code == 2
-    assert "it has no rungs" in result.stderr
+    assert "which has no rungs" in result.stderr

@@ -86,7 +86,7 @@ def test_a_function_that_returns_nothing_leaves_the_rung():
 
 def test_what_a_function_may_not_do_names_the_operand():
     for engine in made(lambda tags, rung, count, timer, *rest: timer.value):
-        with pytest.raises(ValueError, match="T is a structure or an array: name a member"):
+        with pytest.raises(ValueError, match="T is a structure or an array; name a member"):
             engine.step()
 
 

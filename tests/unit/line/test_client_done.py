@@ -44,7 +44,7 @@ def idle_pmc006(but_for: str = "") -> Pmc006Controller:
     return controller
 
 
-NO_MOTION = "was answered, but no motion was seen: the position is 0 as before"
+NO_MOTION = "was answered, but no motion was seen: the position is still 0"
 PCL601_DEEDS: dict[str, tuple[Callable[[Pcl601Client], object], type[LinkError], str]] = {
     "home": (lambda client: client.home(1), UnconfirmedMotionError, f"HOME_TYPE_1 {NO_MOTION}"),
     "move": (lambda client: client.move(100), UnconfirmedMotionError, f"GO {NO_MOTION}"),
@@ -53,12 +53,12 @@ PCL601_DEEDS: dict[str, tuple[Callable[[Pcl601Client], object], type[LinkError],
     "set_output": (
         lambda client: client.set_output(3, True),
         RefusedError,
-        "output 3 was switched on and reads off",
+        "output 3 was switched on, but reads off",
     ),
     "clear": (
         lambda client: client.clear(),
         RefusedError,
-        "the errors were cleared and are still set; MODE: ",
+        "the errors were cleared, but are still set; MODE: ",
     ),
 }
 PMC006_DEEDS: dict[str, tuple[Callable[[Pmc006Client], object], type[LinkError], str]] = {
@@ -107,12 +107,12 @@ def test_a_stop_counts_when_the_motor_was_seen_to_stand() -> None:
     client = pcl601_client(device)
     client.start_move(100_000)
     device.controller.do = lambda code: True  # type: ignore[method-assign]
-    with pytest.raises(RefusedError, match="the stop was answered, and the motor still moves"):
+    with pytest.raises(RefusedError, match="the stop was answered, but the motor still moves"):
         client.stop()
     controller = idle_pmc006(but_for="sN")
     turning = Pmc006Client(BusLink(Pmc006(controller)))
     turning.run()
-    with pytest.raises(RefusedError, match="the stop was answered, and the motor still moves"):
+    with pytest.raises(RefusedError, match="the stop was answered, but the motor still moves"):
         turning.stop()
 
 
@@ -130,7 +130,7 @@ def test_emergency_stops_are_cleared_when_the_status_says_so() -> None:
     controller = idle_pmc006()
     controller.axis.flags = Status1.EXT1 | Status1.EXT2
     client = Pmc006Client(BusLink(Pmc006(controller)))
-    with pytest.raises(RefusedError, match="were cleared and are still set: EXT1, EXT2"):
+    with pytest.raises(RefusedError, match="were cleared, but are still set: EXT1, EXT2"):
         client.clear()
 
 

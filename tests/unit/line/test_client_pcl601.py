@@ -79,8 +79,8 @@ def test_mistakes_are_told_before_anything_is_sent() -> None:
     client, link = client_of(Pcl601())
     for call, said in (
         (lambda: client.set("base_speed", 5001), "base_speed 5001: must be 1 to 5000"),
-        (lambda: client.set("busy", 1), "busy can't be set: can be steps, accel"),
-        (lambda: client.read("nothing"), "nothing can't be read: can be command, steps"),
+        (lambda: client.set("busy", 1), "busy can't be set; choose from steps, accel"),
+        (lambda: client.read("nothing"), "nothing can't be read; choose from command, steps"),
         (lambda: client.start_move(0), "0 steps: must be 1 to 8388607"),
         (lambda: client.home(2), "home type 2: must be 0 or 1"),
         (lambda: client.set_output(9, True), "output 9: must be 1 to 8"),
@@ -125,7 +125,7 @@ def test_what_the_controller_refuses_is_told_with_its_reason() -> None:
     client.start_move(100_000)
     with pytest.raises(RefusedError, match=r"exception 6: .* locked while the motor moves"):
         client.set("accel", 5000)
-    with pytest.raises(RefusedError, match="a motion is under way"):
+    with pytest.raises(RefusedError, match="a motion is already running"):
         client.command(Code.GO)
     client.stop()
     assert not client.busy
@@ -154,9 +154,7 @@ def test_a_search_for_home_that_a_limit_keeps_from_starting_has_not_found_it(kin
     device = Pcl601()
     device.controller.pins.connect("hard_plus", GROUND)
     client, _ = client_of(device)
-    said = (
-        rf"HOME_TYPE_{kind} was answered, but no motion was seen: the position is 0 as before; a hard limit"
-    )
+    said = rf"HOME_TYPE_{kind} was answered, but no motion was seen: the position is still 0; a hard limit"
     with pytest.raises(UnconfirmedMotionError, match=said):
         client.home(kind)
 
@@ -178,7 +176,7 @@ def test_a_move_that_the_encoder_could_not_finish_is_told(already: bool) -> None
         client.set(name, value)
     if already:  # the error of an earlier move is still set
         device.controller.errors |= Error.ENCODER_FAILED
-    said = r"ended with the encoder -700 pulses off, its window is ±3; .*ENCODER_FAILED: still outside"
+    said = r"ended with the encoder -700 pulses off; its window is ±3; .*ENCODER_FAILED: still outside"
     with pytest.raises(StoppedError, match=said):
         client.move(700)
     assert client.position == 700
@@ -383,7 +381,7 @@ def test_end_to_end_over_modbus_tcp() -> None:
         client.set("accel", 50_000)
         assert client.move(500) == 500
         with pytest.raises(RefusedError, match="exception 2"):
-            client._answer_to(WriteSingleRegisterRequest(address=0x22, registers=[1]))
+            client._exchange(WriteSingleRegisterRequest(address=0x22, registers=[1]))
         line.close()
 
 

@@ -110,10 +110,10 @@ def test_a_reset_forgets_what_was_written() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("drop", "'' is no number of replies"),
-        ("drop=3/2", "'3/2' is no number of replies"),
-        ("crc=-1", "'-1' is no number of replies"),
-        ("crc=9999999", "'9999999' is no number of replies"),
+        ("drop", "'' is not a number of replies"),
+        ("drop=3/2", "'3/2' is not a number of replies"),
+        ("crc=-1", "'-1' is not a number of replies"),
+        ("crc=9999999", "'9999999' is not a number of replies"),
         ("delay=60001", "delay=60001: must be 0 to 60,000 ms"),
         ("delay=x", "delay=x: must be 0 to 60,000 ms"),
         ("silence", "'silence' is not a fault; choose from drop=N"),

@@ -12,7 +12,7 @@ from scanrack.runtime.line.ports.places import make_place
 
 
 def test_the_client_that_is_silent_for_longest_gives_way() -> None:
-    here = [socket.socket() for _ in range(places.CLIENTS_MOST)]
+    here = [socket.socket() for _ in range(places.CLIENTS_MAX)]
     heard = {each: at for at, each in enumerate(here, 1)}
     assert make_place(dict(list(heard.items())[1:]), 0) == (None, True)
     assert make_place(heard, places.SILENT_NS) == (None, False)  # 1 ns too early
@@ -23,7 +23,7 @@ def test_the_client_that_is_silent_for_longest_gives_way() -> None:
 
 @pytest.mark.parametrize("silent", [False, True])
 def test_a_port_with_all_places_taken(monkeypatch: pytest.MonkeyPatch, silent: bool) -> None:
-    monkeypatch.setattr(places, "CLIENTS_MOST", 1)
+    monkeypatch.setattr(places, "CLIENTS_MAX", 1)
     monkeypatch.setattr(places, "SILENT_NS", 0 if silent else 10**15)
     port = ModbusTcpPort("127.0.0.1", 0)
     at = port.name.rpartition(":")

@@ -189,7 +189,7 @@ def test_what_is_no_frame(data: bytes) -> None:
 def test_listening_where_somebody_listens_is_an_error_that_names_it() -> None:
     with closing(RawTcpPort("127.0.0.1", 0)) as port:
         host, number = port.name.split(":")
-        with pytest.raises(PortError, match=f"{port.name} can't be listened at"):
+        with pytest.raises(PortError, match=f"can't listen at {port.name}"):
             ModbusTcpPort(host, int(number))
 
 
@@ -313,5 +313,5 @@ def test_serving_ends_when_it_is_asked_to_and_closes_the_port() -> None:
             self.closed = True
 
     server = Server()
-    serve_until_interrupted(server, lambda: stop.ask() if len(steps) == 3 else None, stop)
+    serve_until_interrupted(server, lambda: stop.request() if len(steps) == 3 else None, stop)
     assert (len(steps), server.closed) == (3, True)

@@ -239,4 +239,4 @@ def test_an_event_says_why_the_port_was_lost(monkeypatch: pytest.MonkeyPatch) ->
         wire.raises.clear()
     event = events[0]
     assert event.name == "port lost"
-    assert event.text == "error: (5, 'Input/output error'); the port is opened again when it is back"
+    assert event.text == "error: (5, 'Input/output error'); the port is reopened when it is back"

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.slow
 
 SHORT = ["--for", "20ms", "--server", "ethernet-ip:0"]
 NOWHERE = "scanrack.nowhere:main"
-SAYS = "scanrack: a helper process has never begun: its error stands above\n"
+SAYS = "scanrack: a helper process has not started: see its error above\n"
 
 
 @pytest.fixture(autouse=True)

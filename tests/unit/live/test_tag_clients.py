@@ -92,7 +92,7 @@ def _is(each: tag_client.Client, client: Dialler) -> bool:
 def test_a_client_that_gives_way_may_send_at_that_instant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(places, "CLIENTS_MOST", 1)
+    monkeypatch.setattr(places, "CLIENTS_MAX", 1)
     monkeypatch.setattr(places, "SILENT_NS", 0)
     with stepped(tmp_path) as (server, port):
         first = registered(server, port)
@@ -152,7 +152,7 @@ def test_the_attack(tmp_path: Path) -> None:
                 other.sendall(chance.randbytes(chance.randrange(1, 400)))
         assert good.status() == 0
         held = [opened.enter_context(socket.create_connection(("127.0.0.1", port))) for _ in range(200)]
-        assert sum(map(_stays, held)) <= places.CLIENTS_MOST - 31
+        assert sum(map(_stays, held)) <= places.CLIENTS_MAX - 31
         assert good.status() == 0
 
 

@@ -82,7 +82,7 @@ def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_pa
 
         run_while(run, desk, threading.Thread(target=work))
     assert answers == [0] * 500
-    assert said == ["the EtherNet/IP server has died and is started again; the scans continue"]
+    assert said == ["the EtherNet/IP server died and is restarted; the scans continue"]
     rerun(job, trace, tmp_path / "again.mcap")
     assert (tmp_path / "again.mcap").read_bytes() == trace.read_bytes()
 
@@ -128,7 +128,7 @@ def test_a_server_that_stands_still_is_told_and_starts_again(
 
         run_while(run, desk, threading.Thread(target=work))
     assert answers == [0, 0]
-    assert said[0] == "the EtherNet/IP server stood still and is started again; the scans continue"
+    assert said[0] == "the EtherNet/IP server hung and is restarted; the scans continue"
 
 
 @pytest.mark.parametrize("command", ["run", "watch"])
@@ -136,7 +136,7 @@ def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
     rack = str(write_rack(tmp_path))
     with socket.create_server(("127.0.0.1", 0)) as taken:
         for given, told in (
-            ("modbus", "--server modbus is not allowed: ethernet-ip, opc-ua, modbus-tcp, each with :PORT"),
+            ("modbus", "--server modbus: must be ethernet-ip, opc-ua, modbus-tcp, each with :PORT"),
             ("modbus-tcp:0", "--server modbus-tcp: the rack file has no [server.modbus]"),
             ("ethernet-ip:x", "--server ethernet-ip:x: x: must be HOST:PORT or PORT"),
             (f"ethernet-ip:{taken.getsockname()[1]}", "choose another port"),

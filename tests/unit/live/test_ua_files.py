@@ -77,8 +77,8 @@ def test_it_is_open_on_this_machine_and_encrypted_elsewhere(
 @pytest.mark.parametrize(
     ("servers", "security", "users", "part"),
     [
-        ([], "encrypted", None, "--opc-ua-security goes with --server opc-ua"),
-        (["ethernet-ip"], None, Path("users"), "--opc-ua-users goes with --server opc-ua"),
+        ([], "encrypted", None, "--opc-ua-security needs --server opc-ua"),
+        (["ethernet-ip"], None, Path("users"), "--opc-ua-users needs --server opc-ua"),
         (["opc-ua"], "none", Path("users"), "--opc-ua-users needs encryption"),
     ],
 )
@@ -140,7 +140,7 @@ def expired(place: Path) -> None:
     key = load_pem_private_key((place / "server-key.pem").read_bytes(), None)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(ua_files, "DAYS", 0)
-        (place / "server.der").write_bytes(ua_files._signed(key, LOCAL).public_bytes(Encoding.DER))
+        (place / "server.der").write_bytes(ua_files._self_signed(key, LOCAL).public_bytes(Encoding.DER))
 
 
 def strange_file(place: Path) -> None:
@@ -162,14 +162,14 @@ def dangling_link(place: Path) -> None:
         (lambda place: (place / "server.der").unlink(), "server.der is missing"),
         (lambda place: (place / "server-key.pem").unlink(), "server-key.pem is missing"),
         (lambda place: (place / "server-key.pem").chmod(0o640), "other users may read"),
-        (lambda place: (place / "server-key.pem").write_bytes(b"no key"), "no private key in PEM"),
-        (lambda place: (place / "server.der").write_bytes(b"nothing"), "no certificate in DER"),
-        (lambda place: (place / "server.der").write_bytes(bytes(1 << 17)), "more than 65536 bytes"),
+        (lambda place: (place / "server-key.pem").write_bytes(b"no key"), "must be a private key in PEM"),
+        (lambda place: (place / "server.der").write_bytes(b"nothing"), "must be a certificate in DER"),
+        (lambda place: (place / "server.der").write_bytes(bytes(1 << 17)), "more than 65,536 bytes"),
         (other_key, "server-key.pem is the key of another certificate"),
-        (expired, "it is valid until .* only"),
-        (strange_file, "notes.der: it is no certificate"),
-        (dangling_link, "trusted: it must be a folder"),  # not: trust everybody
-        (lambda place: (place / "trusted").write_bytes(b""), "trusted: it must be a folder"),
+        (expired, "server.der: valid until "),
+        (strange_file, "notes.der: not a certificate"),
+        (dangling_link, "trusted: must be a folder"),  # not: trust everybody
+        (lambda place: (place / "trusted").write_bytes(b""), "trusted: must be a folder"),
     ],
 )
 def test_files_that_can_not_be_used_are_refused_and_left(
@@ -238,7 +238,7 @@ def test_commands_refuse_security_without_a_server(command: str, option: list[st
     words = [command, str(FIRST), "--scans", "1", "--record", str(tmp_path / "a.mcap"), *option]
     done = CliRunner().invoke(build(), words)
     assert done.exit_code == 2
-    assert f"{option[0]} goes with --server opc-ua" in done.stderr
+    assert f"{option[0]} needs --server opc-ua" in done.stderr
 
 
 @needs_asyncua

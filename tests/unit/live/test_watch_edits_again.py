@@ -150,7 +150,7 @@ def test_branches_from_before_between_and_behind_edits(feeder):
         assert len(child) >= scan + 50
         assert (child[:scan] == parent[:scan]).all()
         assert edits_in(path) == [each for each in edits if each <= scan]
-        assert "the same byte for byte" in rerun(path).output or late(path)
+        assert "identical byte for byte" in rerun(path).output or late(path)
 
 
 def test_each_scan_is_shown_with_its_own_program(feeder):
@@ -294,4 +294,4 @@ def test_a_branch_of_a_recording_goes_on_where_it_is_looked_at(feeder):
     assert len(child) >= scans[2] + 30
     with open_trace(found) as trace:
         assert trace.head.metadata["parent"] == "session.mcap"
-    assert "the same byte for byte" in rerun(found).output or late(found)
+    assert "identical byte for byte" in rerun(found).output or late(found)

@@ -241,7 +241,7 @@ def test_the_collector_is_frozen_while_scans_run(rack: str, tmp_path: Path) -> N
 
 def test_spin_without_realtime_is_refused(rack: str) -> None:
     code, _, err = run(rack, "--spin", "--scans", "3")
-    assert (code, err) == (2, "scanrack: --spin goes with --realtime only: virtual time does not wait\n")
+    assert (code, err) == (2, "scanrack: --spin needs --realtime: virtual time does not wait\n")
 
 
 @pytest.mark.slow

@@ -17,7 +17,7 @@ import pytest
 pytest.importorskip("pygls", reason="the extra editor is not installed")
 
 from scanrack.jobs.trust import launcher
-from scanrack.lsp.server import made
+from scanrack.lsp.server import make_server
 
 pytestmark = [
     pytest.mark.extra("editor"),
@@ -109,7 +109,7 @@ def connected(*, trusted: bool) -> Iterator[Client]:
     to_read, to_write = os.pipe()
     from_read, from_write = os.pipe()
     streams = os.fdopen(to_read, "rb"), os.fdopen(from_write, "wb")
-    thread = threading.Thread(target=made().start_io, args=streams)
+    thread = threading.Thread(target=make_server().start_io, args=streams)
     thread.start()
     with os.fdopen(to_write, "wb") as to_server, os.fdopen(from_read, "rb") as from_server:
         client = Client(to_server, from_server)

@@ -36,10 +36,10 @@ def test_a_block_is_written_as_a_rung_has_it() -> None:
     said = meaning(TEXTS[LOGIX], "MC_Home")
     assert said.startswith(
         "```rung\nMC_Home(instance, Axis, Execute, Direction, Velocity, Acceleration, Deceleration)\n```"
-        "\n\nsearches for home, where the position becomes 0"
+        "\n\nhomes the axis; the position becomes 0 there"
     )
     assert "INPUT Direction : INT  // 1 clockwise, -1 counterclockwise" in said
-    assert "OUTPUT CommandAborted : BOOL  // another block has taken the axis" in said
+    assert "OUTPUT CommandAborted : BOOL  // another block has taken over the axis" in said
     assert "Refused" not in said, "what the block keeps to itself"
 
 

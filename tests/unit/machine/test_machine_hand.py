@@ -28,8 +28,8 @@ def test_turns_follow_each_other() -> None:
 @pytest.mark.parametrize(
     ("start_ns", "end_ns", "message"),
     [
-        (50, 49, r"turn_encoder: end_ns is 49; allowed: 50 \(start_ns\) or more"),
-        (19, 30, r"turn_encoder: start_ns is 19; the turn before ends at 20"),
+        (50, 49, r"turn_encoder: end_ns 49: must be 50 \(start_ns\) or more"),
+        (19, 30, r"turn_encoder: start_ns 19: must be 20 \(end of the last turn\) or more"),
     ],
 )
 def test_turns_that_cannot_be(start_ns: int, end_ns: int, message: str) -> None:

@@ -67,7 +67,7 @@ def test_the_bench_drives_what_the_machine_leaves_free() -> None:
     machine.set_input(CAPTURE, False)
     assert machine.levels(0) == HOME
     for bit in (HOME, EXTERNAL, ESTOP):
-        with pytest.raises(ValueError, match=f"set_input: {bit.name} is wired to the machine; allowed"):
+        with pytest.raises(ValueError, match=f"set_input: {bit.name} is wired to the machine; choose"):
             machine.set_input(bit, True)
     assert machine.levels(0) == HOME
 

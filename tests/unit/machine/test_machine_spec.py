@@ -34,7 +34,7 @@ HOME, ESTOP, EXTERNAL = InputBit.HOME, InputBit.ESTOP, InputBit.EXTERNAL
         (lambda: TimelineEntry(-1, HOME, True), r"TimelineEntry\.at_ns is -1; .* 0 or more"),
         (lambda: TimelineEntry(0, None, True), r"TimelineEntry\.input is None"),  # type: ignore[arg-type]
         (lambda: TimelineEntry(0, HOME, 1), r"TimelineEntry\.energized is 1; allowed: True, False, None"),  # type: ignore[arg-type]
-        (lambda: press(5, HOME, 0), r"press: for_ns is 0; allowed: 1 or more"),
+        (lambda: press(5, HOME, 0), r"press: for_ns 0: must be 1 or more"),
         (lambda: EncoderSpec(0), r"EncoderSpec\.counts_per_step is 0; allowed: .* more than 0"),  # type: ignore[arg-type]
         (lambda: EncoderSpec(0.5), r"EncoderSpec\.counts_per_step is 0\.5; allowed: a Fraction"),  # type: ignore[arg-type]
         (lambda: EncoderSpec(Fraction(-1, 2)), r"EncoderSpec\.counts_per_step is Fraction\(-1, 2\)"),
@@ -75,7 +75,7 @@ def test_a_part_that_cannot_be(make: Callable[[], object], message: str) -> None
         ),
         (
             {"switches": [Switch(HOME, 0, 1)], "stations": [Station(0, HOME, 0, 1)]},
-            r"MachineSpec\.stations is Station\(.*; allowed: an input that no switch feeds",
+            r"MachineSpec\.stations is Station\(.*; allowed: an input without a switch",
         ),
         (
             {"timeline": [TimelineEntry(7, EXTERNAL, None)]},

@@ -4,7 +4,7 @@ from answers_page import PAGE, REMEDY, written
 from bench3601 import Bench
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.runtime.loop.module_fault import ModuleFault
-from scanrack.runtime.modules.amci3601.trouble import ANSWERS
+from scanrack.runtime.modules.amci3601.trouble import FAULT_IMAGES
 
 
 def test_the_page_has_the_table_as_it_is():
@@ -30,4 +30,4 @@ def test_a_fault_never_sets_a_bit():
         bench.run(1)
         seen = [word & 0xFFFF for word in bench.words]
         assert all(now & ~was == 0 for now, was in zip(seen, before, strict=True))
-        assert all(now & ~kept == 0 for now, kept in zip(seen, ANSWERS[fault].kept, strict=True))
+        assert all(now & ~kept == 0 for now, kept in zip(seen, FAULT_IMAGES[fault].kept, strict=True))

@@ -151,7 +151,7 @@ def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
     words = {2: words_of("1769-IQ32", wired(gate=20))}
     for text in ("Local:2:I.Data.20", "I:2.1/4", "Local:2:I.Data[1].4", "slot2.input.gate"):
         assert parse_address(text, words) == Address(2, "I", 1, 4)
-    with pytest.raises(ValueError, match="no bit 32, bits are 0 to 31"):
+    with pytest.raises(ValueError, match="bit 32 does not exist: bits are 0 to 31"):
         parse_address("Local:2:I.Data.32", words)
     with pytest.raises(ValueError, match="has 32 bits"):
         parse_address("Local:2:I.Data", words)
@@ -200,25 +200,29 @@ def test_a_compact_output_card_repeats_the_outputs_in_force() -> None:
     ("kind", "options", "says"),
     [
         ("1762-IQ8", {"inputs": {"a": 8}}, "a 1762-IQ8 has no terminal 8: 0 to 7"),
-        ("1762-IQ8", {"outputs": {"a": 0}}, "outputs: a 1762-IQ8 has none"),
+        ("1762-IQ8", {"outputs": {"a": 0}}, "outputs: a 1762-IQ8 has no outputs"),
         ("1769-IF4", {"inputs": {"a": 4}}, "a 1769-IF4 has no channel 4: 0 to 3"),
         ("1769-IF4", {"inputs": {"a": 0}, "normally_closed": ["a"]}, "a 1769-IF4 has no contacts"),
         ("1769-IF4", {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a"}]}, "needs a value"),
         (
             "1769-IF4",
             {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1, "for_ms": 1}]},
-            "no for_ms",
+            "remove for_ms",
         ),
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "timeline": [{"at_ms": 1, "input": "a", "value": 1}]},
             "has no value",
         ),
-        ("1769-IQ16", {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1}]}, "needs first, last or both"),
+        (
+            "1769-IQ16",
+            {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1}]},
+            "needs a switch, or first, last or both",
+        ),
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 2, "last": 1}]},
-            "first 2 lies after last 1",
+            "first 2 is above last 1",
         ),
         (
             "1769-IQ16",

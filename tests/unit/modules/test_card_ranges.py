@@ -42,7 +42,7 @@ A = {"inputs": {"a": 0}}
         ),
         ("1769-IQ16", {**A, "ranges": {"a": "0..5 V"}}, "a 1769-IQ16 has no channels"),
         ("1769-IF4", {**A, "ranges": {"b": "0..5 V"}}, "no channel 'b': channels are a"),
-        ("1769-IF4", {**A, "formats": {"a": "raw"}}, "formats: 'a' has no range: name one in ranges"),
+        ("1769-IF4", {**A, "formats": {"a": "raw"}}, "formats: 'a' has no range; add it to ranges"),
         (
             "1762-IF4",
             {**A, "ranges": {"a": "0..5 V"}, "formats": {"a": "pid"}},
@@ -56,12 +56,12 @@ A = {"inputs": {"a": 0}}
         (
             "1769-IF4",
             {**A, "ranges": {"a": "4..20 mA"}, "timeline": at(31)},
-            "'a': 31 mA is not a signal of it: must be -30 to 30",
+            "'a': 31 mA must be -30 to 30",
         ),
         (
             "1769-IF4",
             {**A, "timeline": at(1.5)},
-            "1.5 is not a word: must be -32768 to 32767, or V and mA",
+            "1.5 is not a word: must be -32768 to 32767; for V or mA",
         ),
     ],
 )
@@ -137,7 +137,7 @@ def test_a_test_gives_an_input_a_value(tmp_path: Path) -> None:
         bench.slot[2].set_value("level", 0)
         bench.scan(2)
         assert (bench["Level"], bench["Alarm"]) == (3200, True)
-        with pytest.raises(ValueError, match="31 mA is not a signal of it"):
+        with pytest.raises(ValueError, match="31 mA must be -30 to 30"):
             bench.slot[2].set_value("level", 31)
 
 

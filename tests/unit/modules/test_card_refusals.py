@@ -31,9 +31,9 @@ PRESS = "timeline = [{ at_ms = 10, input = 'start'%s }, { at_ms = 20, input = 's
     ("lines", "says"),
     [
         (('firmware = "3.0"',), 'firmware = "3.0": a 1769-IQ16 has no firmware here: leave the key out'),
-        (options(PRESS % ""), "'start' is operated at 20 ms, and it is already, from 10 ms for good"),
-        (options(PRESS % ", for_ms = 11"), "it is already, from 10 ms until 21 ms: presses must not overlap"),
-        (options("outputs = { start = 0 }"), "'start' is the name of an input and of an output"),
+        (options(PRESS % ""), "'start' is pressed at 20 ms, but also from 10 ms on"),
+        (options(PRESS % ", for_ms = 11"), "also from 10 ms to 21 ms; presses must not overlap"),
+        (options("outputs = { start = 0 }"), "'start' names an input and an output"),
         (
             options('cam = [{ input = "start", slot = 1, switch = "cw_limit" }]'),
             "the machine of slot 1 has no switch 'cw_limit'; its switches are home",

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.commands.wire.drive import converse
+from scanrack.commands.wire.drive import respond_to_lines
 from scanrack.io_images.image import Image
 from scanrack.jobs.drive.targets import BENCHES
 from scanrack.runtime import RackFileError, parse_rack_file
@@ -122,7 +122,7 @@ def test_show_tells_by_name(trace: Path) -> None:
 
 
 def test_rerun_and_compare_find_it_the_same(trace: Path) -> None:
-    assert "the same byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
+    assert "identical byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
 
 
 def test_a_difference_is_told_by_name(rack: Path, trace: Path) -> None:
@@ -159,7 +159,7 @@ def test_a_test_presses_its_buttons(rack: Path) -> None:
 def drive(*requests: object) -> list[dict[str, object]]:
     """Return the replies of a session."""
     out = io.StringIO()
-    converse(BENCHES["discrete16"](), [json.dumps(each) for each in requests], out)
+    respond_to_lines(BENCHES["discrete16"](), [json.dumps(each) for each in requests], out)
     return [json.loads(line) for line in out.getvalue().splitlines()]
 
 
@@ -202,14 +202,14 @@ def test_outputs_are_off_in_program_mode() -> None:
     ("options", "says"),
     [
         ({"inputs": {"start": 16}}, "a discrete16 has no terminal 16: 0 to 15"),
-        ({"inputs": {"Start": 1}}, "'Start' is not a name: small letters"),
+        ({"inputs": {"Start": 1}}, "'Start' is not a name: use small letters"),
         ({"inputs": {"data": 1}}, "'data' is the name of a word"),
         ({"inputs": {"a": 1, "b": 1}}, "terminal 1 of 'a' is used twice"),
         ({"inputs": {"a": 1}, "normally_closed": ["b"]}, "no input 'b': inputs are a"),
         ({"timeline": [{"at_ms": 1, "input": "a"}]}, "no input 'a': inputs are none"),
         ({"timeline": [{"input": "a"}]}, r"timeline\.0: one of at_ms and at_s is needed"),
         ({"timeline": [{"at_ms": 1, "at_s": 1, "input": "a"}]}, "one of at_ms and at_s is needed"),
-        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "for_ms and for_s are given"),
+        ({"timeline": [{"at_s": 1, "input": "a", "for_s": 1, "for_ms": 1}]}, "use for_ms or for_s, not both"),
         ({"timeline": [{"at_s": 1, "input": "a", "for_m": 1}]}, r"timeline\.0\.for_m: "),
         ({"lamps": {}}, "the card has no such option"),
     ],
@@ -221,7 +221,7 @@ def test_wiring_that_cannot_be_is_refused(options: dict[str, object], says: str)
 
 def test_it_has_no_machine(rack: Path) -> None:
     machine = "\n[slot.machine]\njams = [{ at = 5, direction = 1 }]\n"
-    with pytest.raises(RackFileError, match="bolted to none"):
+    with pytest.raises(RackFileError, match="has no machine"):
         parse_rack_file(rack.read_text(encoding="utf-8") + machine, rack)
 
 

@@ -185,8 +185,8 @@ def test_what_the_pages_do_not_tell_is_refused_by_name(file: str, words: tuple[i
     shown = played.give((*words, 1, 0, 5, 0, 100, 100))
     assert shown[0] & COMMAND_ERROR
     assert shown[2:4] == [0, 0], "nothing moves"
-    said = f"the manual pages of a {file.title()} do not tell what {name} does"
-    assert any(said in each for each in played.refused), played.refused
+    message = f"the manual of a {file.title()} does not describe {name}"
+    assert any(message in each for each in played.refused), played.refused
     played.give(IDLE)
     shown = played.give((RESET, *IDLE[1:]))
     assert not shown[0] & COMMAND_ERROR
@@ -203,7 +203,7 @@ def test_they_keep_the_contract_of_a_module(file: str, name: str) -> None:
     ("inputs", "says"),
     [
         (("status_lsw", "position_msw"), "status_msw is missing"),
-        (("status_msw", "status_lsw", "zero", "zero"), "a name is there twice"),
+        (("status_msw", "status_lsw", "zero", "zero"), "a name occurs twice"),
     ],
 )
 def test_a_form_without_status_or_with_a_name_twice_is_refused(inputs: tuple[str, ...], says: str) -> None:

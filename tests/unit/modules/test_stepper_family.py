@@ -107,7 +107,7 @@ def test_it_is_recorded_shown_queried_and_run_again(rack: Path) -> None:
     assert SENTENCE in shown
     assert scanrack("query", "a.mcap", "slot1.in.DRIVE_ERROR")[1].splitlines()[1].split()[0] == "787"
     assert scanrack("compare", "a.mcap", "a.mcap")[0] == 0
-    assert scanrack("replay", "--into", "session", "a.mcap")[1].endswith("the same byte for byte\n")
+    assert scanrack("replay", "--into", "session", "a.mcap")[1].endswith("identical byte for byte\n")
     with open_trace("a.mcap") as trace:
         words = trace.head.slots[0].words
     assert isinstance(words, Profile)

@@ -5,7 +5,7 @@ from collections.abc import Generator
 from contextlib import contextmanager, nullcontext, suppress
 
 import pytest
-from scanrack.ladder.python.online.suspended import Hold, UnknownStackError, suspended
+from scanrack.ladder.python.online.suspended import BlockKind, UnknownStackError, suspended
 
 
 class Pause:
@@ -67,7 +67,7 @@ def finish(work):
 @pytest.mark.parametrize("block", [Own(), nullcontext(), suppress(KeyError), threading.Lock(), made()])
 def test_of_a_with_block_its_exit(block):
     work = in_with(block)
-    (leave,) = waiting(work).held([Hold.EXIT])
+    (leave,) = waiting(work).block_objects([BlockKind.EXIT])
     assert leave.__self__ is block
     assert leave.__name__ == "__exit__"
     finish(work)
@@ -76,7 +76,7 @@ def test_of_a_with_block_its_exit(block):
 def test_of_an_async_with_block_its_exit():
     block = Own()
     work = in_async_with(block)
-    (leave,) = waiting(work).held([Hold.EXIT])
+    (leave,) = waiting(work).block_objects([BlockKind.EXIT])
     assert (leave.__self__, leave.__name__) == (block, "__aexit__")
     finish(work)
 
@@ -85,7 +85,9 @@ def test_of_blocks_in_blocks_each_its_own():
     block, turns = Own(), iter((1,))
     work = in_all(block, turns)
     frame = waiting(work)
-    iterator, outer, error, inner = frame.held([Hold.ITERATOR, Hold.EXIT, Hold.HANDLER, Hold.EXIT])
+    iterator, outer, error, inner = frame.block_objects(
+        [BlockKind.ITERATOR, BlockKind.EXIT, BlockKind.HANDLER, BlockKind.EXIT]
+    )
     assert iterator is turns
     assert (outer.__self__, outer.__name__) == (block, "__aexit__")
     assert (inner.__self__, inner.__name__) == (block, "__exit__")
@@ -93,9 +95,9 @@ def test_of_blocks_in_blocks_each_its_own():
     finish(work)
 
 
-@pytest.mark.parametrize("holds", [[Hold.ITERATOR], [Hold.EXIT, Hold.EXIT], [Hold.HANDLER]])
-def test_a_stack_that_is_not_as_expected_is_refused(holds):
+@pytest.mark.parametrize("kinds", [[BlockKind.ITERATOR], [BlockKind.EXIT] * 2, [BlockKind.HANDLER]])
+def test_a_stack_that_is_not_as_expected_is_refused(kinds):
     work = in_with(Own())
     with pytest.raises(UnknownStackError):
-        waiting(work).held(holds)
+        waiting(work).block_objects(kinds)
     finish(work)

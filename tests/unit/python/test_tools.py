@@ -73,7 +73,7 @@ def call(*arguments):
 
 def test_run_rerun_compare_replay_and_why(folder):
     assert "complete" in call("run", "line.toml")
-    assert "the same byte for byte" in call("replay", "--into", "session", "line.mcap")
+    assert "identical byte for byte" in call("replay", "--into", "session", "line.mcap")
     (folder / "line.mcap").rename(folder / "first.mcap")
     call("run", "line.toml")
     call("compare", "first.mcap", "line.mcap")
@@ -106,7 +106,7 @@ def test_a_class_an_instance_or_the_only_class_of_a_file(folder):
 
 def test_of_several_classes_one_has_to_be_named(folder):
     (folder / "two.py").write_text(f"{PROGRAM}\n\nclass Other(Line):\n    pass\n", encoding="utf-8")
-    with pytest.raises(ProgramError, match=r"several classes of Logic: write two\.py:Line"):
+    with pytest.raises(ProgramError, match=r"more than one class of Logic: choose one, such as two\.py:Line"):
         load_program("two.py")
     assert type(load_program("two.py:Other").function).__name__ == "Other"
 

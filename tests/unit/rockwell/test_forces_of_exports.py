@@ -91,7 +91,7 @@ def test_forces_of_eight_bytes_are_read_whatever_the_revision(imported):
     ("data", "says"),
     [
         ("01 02", "its force data have 2 bytes, which are not three times its memory"),
-        ("nothing", "its force data 'nothing' are no bytes"),
+        ("nothing", "its force data 'nothing' are not bytes"),
     ],
 )
 def test_force_data_that_cannot_be_read_are_a_note(imported, data, says):
@@ -146,7 +146,7 @@ def test_a_run_holds_them_if_it_is_told_to(job):
             logic: Any = run.program.logic
             tags = logic.tags
             assert (tags.Count, tags.Own, tags.Seen) == values
-    assert said[:1] == ["a force is not held: Level is REAL and has no bits"]
+    assert said[:1] == ["a force is not applied: Level is REAL and has no bits"]
     assert job.notices[-1].endswith("machine.L5X: the export has 4 forces; --forces holds them")
 
 

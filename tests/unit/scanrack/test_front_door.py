@@ -93,7 +93,7 @@ def test_a_function_of_this_process_runs_in_place_of_a_racks_program(tmp_path):
 
 
 def test_a_rack_can_not_be_run_for_a_time_and_a_number_of_scans(tmp_path):
-    with pytest.raises(ValueError, match="give one of them"):
+    with pytest.raises(ValueError, match="give only one of them"):
         scanrack.run(Path(__file__).parents[3] / "examples/first/rack.toml", "1 s", scans=3)
 
 

@@ -53,7 +53,7 @@ class Forgery(NamedTuple):
 COMPILED = b"compiled"
 OUT = "leads out of its folder"
 TRUST = "this would run Python that came with the trace"
-NO_PROGRAM = "a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file"
+NO_PROGRAM = "a program must be a .py, .rung, .st, .steps, .L5X or .SLC file"
 
 
 def program(name: str, says: str, file: str = "e.py") -> Forgery:
@@ -118,7 +118,7 @@ FORGERIES = {
     "rack e.py:rack": rack_file("e.py:rack", TRUST),
     "rack e.py/": rack_file("e.py/", "empty part"),
     "rack e.py/.:rack": rack_file("e.py/.:rack", "has a part '.'"),
-    "rack e.PY": rack_file("e.PY", "a rack is a .toml or a .py file", "e.PY"),
+    "rack e.PY": rack_file("e.PY", "a rack must be a .toml or .py file", "e.PY"),
     "rack outside": rack_file("../outside/e.py:rack", OUT),
     "rack absolute": rack_file("{outside}/e.py:rack", OUT),
     "rack twice, in two cases": Forgery(
@@ -172,7 +172,7 @@ FORGERIES = {
             "q.rung": RUNGS,
         },
         "q.rung",
-        "is a real one",
+        " is real, ",
     ),
     "harmless, with Python that is not needed": Forgery(
         {"rack.toml": rack("q.rung"), "q.rung": RUNGS, "sitecustomize.py": EVIL, "../e.py": EVIL},

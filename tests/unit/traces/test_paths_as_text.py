@@ -88,4 +88,4 @@ def test_parquet_goes_there_too(folder):
 
 def test_one_format_at_a_time_goes_there(folder):
     done = export("--csv", "-", "--vcd", "-")
-    assert (done.exit_code, done.stderr) == (2, "scanrack: only one of them can go to standard output\n")
+    assert (done.exit_code, done.stderr) == (2, "scanrack: only one output can go to standard output\n")

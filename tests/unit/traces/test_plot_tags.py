@@ -172,11 +172,11 @@ def test_of_many_tags_those_that_change_are_drawn_as_far_as_there_is_room(tmp_pa
     with pytest.raises(ValueError, match=r"\*: 250 tags; a chart shows 200 at most"):
         chart(path, "*")
     result = CliRunner().invoke(build(), ["plot", str(path), "--out", str(tmp_path / "a.html")])
-    assert result.stderr == "218 recorded tags are not drawn; --tag chooses\n"
+    assert result.stderr == "218 recorded tags are not drawn; choose with --tag\n"
     chosen = CliRunner().invoke(
         build(), ["plot", str(path), "--tag", "B20?", "--out", str(tmp_path / "b.html")]
     )
-    assert chosen.stderr == "240 recorded tags are not drawn; --tag chooses\n"
+    assert chosen.stderr == "240 recorded tags are not drawn; choose with --tag\n"
 
 
 def test_a_rack_of_nothing_but_tags_is_drawn(tmp_path: Path) -> None:

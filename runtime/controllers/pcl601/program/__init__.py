@@ -1,4 +1,4 @@
-"""Execution of stored programs on the controller's axis."""
+"""Execution of stored programs."""
 
 from __future__ import annotations
 

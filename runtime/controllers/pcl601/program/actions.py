@@ -1,4 +1,4 @@
-"""Actions of the instructions: rows of register names and command codes, and a few short functions."""
+"""Actions of the instructions: tables of registers and command codes, and a few short functions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scanrack.io_images.pcl601.registers import Register
 from ..stored import Axis601
 
 Action = Callable[[Axis601, Step], bool]
-"""Carries out a step; returns whether the controller accepted it."""
+"""Carries out a step; returns whether the controller accepts it."""
 
 REGISTERS: Mapping[str, Register] = {
     "ACCEL": Register.ACCEL,
@@ -72,4 +72,4 @@ ACTIONS: Mapping[str, Action] = {
     "OUTPUTS": lambda axis, step: axis.set_outputs(int(step.values[0])),
     "TEXT": lambda axis, step: axis.send_text(str(step.values[0])),
 }
-"""Actions of the axis; the machine itself controls the flow of the program."""
+"""Actions on the axis; `machine` carries out the instructions that control the flow."""

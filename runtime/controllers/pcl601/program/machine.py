@@ -1,13 +1,12 @@
 """The machine that runs a stored program against the controller, in virtual time.
 
-    t      instruction    one every millisecond, LABEL and END among them
+    t      instruction    one every millisecond, including LABEL and END
     +1 ms  instruction
-    +1 ms  WAIT 500       the next one 500 ms later
+    +1 ms  WAIT 500       the next instruction follows after 500 ms
     +500   FINISH         repeats every millisecond, until the controller is not busy
     ...
 
-The manual gives no time for an instruction: the millisecond is this simulator's
-reading.
+The manual has no time for an instruction; one millisecond is an interpretation.
 """
 
 from __future__ import annotations
@@ -27,17 +26,21 @@ INSTRUCTION_NS = 1_000_000
 class ProgramMachine:
     """Runs one stored program.
 
-    The controller reads `next_wake_ns` after every event and calls `advance` exactly at that instant, after
-    motion and pins. A refused action ends the program: the controller has set the error bit.
+    The controller calls `advance` exactly at `next_wake_ns`, after motion and pins. A refused action sets an
+    error bit in the controller and ends the program.
+
+    Attributes:
+        line: index of the next step.
+        next_wake_ns: instant of the next step, None while the program does not run.
     """
 
     def __init__(self, program: Program) -> None:
         self.program = program
         self.line = 0
-        self.next_wake_ns: int | None = None  # instant of the next step; None while no program runs
-        self._previous = 0
-        self._return: int | None = None
-        self._passes: dict[int, int] = {}
+        self.next_wake_ns: int | None = None
+        self._previous_line = 0
+        self._return_line: int | None = None  # the line after the last GOTO
+        self._passes_left: dict[int, int] = {}  # of each loop, by the line of its LOOP
 
     @property
     def running(self) -> bool:
@@ -45,10 +48,10 @@ class ProgramMachine:
         return self.next_wake_ns is not None
 
     def start(self, now_ns: int) -> None:
-        """Begin at the first line."""
-        self.line = self._previous = 0
-        self._return = None
-        self._passes.clear()
+        """Start the program at the first line."""
+        self.line = self._previous_line = 0
+        self._return_line = None
+        self._passes_left.clear()
         self.next_wake_ns = now_ns
 
     def stop(self) -> None:
@@ -59,15 +62,14 @@ class ProgramMachine:
         """Carry out the instruction that is due at `now_ns`."""
         if self.next_wake_ns is None or now_ns < self.next_wake_ns:
             return
-        step = self.program.steps[self.line]
         line = self.line
         self.next_wake_ns = now_ns + INSTRUCTION_NS
-        if not self._carry_out(step, axis):
+        if not self._carry_out(self.program.steps[line], axis):
             self.stop()
-        self._previous = line
+        self._previous_line = line
 
     def _carry_out(self, step: Step, axis: Axis601) -> bool:
-        """Carry out a step and advance to the next one; return whether there is one."""
+        """Carry out a step and advance to the next one; return whether the program continues."""
         if step.instruction.needs_idle and axis.busy:
             axis.report(Error.BUSY)
             return False
@@ -97,12 +99,12 @@ class ProgramMachine:
         return self._if(axis.inputs_raw() >> (number - 1) & 1 == is_on)
 
     def _if(self, matches: bool) -> bool:
-        """Continue with the next line, or skip one; after END the program ends."""
+        """Continue with the next line, or skip it; return whether the program continues."""
         self.line += 1 if matches else 2
         return self.line < len(self.program.steps)
 
     def _goto(self, step: Step, _axis: Axis601) -> bool:
-        self._return = self.line + 1
+        self._return_line = self.line + 1
         return self._jump(step)
 
     def _jump(self, step: Step) -> bool:
@@ -110,21 +112,22 @@ class ProgramMachine:
         return True
 
     def _return_from(self, _step: Step, axis: Axis601) -> bool:
-        if self._return is None:
+        if self._return_line is None:
             axis.report(Error.MEMORY_COMMAND)
             return False
-        self.line = self._return
+        self.line = self._return_line
         return True
 
     def _label(self, step: Step, _axis: Axis601) -> bool:
-        """Restart the loops whose body is entered here from outside."""
-        for loop in self._loops_to(str(step.values[0])):
-            if not self.line <= self._previous <= loop:
-                self._passes.pop(loop, None)
+        """Restart the loops that begin at this label, if the program enters them from outside."""
+        for loop_line in self._loops_to(str(step.values[0])):
+            if not self.line <= self._previous_line <= loop_line:
+                self._passes_left.pop(loop_line, None)
         self.line += 1
         return True
 
     def _loops_to(self, label: str) -> list[int]:
+        """Return the lines of the LOOP instructions that jump to a label."""
         return [
             line
             for line, step in enumerate(self.program.steps)
@@ -132,12 +135,12 @@ class ProgramMachine:
         ]
 
     def _loop(self, step: Step, _axis: Axis601) -> bool:
-        """Go back to the label until the body has run the given number of times."""
-        passes_left = self._passes.pop(self.line, int(step.values[0])) - 1
+        """Jump to the label until the body has run the programmed number of times."""
+        passes_left = self._passes_left.pop(self.line, int(step.values[0])) - 1
         if passes_left == 0:
             self.line += 1
             return True
-        self._passes[self.line] = passes_left
+        self._passes_left[self.line] = passes_left
         return self._jump(step)
 
 

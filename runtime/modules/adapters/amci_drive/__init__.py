@@ -1,1 +1,1 @@
-"""A networked drive of AMCI under the 3601's command layer: its link, its axis, its capabilities."""
+"""An AMCI networked drive under the 3601's command layer: link, axis, capabilities."""

@@ -20,6 +20,7 @@ from ..capabilities import (
     no_feedback,
     no_follower,
     no_marker,
+    profile_of,
     speed_of,
     unless,
 )
@@ -40,14 +41,14 @@ def _not_wired(configuration: Configuration, options: AmciDriveOptions) -> bool:
 # fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[AmciDriveOptions], ...] = (
     ConfigurationRow("inputs", _not_wired,
-        "the drive has two inputs, options in1 and in2; option unwired = inactive takes others as inactive"),
+        "the drive has two inputs, options in1 and in2; option unwired = inactive reads others as inactive"),
     ConfigurationRow("one input twice", lambda _, options: options.wired[0] == options.wired[1] != 0,
-        "options in1 and in2 are the same, and the drive has no two inputs of one function"),
+        "options in1 and in2 are the same; the drive's two inputs need different functions"),
     ConfigurationRow("encoder",
         lambda configuration, options: configuration.quadrature_encoder and options.counts_per_turn == 0,
-        "option counts_per_turn is 0: the drive has no encoder"),
+        "the drive has no encoder, since option counts_per_turn is 0"),
     ConfigurationRow("backplane home proximity", lambda configuration, _: configuration.backplane_proximity,
-        "the adapter passes no home proximity to the drive"),
+        "the adapter can't pass the home proximity to the drive"),
     no_feedback("drive"),
     no_marker("drive"),
 )
@@ -59,53 +60,53 @@ def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
 
 
 def _no_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    """Whether the drive has no jerk that is as gentle as the S-curve, or, if strict, equal to it."""
+    """Return whether the drive has no jerk as gentle as the S-curve or, with option strict, equal to it."""
     if not has_ramps(request):
         return False
-    profile = request.command.profile(request.configuration.starting_speed)
-    jerk = exact_jerk(profile)
-    return 0 < jerk < 1 or (options.strict and not jerk_is_exact(profile))
+    profile = profile_of(request)
+    is_too_gentle = 0 < exact_jerk(profile) < 1  # the drive's lowest jerk is 1
+    return is_too_gentle or (options.strict and not jerk_is_exact(profile))
 
 
 def _rounds_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    return has_ramps(request) and not jerk_is_exact(
-        request.command.profile(request.configuration.starting_speed)
-    )
+    return has_ramps(request) and not jerk_is_exact(profile_of(request))
 
 
-def _registers_with_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    return (
-        has_ramps(request) and exact_jerk(request.command.profile(request.configuration.starting_speed)) != 0
-    )
+def _has_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
+    return has_ramps(request) and exact_jerk(profile_of(request)) != 0
 
 
-def _curved_blend(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    """Whether the first block of a blend program has an S-curve."""
+def _has_curved_segment(request: AxisRequest, options: AmciDriveOptions) -> bool:
+    """Return whether the first block of a blend program has an S-curve.
+
+    Words 3 and 4 have two bits for each segment, the first segment lowest; the lower bit selects an S-curve.
+    """
     words = request.command.words
-    types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
-    odd = types & 0x5555_5555 & (1 << 2 * max(0, min(SEGMENTS_MAX, words[2]))) - 1
-    return bool(odd or words[5] & 0x4000)
+    segment_types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
+    segment_count = max(0, min(SEGMENTS_MAX, words[2]))
+    curved_segments = segment_types & 0x5555_5555 & (1 << 2 * segment_count) - 1
+    return bool(curved_segments or words[5] & 0x4000)
 
 
 # One row of the table is one row here; the formatter would spread each over many lines.
 # fmt: off
 COMMAND_ROWS: tuple[CommandRow[AmciDriveOptions], ...] = (
-    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless(encoder_move="polled"), PROFILE,
-        "the adapter ends no move by the encoder; option encoder_move = polled stops when it is read"),
+    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless("encoder_move", "polled"), PROFILE,
+        "the drive can't end a move by its encoder; option encoder_move = polled stops after a read of it"),
     no_follower("drive"),
     CommandRow(Feature.HOME, "home input",
         lambda request, options: HOME not in options.wired or not request.configuration.inputs_used & HOME,
-        HOMING, "the drive homes to an input with the function home only"),
+        HOMING, "the drive needs an input with the function home; set option in1 or in2"),
     CommandRow(TIMED, "speed", _too_slow, PROFILE,
-        "no motion of the drive is slower than its starting speed"),
-    CommandRow(Feature.BLEND, "S-curve in a blend move", _curved_blend, BLOCK,
-        "the drive's jerk makes ramps of another length, and segments would not fit"),
-    CommandRow(Feature.REGISTRATION, "S-curve in a registration move", _registers_with_jerk, PROFILE,
-        "a registration move of the drive has no jerk: its word is the minimum distance"),
+        "the drive can't move slower than its starting speed"),
+    CommandRow(Feature.BLEND, "S-curve in a blend move", _has_curved_segment, BLOCK,
+        "the drive's jerk changes the length of the ramps, so the segments would not fit"),
+    CommandRow(Feature.REGISTRATION, "S-curve in a registration move", _has_jerk, PROFILE,
+        "a registration move of the drive has no jerk; its word is the minimum distance"),
     CommandRow(RAMPED, "S-curve", _no_jerk, PROFILE,
-        "no jerk of the drive makes this S-curve; option strict rejects a gentler one"),
+        "no jerk of the drive makes this S-curve; option strict refuses a gentler one"),
     CommandRow(Feature.MOVE, "distance", lambda request, _: abs(request.distance) > TARGET_MAX, PROFILE,
-        f"the drive moves by up to {TARGET_MAX} steps"),
+        f"the drive's longest move is {TARGET_MAX} steps"),
 )
 # fmt: on
 
@@ -113,7 +114,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[AmciDriveOptions], ...] = (
     SubstitutionRow(
         "S-curve",
         _rounds_jerk,
-        "the drive has one jerk for both ramps, a whole number up to 5000: the next lower one is taken",
+        "the drive has one jerk for both ramps, a whole number up to 5000: it uses the next lower one",
     ),
 )
 

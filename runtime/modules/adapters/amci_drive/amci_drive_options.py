@@ -25,7 +25,7 @@ class AmciDriveOptions(Options):
         in2: input of the 3601 that is wired to input 2.
         unwired: inputs that the configuration uses and that are not wired: "inactive" reads them as inactive,
             "reject" refuses the configuration.
-        rpi_ms: time between exchanges, ms, 1 to 100; an answer after this time is late.
+        rpi_ms: time between exchanges, ms, 1 to 100; a response after this time is late.
         strict: refuse S-curves that no jerk of the drive matches exactly.
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
@@ -59,8 +59,9 @@ class AmciDriveOptions(Options):
 
     @property
     def wired(self) -> tuple[int, int]:
-        """The inputs of the 3601 that are wired to inputs 1 and 2, as masks; 0 = none."""
-        first_input, second_input = (
-            0 if name == "none" else InputBit[name.upper()].value for name in (self.in1, self.in2)
-        )
-        return first_input, second_input
+        """The inputs of the 3601 that are wired to inputs 1 and 2, as masks; 0 for none."""
+        return _mask(self.in1), _mask(self.in2)
+
+
+def _mask(name: InputName) -> int:
+    return 0 if name == "none" else InputBit[name.upper()].value

@@ -18,17 +18,13 @@ from .units import DriveProfile, drive_profile
 
 
 class DriveAxis(ProfileAxis[DriveProfile]):
-    """An `Axis` whose steps a networked drive makes."""
+    """An `Axis` that a networked drive moves."""
 
     driver: AmciDriver
 
     def __init__(self, driver: AmciDriver, options: AmciDriveOptions) -> None:
         super().__init__(driver, AmciDriveCapabilities(options))
         self._wired = options.wired
-
-    @property
-    def _start_sps(self) -> int:
-        return 1 if self.configuration is None else self.configuration.starting_speed
 
     @override
     def drive_for(self, profile: Profile) -> DriveProfile:
@@ -41,13 +37,13 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @property
     def found_home(self) -> bool:
-        """Whether the last search has ended at home."""
+        """Whether the last search ended at home."""
         return self.driver.found_home
 
     @property
     @override
     def ramp(self) -> int:
-        """The ramp state that the drive reported last."""
+        """The last ramp state of the drive's status, or the expected one before its first status."""
         task = self.task
         if task is None or task.model is None:
             return super().ramp
@@ -63,14 +59,14 @@ class DriveAxis(ProfileAxis[DriveProfile]):
     @property
     @override
     def levels(self) -> int:
+        """Levels of the wired inputs as last read; the others have their inactive level (option unwired)."""
         first_input, second_input = self._wired
-        levels = self.driver.levels
-        shown_levels = (first_input if levels & 1 else 0) | (second_input if levels & 2 else 0)
-        configuration = self.configuration
+        drive_levels, configuration = self.driver.levels, self.configuration
+        levels = (first_input if drive_levels & 1 else 0) | (second_input if drive_levels & 2 else 0)
         if configuration is None:
-            return shown_levels
-        unwired = configuration.inputs_used & ~(first_input | second_input)
-        return shown_levels | unwired & ~configuration.active_high  # option unwired: inactive
+            return levels
+        unwired_inputs = configuration.inputs_used & ~(first_input | second_input)
+        return levels | unwired_inputs & ~configuration.active_high
 
     @override
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
@@ -82,7 +78,7 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Change the values of the running jog."""
+        """Request new values for the running jog."""
         task = self.task
         if task is not None:
             task.drive = self.drive_for(profile)
@@ -90,11 +86,11 @@ class DriveAxis(ProfileAxis[DriveProfile]):
 
     @override
     def watch_steps(self, steps: int) -> None:
-        """Store the minimum distance for the registration move that begins."""
+        """Store the minimum distance of the next registration move."""
         self.driver.minimum = steps - 1
 
     @override
     def reset_errors(self) -> None:
-        """Reset the drive's errors."""
+        """Request the driver to reset the drive's errors."""
         driver = self.driver
         driver.clear_errors = driver.state is ControllerState.READY and bool(driver.status & RESETTABLE)

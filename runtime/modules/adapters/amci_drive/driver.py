@@ -3,11 +3,11 @@
     out     words A    words A    words B    words B    ...      function 23
     in      before A   after A    after A    after B
 
-Changed words are sent, and their answer is read, at once; otherwise rpi_ms pass between exchanges. An
-answer has the data from before its own write, so the input words are valid for a command from the second
-exchange with it on. A bit that stays on makes no second edge: any exchange may be repeated, even a start.
+Changed words are sent, and the response is read, at once; otherwise rpi_ms pass between exchanges. A
+response has the data from before its own write, so only the second exchange with a command shows its effect.
+A bit that stays on makes no second edge, so any exchange may be repeated, even a start.
 
-    configure   stop, configuration mode, command mode with the driver enabled, position := B
+    configure   stop, configuration mode, command mode with the driver enabled, position := BIAS
     idle        no command bit
     motion      the command bit, until a reply shows the end
 """
@@ -35,7 +35,7 @@ from .amci_drive_options import AmciDriveOptions
 from .units import DriveProfile, segments_of
 
 LINE_FORMAT = LineFormat(100_000_000)
-"""Ethernet has no characters: this format only makes the bytes take no time."""
+"""Ethernet has no character times; this baud rate makes bytes take practically no time."""
 
 LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
 
@@ -62,47 +62,42 @@ POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 COMPLAINTS: dict[StatusBit, tuple[int, str]] = {
     StatusBit.COMMAND_ERROR: (COMMAND_ERROR, "the drive has refused a command"),
     StatusBit.INVALID_JOG_CHANGE: (COMMAND_ERROR, "the drive has refused a change of speed"),
-    StatusBit.DRIVER_FAULT: (
-        POSITION_INVALID,
-        "the drive reports a fault of its driver, and the motor is off",
-    ),
+    StatusBit.DRIVER_FAULT: (POSITION_INVALID, "the drive reports a driver fault, and the motor is off"),
     StatusBit.STALL_DETECTED: (POSITION_INVALID, "the motor has stalled"),
     StatusBit.TEMPERATURE_90C: (0, "the drive is hotter than 90 degC"),
-    StatusBit.CONNECTION_LOST: (0, "the drive has lost its connection meanwhile"),
-    StatusBit.ENCODER_ERROR: (0, "the drive reports an error of its encoder"),
+    StatusBit.CONNECTION_LOST: (0, "the drive lost its connection for a time"),
+    StatusBit.ENCODER_ERROR: (0, "the drive reports an encoder error"),
 }
-"""Error bits of the drive with the 3601's bits for them; input errors appear at the inputs."""
+"""The 3601's bits and the text of each error of the drive; input errors appear at the inputs."""
 
 FUNCTIONS = {role: function for function, role in ROLES.items()}
-"""The drive's function of an input of the 3601."""
+"""The drive's input function for each input of the 3601."""
 
-LOOKS = 3
-"""Number of ignored images in which the drive rests without reporting the end of the motion."""
+IMAGES_IGNORED = 3
+"""Images at rest that are ignored after a start, unless they show the end of the motion."""
 
 HANDSHAKES_MAX = 50
-"""Maximum exchanges until a drive answers a handshake bit."""
+"""Maximum exchanges until a drive changes a handshake bit."""
 
 CONFIGURES = CommandBit.MODE_CONFIG.value
 ENABLED = Modifier.ENABLE_DRIVER.value
 IDLE = (0, ENABLED, *(0,) * (WORDS - 2))
 
 Words = tuple[int, ...]
+"""Ten output or input words, unsigned."""
 
 
 class AmciDriver(ProfileDriver[DriveProfile]):
-    """The driver's view of a networked drive.
+    """The driver of a networked drive.
 
     Attributes:
         status: the status bits that were read last.
         encoder: the encoder count that was read last.
-        late: exchanges that took longer than the RPI, including exchanges without an answer.
-        changed: new values for the running jog are requested.
-        minimum: minimum distance of the registration move that begins.
-        found_home: whether the last search has ended at home.
+        late: exchanges that took longer than the RPI, including exchanges without a response.
+        changed: a request to send new values for the running jog.
+        minimum: minimum distance of the next registration move, steps.
+        found_home: whether the last search ended at home.
         clear_errors: a request to reset the drive's errors.
-
-    Args:
-        options: axis, wiring and motor.
     """
 
     def __init__(self, options: AmciDriveOptions, unit: int = 1) -> None:
@@ -115,18 +110,22 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         self.minimum = 0
         self._options = options
         self._rpi_ns = NS_PER_MS * options.rpi_ms
+        # the configuration
         self._configuration: Words = (0,) * WORDS
-        self._inverted = 0
+        self._inverted = 0  # mask of inputs whose status bits are inverted
         self._start_sps = 1
+        # the exchanges
         self._transaction = 0
-        self._due_ns = 0
-        self._words = IDLE
-        self._taken: Words | None = None  # words written by the last answered exchange
-        self._fresh = False  # the last image follows the words in force, and is still unprocessed
-        self._counter = 0
-        self._unseen = self._began_at = 0  # images at rest still to be ignored; start of the motion
-        self._holds = False  # a refused Hold is ignored: the move has already ended
-        self._refuses = False
+        self._due_ns = 0  # the instant of the next exchange without a change
+        self._words = IDLE  # output words in force
+        self._last_written: Words | None = None  # words of the last write that the drive answered
+        self._fresh = False  # the last image shows the effect of `_words`, and is still unprocessed
+        self._refused_registers = False
+        # the motion
+        self._counter = 0  # the drive's position in the last image
+        self._start_position = 0
+        self._images_to_ignore = 0  # see `IMAGES_IGNORED`
+        self._hold_requested = False  # a refusal of Hold means that the move has already ended
 
     def note_configuration(self, configuration: Configuration) -> None:
         """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
@@ -162,47 +161,46 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def identify(self) -> LineRequest:
-        return self._question(None)
+        return self._next_request(None)
 
-    def _question(self, words: Sequence[int] | None) -> LineRequest:
+    def _next_request(self, words: Sequence[int] | None) -> LineRequest:
         self._transaction = self._transaction + 1 & 0xFFFF
         if words is None:
             return frames.read(self.unit, self._transaction, self._options.axis)
         return frames.exchange(self.unit, self._transaction, self._options.axis, words)
 
     def _exchange(self, words: Words | None) -> Talk:
-        """Make an exchange, until it is answered; None writes nothing."""
+        """Repeat an exchange until the drive answers, and read its image; None writes nothing."""
         while True:
-            began_ns = self.master.now_ns
-            self._due_ns = began_ns + self._rpi_ns
-            reply = yield from self.ask(self._question(words))
-            self.master.expect_nothing_late()  # an answer identifies its request
+            self._due_ns = self.master.now_ns + self._rpi_ns
+            reply = yield from self.try_once(self._next_request(words))
+            self.master.expect_nothing_late()  # a response identifies its request
             if reply is None or self.master.now_ns > self._due_ns:
                 self._note_late()
             if reply is not None:
                 break
         if reply.refused is not None:
-            if not self._refuses:
+            if not self._refused_registers:
                 self.findings.complain(0, f"the drive refuses its registers with exception {reply.refused}")
-            self._refuses = True
+            self._refused_registers = True
             raise LinkLostError
-        self._refuses = False
-        was_configuring = self._taken is not None and bool(self._taken[0] & CONFIGURES)
+        self._refused_registers = False
+        was_configuring = self._last_written is not None and bool(self._last_written[0] & CONFIGURES)
         if words is not None:
-            self._taken = words
+            self._last_written = words
         if not was_configuring:
-            self._note(reply.words)
+            self._read_image(reply.words)
 
     def _note_late(self) -> None:
         """Count a late exchange; report the 1st, the 10th, the 100th and so on."""
         self.late += 1
-        if str(self.late).strip("0") == "1":
-            exchanges = "exchange has" if self.late == 1 else "exchanges have"
-            self.findings.complain(
-                0, f"{self.late} {exchanges} taken longer than the RPI of {self._options.rpi_ms} ms"
-            )
+        is_power_of_ten = str(self.late).strip("0") == "1"
+        if is_power_of_ten:
+            exchanges = "exchange" if self.late == 1 else "exchanges"
+            text = f"{self.late} {exchanges} took longer than the RPI of {self._options.rpi_ms} ms"
+            self.findings.complain(0, text)
 
-    def _note(self, words: Words) -> None:
+    def _read_image(self, words: Words) -> None:
         """Read the ten words of the drive in command mode."""
         if words[0] & CONFIGURES:
             return
@@ -214,33 +212,34 @@ class AmciDriver(ProfileDriver[DriveProfile]):
         self.encoder = self.encoder if encoder is None else encoder
         self.busy = not status & StatusBit.STOPPED
         if self.busy:
-            self._unseen = 0
+            self._images_to_ignore = 0
         self.unfit = bool(status & UNFIT) and self._was_ready
         if self._was_ready and status & StatusBit.CONFIG_ERROR:
             raise PowerLostError
-        if self._holds or status & StatusBit.CONFIG_ERROR:  # without a configuration it refuses all commands
+        if self._hold_requested or status & StatusBit.CONFIG_ERROR:  # it refuses every command
             new_bits &= ~StatusBit.COMMAND_ERROR
         for bit, (bits, text) in COMPLAINTS.items():
             if new_bits & bit:
                 self.findings.complain(bits, text)
 
-    def _put(self, words: Words) -> Talk:
-        """Write words, and read the drive's answer to them; a bit that is already on is given an edge."""
+    def _write_with_edge(self, words: Words) -> Talk:
+        """Write words, and read the image after them; a bit that is already on goes off and on again."""
         self._words = words
-        if self._taken is not None and self._taken != words and self._taken[0] & words[0] & ~CONFIGURES:
+        before = self._last_written
+        if before is not None and before != words and before[0] & words[0] & ~CONFIGURES:
             yield from self._exchange(IDLE)
         yield from self._refresh()
 
-    def _keep(self, words: Words) -> Talk:
-        """Write changed words whose command bit stays on, and read the answer."""
+    def _write_without_edge(self, words: Words) -> Talk:
+        """Write words, and read the image after them; a bit that is already on stays on."""
         self._words = words
         yield from self._refresh()
 
     def _refresh(self) -> Talk:
-        """Read the input words that follow the output words in force."""
+        """Read an image that shows the effect of the output words in force."""
         if not (self._was_ready or self.setup):
             yield from self._poll(None)  # nothing is written before a configuration
-        elif self._taken != self._words:
+        elif self._last_written != self._words:
             yield from self._exchange(self._words)
             yield from self._exchange(self._words)
             self._fresh = True
@@ -260,10 +259,10 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def forget(self) -> None:
-        self._taken = None
+        self._last_written = None
         self._fresh = False
         self._words = IDLE
-        self._zeroing = self._holds = self.changed = self.clear_errors = False
+        self._zeroing = self._hold_requested = self.changed = self.clear_errors = False
 
     @override
     def pending_exchange(self) -> Talk | None:
@@ -271,15 +270,15 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     def _reset_errors(self) -> Talk:
         self.clear_errors = False
-        yield from self._put((CommandBit.RESET_ERRORS.value, *IDLE[1:]))
-        yield from self._put(IDLE)
+        yield from self._write_with_edge((CommandBit.RESET_ERRORS.value, *IDLE[1:]))
+        yield from self._write_with_edge(IDLE)
 
     @override
     def stop(self) -> Talk:
-        """Stop at once; the bit gets an edge each time."""
-        if self._taken is None or self.setup or not self._was_ready:
-            yield from self._exchange(IDLE)  # the words in force there are unknown
-        yield from self._put((CommandBit.IMMEDIATE_STOP.value, *IDLE[1:]))
+        """Stop at once; the stop bit rises each time."""
+        if self._last_written is None or self.setup or not self._was_ready:
+            yield from self._exchange(IDLE)  # the drive may have any words in force
+        yield from self._write_with_edge((CommandBit.IMMEDIATE_STOP.value, *IDLE[1:]))
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -287,13 +286,13 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def read_status(self) -> Talk:
         """Read the image, unless the image after the last command is still unprocessed."""
         is_fresh, self._fresh = self._fresh, False
-        if not is_fresh or self._taken != self._words:
+        if not is_fresh or self._last_written != self._words:
             yield from self._refresh()
             self._fresh = False
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
-        """Return the counter of the last image, whose status, position and inputs are simultaneous."""
+        """Return the counter of the last image; its status, position and inputs are simultaneous."""
         yield from ()
         return self._counter
 
@@ -311,17 +310,17 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def write_position(self, position: int) -> Talk:
         upper, lower = NumberFormat.THOUSANDS.split(position)
         preset = (CommandBit.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
-        yield from self._put(preset)
+        yield from self._write_with_edge(preset)
         self._words = IDLE
 
     # -- configuration ------------------------------------------------------------------------
 
     @override
     def configure(self) -> Talk:
-        """Stop, write the configuration, enable the driver, set the counter to B."""
+        """Stop, write the configuration, enable the driver, set the counter to `BIAS`."""
         yield from self.halt()
         yield from self._exchange(self._configuration)
-        yield from self._put(IDLE)
+        yield from self._write_with_edge(IDLE)
         if self.status & StatusBit.CONFIG_ERROR:
             text = "the drive has refused its configuration"
             self.findings.complain(StatusMsw.CONFIG_ERROR.value, text)
@@ -336,59 +335,61 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def carry_out(self, task: Task[DriveProfile]) -> Talk:
         if self.status & RESETTABLE:
             yield from self._reset_errors()
-        yield from self.make_room(task)
-        program = task.drive.program
-        is_stored = program is None or (yield from self._store(task.drive))
-        began_at = self.position
+        yield from self.keep_counter_in_range(task)
+        is_stored = task.drive.program is None or (yield from self._store_segments(task.drive))
+        start_position = self.position
         if is_stored and not (self.cut or task.stopping):
             self._zeroing, self.found_home = task.kind is TaskKind.HOME, False
-            self._unseen, self._began_at = LOOKS, began_at
-            yield from self._put(self._words_of(task))
+            self._images_to_ignore, self._start_position = IMAGES_IGNORED, start_position
+            yield from self._write_with_edge(self._start_words(task))
             self.model(task)
             yield from self.accompany(task)
         if not self.cut:
-            yield from self._find_zero(task)
-            yield from self.conclude(task, began_at)
-        self._zeroing = self._holds = self.changed = False
+            yield from self._finish_search(task)
+            yield from self.conclude(task, start_position)
+        self._zeroing = self._hold_requested = self.changed = False
         if not self.cut:
             self._words = IDLE
 
-    def _words_of(self, task: Task[DriveProfile]) -> Words:
+    def _start_words(self, task: Task[DriveProfile]) -> Words:
         """Return the words that start a motion."""
         drive = task.drive
         if drive.program is not None:
             backward = Modifier.REVERSE_BLEND.value if task.direction < 0 else 0
             return (CommandBit.RUN_ASSEMBLED_MOVE.value, ENABLED | backward, *IDLE[2:])
-        command = STARTS[task.kind][task.direction < 0]
+        start_cw, start_ccw = STARTS[task.kind]
+        command = start_cw if task.direction > 0 else start_ccw
+        speed_and_rates = drive.max_sps, drive.acceleration, drive.deceleration
+        if task.registers:
+            modifiers = ENABLED | Modifier.REGISTRATION_MOVE.value
+            minimum_words = NumberFormat.THOUSANDS.split(self.minimum)
+            return _command(command, modifiers, task.steps, speed_and_rates, minimum_words)
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
-        modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
-        last_words = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
-        return _command(
-            command, modifiers, steps, (drive.max_sps, drive.acceleration, drive.deceleration), last_words
-        )
+        return _command(command, ENABLED, steps, speed_and_rates, (0, drive.jerk))
 
-    def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
+    def _store_segments(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
         """Store the segments of a blend move in the drive; return whether the drive accepted them."""
         assert drive.program is not None
         programs = CommandBit.PROGRAM_ASSEMBLED
-        yield from self._put(_command(programs, ENABLED, 0, (0, 0, 0), (0, 0)))
-        is_ready = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=True)
-        for steps, *values in segments_of(drive.program, drive.start_sps):
-            for bits, waits in ((programs | CommandBit.READ_ASSEMBLED_DATA, False), (programs, True)):
+        yield from self._write_with_edge(_command(programs))
+        is_ready = yield from self._await_segment_request(True)
+        for steps, *speed_and_rates in segments_of(drive.program, drive.start_sps):
+            for bits, is_requesting in ((programs | CommandBit.READ_ASSEMBLED_DATA, False), (programs, True)):
                 if is_ready and not self.cut:
-                    yield from self._keep(_command(bits, ENABLED, steps, values, (0, 0)))
-                    is_ready = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=waits)
-        yield from self._keep(IDLE)
+                    words = _command(bits, target=steps, speed_and_rates=speed_and_rates)
+                    yield from self._write_without_edge(words)
+                    is_ready = yield from self._await_segment_request(is_requesting)
+        yield from self._write_without_edge(IDLE)
         if not is_ready and not self.status & StatusBit.COMMAND_ERROR:
-            self.findings.complain(COMMAND_ERROR, "the drive does not take the segments of a blend move")
+            self.findings.complain(COMMAND_ERROR, "the drive does not accept the segments of a blend move")
         return is_ready
 
-    def _wait_for(self, bit: StatusBit, *, on: bool) -> Generator[Step, Reply | None, bool]:
-        """Wait for a bit of a handshake; return whether it came."""
+    def _await_segment_request(self, is_requesting: bool) -> Generator[Step, Reply | None, bool]:
+        """Wait until the drive requests a segment, or no longer does; return whether that happened."""
         for _ in range(HANDSHAKES_MAX):
             if self.status & StatusBit.COMMAND_ERROR or self.cut:
                 return False
-            if bool(self.status & bit) is on:
+            if bool(self.status & StatusBit.WAITING_FOR_SEGMENT) is is_requesting:
                 return True
             yield from self._refresh()
         return False
@@ -404,43 +405,38 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
     @override
     def watch(self, task: Task[DriveProfile]) -> Talk:
-        """Change the speed of a jog on request; note the end of the counter's range."""
+        """Change the speed of a jog on request; find out whether a drive at rest has ended the motion."""
         if self.changed:
             self.changed = False
             drive, now_ns = task.drive, self.master.now_ns
-            yield from self._keep(self._words_of(task))
+            yield from self._write_without_edge(self._start_words(task))
             if task.model is not None:
                 profile = drive.profile
                 rates = profile.acceleration_spmss, profile.deceleration_spmss
                 task.model = change_speed(task.model, now_ns, drive.max_sps, *rates, profile.shape)
-            self.busy = True  # the image that ends the jog follows the change
-        if not self.busy and self._unseen:
-            self._unseen -= 1
+            self.busy = True  # the last image is older than the change
+        if not self.busy and self._images_to_ignore:
+            self._images_to_ignore -= 1
             self.busy = not self._shows_an_end(task)
         yield from super().watch(task)
         if task.kind is TaskKind.HOME and not self.busy and not self.status & (StatusBit.AT_HOME | FAILED):
-            self.busy = not (yield from self._rests_long())
+            self.busy = not (yield from self._stays_at_rest())
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
-        """Whether a drive at rest has processed the start, which it may do after its answer."""
-        has_moved = self.position != self._began_at
-        has_ended = self.status & FAILED or task.stopping or task.marked
-        return bool(has_ended) or (task.kind is not TaskKind.INDEX and has_moved) or self._is_there(task)
+        """Return whether a drive at rest has made the motion; it may process a start after its response."""
+        if self.status & FAILED or task.stopping or task.marked:
+            return True
+        if task.kind is TaskKind.INDEX:
+            return self.position == self._start_position + task.direction * task.steps
+        return self.position != self._start_position
 
-    def _is_there(self, task: Task[DriveProfile]) -> bool:
-        return task.kind is TaskKind.INDEX and self.position == self._began_at + task.direction * task.steps
-
-    def _rests_long(self) -> Generator[Step, Reply | None, bool]:
-        """Whether a search without a result has ended: a search pauses where it reverses."""
+    def _stays_at_rest(self) -> Generator[Step, Reply | None, bool]:
+        """Return whether a search without a result has ended: a search also pauses where it reverses."""
         counter_before = self._counter
         for _ in range(HANDSHAKES_MAX):
             yield from self._refresh()
-            if (
-                self.cut
-                or self.busy
-                or self._counter != counter_before
-                or self.status & (StatusBit.AT_HOME | FAILED)
-            ):
+            has_result = self.status & (StatusBit.AT_HOME | FAILED)
+            if self.cut or self.busy or has_result or self._counter != counter_before:
                 return False
         return True
 
@@ -448,30 +444,30 @@ class AmciDriver(ProfileDriver[DriveProfile]):
     def slow_down(self, task: Task[DriveProfile]) -> Talk:
         """Release a jog; hold a move until it is at rest; stop any other motion without a ramp."""
         if task.kind is TaskKind.SLEW and not task.registers:
-            yield from self._keep(IDLE)
+            yield from self._write_without_edge(IDLE)
             if task.model is not None:
                 task.model = planned_stop(task, self.master.now_ns)
         elif task.kind is TaskKind.INDEX:
-            self._holds = True
-            yield from self._put((CommandBit.HOLD_MOVE.value, *self._words_of(task)[1:]))
-            while not self.cut and not (yield from self.rest()):
+            self._hold_requested = True
+            yield from self._write_with_edge((CommandBit.HOLD_MOVE.value, *self._start_words(task)[1:]))
+            while not self.cut and not (yield from self.confirm_standstill()):
                 yield from self.read_position()
                 yield PUBLISH
         else:
             yield from self.stop_and_read_status()
-            text = "the drive can't slow this motion down, and has been stopped without a ramp"
+            text = "the drive can't slow this motion down, and was stopped without a ramp"
             self.findings.complain(POSITION_INVALID, text)
 
     @override
     def set_mark(self, task: Task[DriveProfile]) -> Talk:
-        """Release the bit of a registration move: its steps count from then, or from an earlier input."""
-        words = self._words_of(task)
-        yield from self._keep((0, *words[1:]))
+        """Release the bit of a registration move, which counts its steps from then or an earlier input."""
+        words = self._start_words(task)
+        yield from self._write_without_edge((0, *words[1:]))
         if task.model is not None and task.model.end_ns is None:
             task.model = planned_end(task, self.master.now_ns)
 
-    def _find_zero(self, task: Task[DriveProfile]) -> Talk:
-        """Set the counter to B at home, where the drive has set it to 0."""
+    def _finish_search(self, task: Task[DriveProfile]) -> Talk:
+        """After a search, set the counter to `BIAS` at home, where the drive has set it to 0."""
         if task.kind is TaskKind.HOME:
             self._zeroing = False
             self.found_home = bool(self.status & StatusBit.AT_HOME)
@@ -481,15 +477,20 @@ class AmciDriver(ProfileDriver[DriveProfile]):
 
 
 def _command(
-    bits: CommandBit, modifiers: int, target: int, values: Sequence[int], last: tuple[int, int]
+    bits: CommandBit,
+    modifiers: int = ENABLED,
+    target: int = 0,
+    speed_and_rates: Sequence[int] = (0, 0, 0),
+    last_words: tuple[int, int] = (0, 0),
 ) -> Words:
-    """Return ten words, unsigned.
+    """Return ten output words, unsigned.
 
     Args:
-        values: speed in steps/s, acceleration and deceleration in steps/ms/s.
-        last: words 8 and 9 of the output.
+        target: position or distance, steps.
+        speed_and_rates: speed in steps/s, acceleration and deceleration in steps/ms/s.
+        last_words: words 8 and 9.
     """
-    speed, *rates = values
+    speed, *rates = speed_and_rates
     split_number = NumberFormat.THOUSANDS.split
-    words = (bits.value, modifiers, *split_number(target), *split_number(speed), *rates, *last)
+    words = (bits.value, modifiers, *split_number(target), *split_number(speed), *rates, *last_words)
     return tuple(word & 0xFFFF for word in words)

@@ -12,23 +12,23 @@ from .drive_axis import DriveAxis
 from .driver import LINE_FORMAT, AmciDriver
 from .simulated import SimulatedDrive
 
-ANSWER_S = 0.1
-"""Longest wait for an answer; the adapter does not wait longer."""
+RESPONSE_S = 0.1
+"""Longest wait for a response, in s, as long as the adapter's."""
 
 
 def open_network(port: str) -> Link:
     """Connect to a drive at tcp:HOST:PORT.
 
     Raises:
-        ValueError: the port is of another kind.
-        LinkError: it can't be connected.
+        ValueError: the port is not tcp:HOST:PORT.
+        LinkError: the connection fails.
     """
     from ....line.clients.modbus_tcp import ModbusTcpLink
 
     check_address(port)
     if not port.startswith(TCP):
-        raise SettingError("port", f"port {port}: a drive is on Modbus TCP, tcp:HOST:PORT")
-    return ModbusTcpLink(*split_address(port.removeprefix(TCP)), ANSWER_S)
+        raise SettingError("port", f"port {port}: must be tcp:HOST:PORT, since a drive uses Modbus TCP")
+    return ModbusTcpLink(*split_address(port.removeprefix(TCP)), RESPONSE_S)
 
 
 AMCI_DRIVE = AdapterKind(

@@ -2,7 +2,7 @@
 
     adapter --request, whole--> drive --reply, whole--> adapter        each takes 250 us
 
-A damaged segment counts as lost, since the checksum of TCP rejects it.
+A damaged segment counts as lost, since TCP's checksum rejects it.
 """
 
 from __future__ import annotations
@@ -29,13 +29,11 @@ class DriveDevice:
     """
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
-        wired_inputs = {
-            f"in{number}": name for number, name in ((1, options.in1), (2, options.in2)) if name != "none"
-        }
+        inputs = {"in1": options.in1, "in2": options.in2}
+        wired_inputs = {terminal: name for terminal, name in inputs.items() if name != "none"}
         self.drive = DriveUnit(options.row, machine, wired_inputs)
-        self._registers = DriveRegisters(
-            [DriveUnit(options.row) for _ in range(options.axis - 1)] + [self.drive]
-        )
+        lower_axes = [DriveUnit(options.row) for _ in range(options.axis - 1)]
+        self._registers = DriveRegisters([*lower_axes, self.drive])
         self._reply = b""
 
     @property
@@ -50,7 +48,7 @@ class DriveDevice:
 
     @property
     def turnaround_ns(self) -> int:
-        """It answers at once."""
+        """The time between request and reply: none."""
         return 0
 
     @property
@@ -86,7 +84,7 @@ class DriveDevice:
 
 
 class FaultyNetwork(FaultyDevice):
-    """A device whose network may fail."""
+    """A device on a network that may fail."""
 
     @override
     def damaged(self, data: bytes) -> bytes:
@@ -94,7 +92,7 @@ class FaultyNetwork(FaultyDevice):
 
 
 class SimulatedDrive(SimulatedController):
-    """A drive, its network link and its machine; the options define the wiring."""
+    """A drive, its network link and its machine."""
 
     device: DriveDevice
 
@@ -109,5 +107,5 @@ class SimulatedDrive(SimulatedController):
 
     @override
     def sense(self, now_ns: int) -> None:
-        """Sample the inputs after a change from outside."""
+        """Sample the inputs after an external change."""
         self.device.drive.look_again()

@@ -18,17 +18,17 @@ from ...amci3601.axis_protocol import BlendProgram
 
 JERK_MAX = 5_000
 
-PARTS = {Shape.TRIANGULAR: 1, Shape.TRAPEZOIDAL: 3}
-"""The time at the peak rate alone, divided by the time in which the rate rises."""
+FULL_PER_RISE = {Shape.TRIANGULAR: 1, Shape.TRAPEZOIDAL: 3}
+"""The duration of the ramp at its peak rate, divided by the time in which the rate rises."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveProfile:
-    """A motion in the drive's terms.
+    """A motion in the drive's terms: speeds in steps/s, rates in steps/ms/s.
 
     Attributes:
-        jerk: 0 = constant rates.
-        program: blend program, for a blend move.
+        jerk: 1 to 5,000; 0 for constant rates.
+        program: the program of a blend move, otherwise None.
     """
 
     start_sps: int
@@ -51,16 +51,16 @@ def exact_jerk(profile: Profile) -> Fraction:
     >>> exact_jerk(Profile(1000, 11_000, 100, 100, Shape.TRAPEZOIDAL))
     Fraction(3000, 1)
     """
-    if not profile.has_ramps or profile.shape not in PARTS:
+    if not profile.has_ramps or profile.shape not in FULL_PER_RISE:
         return Fraction(0)
     rate = min(profile.acceleration_spmss, profile.deceleration_spmss)
     full_s = Fraction(profile.speed_sps - profile.start_sps) / (1000 * Fraction(rate))
     assert isinstance(profile.shape, Shape)
-    return 100 * PARTS[profile.shape] / full_s
+    return 100 * FULL_PER_RISE[profile.shape] / full_s
 
 
 def jerk_is_exact(profile: Profile) -> bool:
-    """Whether the drive runs a profile's S-curve as a 3601 does."""
+    """Return whether the drive runs a profile's S-curve as a 3601 does."""
     jerk = exact_jerk(profile)
     rates_fit = jerk == 0 or profile.acceleration_spmss == profile.deceleration_spmss
     return rates_fit and jerk.denominator == 1 and jerk <= JERK_MAX
@@ -90,8 +90,8 @@ Segment = tuple[int, int, int, int]
 def segments_of(program: BlendProgram, start_sps: int) -> list[Segment]:
     """Return a blend program as the drive's segments; constant rates only.
 
-    A drive ramps down into its last segment, and out of it, at one rate. Where a 3601 has two, the last
-    segment is split after the first of these ramps.
+    A drive ramps down into and out of its last segment at one rate. If the 3601's program has two rates, the
+    last segment is split after the first ramp.
 
     >>> program = BlendProgram(((1000, 4000, 20, Shape.CONSTANT), (1000, 2000, 20, Shape.CONSTANT)), 40,
     ...                        Shape.CONSTANT)
@@ -102,7 +102,7 @@ def segments_of(program: BlendProgram, start_sps: int) -> list[Segment]:
     length, speed, rate, _ = legs.pop()
     speed_before = legs[-1][1] if legs else start_sps
     if speed < speed_before and rate != program.final_deceleration:
-        ramp = -(-(speed_before**2 - speed**2) // (2000 * rate))
-        legs.append((ramp, speed, rate, rate))
-        length -= ramp
+        ramp_steps = -(-(speed_before**2 - speed**2) // (2000 * rate))  # rounded up
+        legs.append((ramp_steps, speed, rate, rate))
+        length -= ramp_steps
     return [*legs, (length, speed, rate, program.final_deceleration)]

@@ -1,6 +1,6 @@
 """The driver of a PCL601: its exchanges, one after the other.
 
-configure   stop a program, clear errors, stop, functions off, current on, position := B
+configure   stop a program, clear errors, stop, functions off, current on, position := BIAS
 idle        status, position, inputs, repeated
 motion      changed parameters, the start, then as idle until its end
 """
@@ -26,15 +26,15 @@ from .pcl601_options import Pcl601Options
 from .units import Drive
 
 LINE_TIMING = LineTiming(frames.LINE_FORMAT, gap_ns=1_010_000, patience_ns=50_000_000)
-"""A gap of 3.5 characters and a little; a reply may take 50 ms [adapters, timeouts]."""
+"""A gap of a little over 3.5 characters; a reply may take 50 ms [adapters, timeouts]."""
 
 STARTS = {TaskKind.INDEX: Code.GO, TaskKind.SLEW: Code.GO_SLEW, TaskKind.HOME: Code.HOME_TYPE_1}
 
 MARK_OUTPUT = 7
-"""Wired to input 2: it sets the mark of a registration move."""
+"""Output that is wired to input 2, to set the mark of a registration move."""
 
 PROXIMITY_OUTPUT = 6
-"""By option proximity wired to both soft limits: it slows homing down."""
+"""Output that option proximity wires to both soft limits, to slow homing down."""
 
 MARKS = {TaskKind.SLEW: MARK_OUTPUT, TaskKind.HOME: PROXIMITY_OUTPUT}
 """The output that is the mark of a motion."""
@@ -46,34 +46,47 @@ ESTOP_INPUT = 1 << 3
 CAPTURE_INPUT = 1 << 4
 HARD_LIMIT = 1 << 6
 BOTH_SIDES = 2
-"""Value of `Pcl601Driver.limit_side`: a limit is on, its side is unknown."""
+"""Value of `Pcl601Driver.limit_side`: a limit is on, but its side is unknown."""
 
 
 class Pcl601Driver(ProfileDriver[Drive]):
-    """The driver's view of a PCL601.
+    """The driver of a PCL601.
 
-    Args:
-        options: wiring, and whether the controller's own program is kept from restarting.
+    Attributes:
+        encoder: the encoder count that was read last.
+        inputs: the input register that was read last.
+        errors: the error bits that were read last.
+        limit_side: the active hard limit: +1, -1, 0 for none, or `BOTH_SIDES`.
+        direction: direction of the last motion, 0 before the first.
+        clear_errors: a request to clear the error bits.
+        clear_encoder: a request to set the encoder to 0.
+        estop_on_limits: an active input 4 also activates both hard limits.
+        has_proximity: the proximity's output slows homing, and the home switch ends it.
+        captures_encoder: capture the encoder's count instead of the position.
+        polls_marks: a registration move stops after a read of its input, and then makes the remaining steps.
     """
 
     def __init__(self, options: Pcl601Options, unit: int = 1) -> None:
         super().__init__(LINE_TIMING)
         self.unit = unit
+        # read from the device
         self.encoder = self.inputs = 0
         self.errors = NO_ERROR
-        self.limit_side = 0  # the active hard limit: +1, -1, 0 for none, `BOTH_SIDES`
-        self.direction = 0  # direction of the last motion, 0 before the first
-        self.clear_errors = False  # a request to clear the error bits
-        self.clear_encoder = False  # a request to set the encoder to 0
-        self.estop_on_limits = False  # an active input 4 also activates both hard limits
-        self.has_proximity = False  # the proximity's output slows homing, the switch ends it
-        self.captures_encoder = False  # capture the encoder's count instead of the position
-        self._takes_over = options.takeover
-        self.polls_marks = False  # a registration move stops after a read of its input, and indexes the rest
-        self._disobeys = False
+        self.limit_side = 0
+        self.direction = 0
+        # requested by the axis
+        self.clear_errors = False
+        self.clear_encoder = False
+        self.estop_on_limits = False
+        self.has_proximity = False
+        self.captures_encoder = False
+        self.polls_marks = False
+        # known of the device
         self._outputs = (MARK_OUTPUT, PROXIMITY_OUTPUT) if options.proximity == "jumper" else (MARK_OUTPUT,)
-        self._maybe_on = set(self._outputs)
-        self._written: dict[Register, tuple[int, ...]] = {}
+        self._maybe_on = set(self._outputs)  # outputs that are not known to be off
+        self._written: dict[Register, tuple[int, ...]] = {}  # words of each block, by its first register
+        self._disobeys = False
+        self._takes_over = options.takeover
 
     # -- exchanges ----------------------------------------------------------------------------
 
@@ -89,14 +102,13 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def restore_protocol(self) -> Talk:
-        """Bring the controller back from AA ASCII, in which it ignores Modbus."""
+        """Switch a device that uses AA ASCII, in which it ignores Modbus, back to Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
-            self.findings.complain(0, "the controller was in AA ASCII, and is sent back to Modbus")
+            self.findings.complain(0, "the device used AA ASCII, and is switched back to Modbus")
             yield ascii.back_to_modbus(self.unit)
 
     @override
     def forget(self) -> None:
-        """Reset known parameters and requests to clear."""
         self._written.clear()
         self.clear_errors = self.clear_encoder = False
 
@@ -116,8 +128,8 @@ class Pcl601Driver(ProfileDriver[Drive]):
         self.clear_encoder = False
         self.encoder = 0
 
-    def _write(self, first: Register, *words: int) -> Talk:
-        """Write registers that contain other words."""
+    def _write_changed(self, first: Register, *words: int) -> Talk:
+        """Write a block of registers, unless the device already has these words."""
         if self._written.get(first) == words:
             return
         reply = yield from self._insist(pdus.write_registers(first, words))
@@ -125,7 +137,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield from self._command(Code.STOP_MOTION)
             reply = yield from self._insist(pdus.write_registers(first, words))
             if reply.refused is not None:
-                self._disobeyed()
+                self._note_disobedience()
                 raise LinkLostError
         self._written[first] = words
 
@@ -139,26 +151,27 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def halt(self) -> Talk:
-        """Stop at once, and clear every mark; before a configuration a program may run."""
-        if not self._was_ready and not (yield from self.admit()):
+        """Stop at once, and clear every mark; before a configuration, also stop a program."""
+        if not self._was_ready and not (yield from self.take_control()):
             raise LinkLostError
         yield from super().halt()
         yield from self._clear_marks()
 
     def _clear_marks(self) -> Talk:
-        """Switch off the outputs that may be on; a refused one may still be on."""
-        for output in [output for output in self._outputs if output in self._maybe_on]:
-            reply = yield from self._insist(pdus.write_output(output, False))
-            if reply.refused is None:
-                self._maybe_on.discard(output)
+        """Switch off the outputs that may be on; an output may stay on if the device refuses."""
+        for output in self._outputs:
+            if output in self._maybe_on:
+                reply = yield from self._insist(pdus.write_output(output, False))
+                if reply.refused is None:
+                    self._maybe_on.discard(output)
 
     # -- its stored program --------------------------------------------------------------
 
     @override
-    def admit(self) -> Generator[Step, Reply | None, bool]:
-        """Stop a program that runs in the controller; return whether the controller obeys.
+    def take_control(self) -> Generator[Step, Reply | None, bool]:
+        """Stop a program that runs in the device; return whether the device obeys.
 
-        A running program is detected by its refusal to write outputs.
+        While a program runs, the device refuses writes of outputs.
         """
         self._maybe_on.update(self._outputs)
         yield from self._clear_marks()
@@ -167,20 +180,20 @@ class Pcl601Driver(ProfileDriver[Drive]):
         yield from self._command(Code.STOP_MOTION)
         yield from self._clear_marks()
         if self._maybe_on:
-            self._disobeyed()
+            self._note_disobedience()
             return False
-        self.findings.complain(0, "a program was running in the controller, and has been stopped")
+        self.findings.complain(0, "a program was running in the device, and was stopped")
         self._disobeys = False
         if self._takes_over:
             yield from self._command(Code.AUTORUN_OFF)
         yield from self._clear_errors()  # the refused writes have set errors
         return True
 
-    def _disobeyed(self) -> None:
-        """Complain once, then not again until the controller has obeyed."""
+    def _note_disobedience(self) -> None:
+        """Complain once, then not again until the device has obeyed."""
         if not self._disobeys:
             self._disobeys = True
-            self.findings.complain(0, "the controller refuses what is written, and a stop has not helped")
+            self.findings.complain(0, "the device refuses writes, even after a stop")
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -203,14 +216,14 @@ class Pcl601Driver(ProfileDriver[Drive]):
     @override
     def write_position(self, position: int) -> Talk:
         self._written.pop(Register.POSITION, None)
-        yield from self._write(Register.POSITION, *pdus.low_high(position))
+        yield from self._write_changed(Register.POSITION, *pdus.low_high(position))
 
     @override
     def read_inputs(self) -> Talk:
         """Read the input register, and determine the side of a hard limit."""
         reply = yield from self._insist(pdus.read_input_register())
         (inputs,) = reply.words
-        if self._begins_to_capture(inputs):
+        if self._begins_to_capture(inputs):  # the count is read before the image shows the input
             yield from (self.read_status() if self.captures_encoder else self.read_position())
         self.inputs = inputs
         diodes_conduct = self.estop_on_limits and self.inputs & ESTOP_INPUT
@@ -220,14 +233,14 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield from self._determine_limit_side()
 
     def _begins_to_capture(self, inputs: int) -> bool:
-        """Return whether the capture input becomes active: the value is read before the input is shown."""
+        """Return whether the capture input has become active since the last read."""
         changed_bit = (inputs ^ self.inputs) & CAPTURE_INPUT
-        return bool(changed_bit) and bool(inputs & CAPTURE_INPUT) is self.captures
+        return bool(changed_bit) and bool(inputs & CAPTURE_INPUT) is self.capture_level
 
     @property
     @override
     def cycle(self) -> tuple[Callable[[], Talk], ...]:
-        """The reads of a poll; inputs twice, so that no pulse of 20 ms is missed."""
+        """The reads of a poll; it reads the inputs twice, so that it misses no pulse of 20 ms."""
         return self.read_status, self._read_inputs_early, self.read_position, self.read_inputs
 
     def _read_inputs_early(self) -> Talk:
@@ -237,22 +250,21 @@ class Pcl601Driver(ProfileDriver[Drive]):
             yield PUBLISH
 
     def _determine_limit_side(self) -> Talk:
-        """Determine the side of the active limit: it stops a motion toward it, and no motion away from it.
+        """Determine the side of the active limit, which stops only a motion toward it.
 
-        An index of one step ends before the next read, and gives no information about an earlier active
-        limit.
+        An index of one step ends before the next read, so it reveals no limit that was already active.
         """
-        task, unheard_of = self.task, self.limit_side == 0
-        if task is not None and task.model is not None and (unheard_of or task.kind is not TaskKind.INDEX):
+        task, is_new = self.task, self.limit_side == 0
+        if task is not None and task.model is not None and (is_new or task.kind is not TaskKind.INDEX):
             yield from self.read_status()
-            self.limit_side = self._side_by(task)
-        elif unheard_of:
+            self.limit_side = self._side_revealed_by(task)
+        elif is_new:
             self.limit_side = self.direction or BOTH_SIDES
 
-    def _side_by(self, task: Task[Drive]) -> int:
-        """Return the limit that a motion reveals by continuing or stopping.
+    def _side_revealed_by(self, task: Task[Drive]) -> int:
+        """Return the limit side: behind a motion that continues, ahead of a motion that has stopped.
 
-        A motion that is stopped for another speed always stops; only the next motion reveals the limit.
+        A stop for a change of speed reveals nothing; the next motion does.
         """
         if self.busy:
             return -self.direction
@@ -262,53 +274,58 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def configure(self) -> Talk:
-        """Clear errors, stop, switch every function off and the current on, set the counter to B."""
+        """Clear errors, stop, switch every function off and the current on, set the counter to `BIAS`."""
         yield from self._insist(pdus.report_id())
         yield from self.read_status()
         if self.errors:
             yield from self._clear_errors()
         yield from self.halt()
-        yield from self._write(Register.ANALOG_ENABLE, 0, 1)
-        yield from self._write(Register.INDEX_ON_FLY, *FUNCTIONS_OFF)
-        self._written[Register.INDEX_ON_FLY] = FUNCTIONS_OFF[:1]
+        yield from self._write_changed(Register.ANALOG_ENABLE, 0, 1)
+        yield from self._write_changed(Register.INDEX_ON_FLY, *FUNCTIONS_OFF)
+        self._written[Register.INDEX_ON_FLY] = FUNCTIONS_OFF[:1]  # motions write this register alone
         yield from self.rebase(BIAS)
 
     # -- motions ------------------------------------------------------------------------------
 
     @override
     def carry_out(self, task: Task[Drive]) -> Talk:
-        yield from self.make_room(task)
+        yield from self.keep_counter_in_range(task)
         yield from self._write_parameters(task)
-        began_at = self.position
+        start_position = self.position
         if not (self.cut or task.stopping):
             self.direction = task.direction
-            yield from self.start(task, self._request(pdus.command(self._start_of(task))))
+            yield from self.start(task, self._request(pdus.command(self._start_code(task))))
             yield from self.accompany(task)
         if not self.cut:
-            yield from self._finish(task, began_at)
-            yield from self.conclude(task, began_at)
+            yield from self._finish(task, start_position)
+            yield from self.conclude(task, start_position)
 
-    def _start_of(self, task: Task[Drive]) -> Code:
+    def _start_code(self, task: Task[Drive]) -> Code:
         if task.kind is TaskKind.HOME and self.has_proximity:
             return Code.HOME_TYPE_0
         return STARTS[task.kind]
 
     def _write_parameters(self, task: Task[Drive]) -> Talk:
+        """Write the parameters of a motion: a mark input, steps if it counts them, speeds, direction.
+
+        The block from STEPS contains the block from ACCEL, so a write of one outdates the other.
+        """
+        counts_from_mark = task.registers and not self.polls_marks
+        yield from self._write_changed(Register.INDEX_ON_FLY, int(counts_from_mark))
         drive = task.drive
-        registers = task.registers and not self.polls_marks
-        yield from self._write(Register.INDEX_ON_FLY, int(registers))
+        max_speed = jog_speed = drive.max_sps
         direction = int(task.direction > 0)
-        speeds = (*pdus.low_high(drive.accel_sps2), drive.base_sps, drive.max_sps, drive.max_sps)
-        if task.kind is TaskKind.INDEX or registers:
+        words_from_accel = *pdus.low_high(drive.accel_sps2), drive.base_sps, max_speed, jog_speed, direction
+        if task.kind is TaskKind.INDEX or counts_from_mark:
             self._written.pop(Register.ACCEL, None)
-            yield from self._write(Register.STEPS, *pdus.low_high(task.steps), *speeds, direction)
+            yield from self._write_changed(Register.STEPS, *pdus.low_high(task.steps), *words_from_accel)
         else:
             self._written.pop(Register.STEPS, None)
-            yield from self._write(Register.ACCEL, *speeds, direction)
+            yield from self._write_changed(Register.ACCEL, *words_from_accel)
 
     @override
     def set_mark(self, task: Task[Drive]) -> Talk:
-        """Set the mark from which a registration move's steps count, or homing slows down."""
+        """Set the mark from which a registration move counts its steps, or homing slows down."""
         if task.kind is TaskKind.SLEW and self.polls_marks:
             yield from self.stop_and_index(task)
             return
@@ -325,7 +342,7 @@ class Pcl601Driver(ProfileDriver[Drive]):
 
     @override
     def slow_down(self, task: Task[Drive]) -> Talk:
-        """Stop softly: a slew ends by itself, an index creeps and is stopped at its base speed."""
+        """Stop softly: a slew ends by itself, but an index must be stopped when it reaches its base speed."""
         yield from self._command(Code.STOP_SOFT)
         drive, now_ns, model = task.drive, self.master.now_ns, task.model
         assert model is not None
@@ -343,10 +360,10 @@ class Pcl601Driver(ProfileDriver[Drive]):
         if not self.cut:
             yield from self.stop_and_read_status()
 
-    def _finish(self, task: Task[Drive], began_at: int) -> Talk:
-        """Clear the mark; a limit that ended a slew, or blocked a search, lies in its direction."""
+    def _finish(self, task: Task[Drive], start_position: int) -> Talk:
+        """Clear the mark; an active limit that ended a slew, or blocked a search, is ahead of the motion."""
         yield from self._clear_marks()
-        slew_ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
-        is_blocked = task.kind is TaskKind.HOME and self.position == began_at
-        if self.limit_side and (slew_ended or is_blocked):
+        slew_was_ended = task.kind is TaskKind.SLEW and not (task.stopping or task.marked)
+        search_was_blocked = task.kind is TaskKind.HOME and self.position == start_position
+        if self.limit_side and (slew_was_ended or search_was_blocked):
             self.limit_side = task.direction

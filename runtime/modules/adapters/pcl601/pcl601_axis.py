@@ -20,10 +20,10 @@ WIRED_INPUTS = {
     1 << 4: InputBit.CAPTURE.value,
     1 << 5: InputBit.HOME.value,
 }
-"""The controller's inputs 3 to 6, by the input of the 3601 that is wired to them."""
+"""The device's inputs 3 to 6, with the 3601's inputs that are wired to them."""
 
 LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
-"""By option limit_sense the end limits are wired to inputs 1 and 5."""
+"""The device's inputs 1 and 5, which option limit_sense wires to the end limits."""
 
 LIMITS = {
     0: 0,
@@ -31,10 +31,11 @@ LIMITS = {
     -1: InputBit.CCW_LIMIT.value,
     BOTH_SIDES: (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value,
 }
+"""The 3601's active limits by `limit_side`."""
 
 
 class Pcl601Axis(ProfileAxis[Drive]):
-    """An `Axis` whose steps a PCL601 makes."""
+    """An `Axis` that a PCL601 moves."""
 
     driver: Pcl601Driver
 
@@ -49,7 +50,6 @@ class Pcl601Axis(ProfileAxis[Drive]):
 
     @override
     def note_configuration(self, configuration: Configuration) -> None:
-        """Note the emergency stop, which is also wired to the hard limits, homing, and the encoder."""
         self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
         self.driver.has_proximity = configuration.backplane_proximity
         self.driver.captures_encoder = configuration.quadrature_encoder
@@ -72,7 +72,7 @@ class Pcl601Axis(ProfileAxis[Drive]):
 
     @property
     def _limit_side(self) -> int:
-        """The side of the active limit; while a motion determines it, the limit that the motion leaves."""
+        """The side of the active limit; an unknown limit counts as behind the motion."""
         task = self.task
         if self.driver.limit_side == BOTH_SIDES and task is not None:
             return -task.direction
@@ -80,7 +80,7 @@ class Pcl601Axis(ProfileAxis[Drive]):
 
     @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Stop, and restart at the new speed; in homing the proximity slows down."""
+        """Stop, and restart at the new speed; in homing, set the proximity output instead."""
         task = self.task
         if task is not None and task.kind is TaskKind.HOME:
             task.marked = True
@@ -89,18 +89,18 @@ class Pcl601Axis(ProfileAxis[Drive]):
 
     @override
     def watch_steps(self, steps: int) -> None:
-        """Choose whether the driver polls the input of the registration move that begins."""
+        """Choose whether the driver polls the input of the next registration move."""
         assert self.configuration is not None
         self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
 
     @override
     def preset_encoder(self, value: int) -> None:
-        """Set the present encoder count to `value`; the controller's own count is set to 0."""
+        """Set the present encoder count to `value`, and the device's own count to 0."""
         if self.has_encoder:
             self.driver.clear_encoder = True
         super().preset_encoder(value)
 
     @override
     def reset_errors(self) -> None:
-        """Clear the controller's error bits."""
+        """Request the driver to clear the device's error bits."""
         self.driver.clear_errors = self.driver.state is ControllerState.READY and bool(self.driver.errors)

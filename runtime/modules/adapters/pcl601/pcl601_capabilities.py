@@ -23,6 +23,7 @@ from ..capabilities import (
     no_follower,
     no_marker,
     no_speed_change,
+    profile_of,
     speed_of,
     too_fast,
     unless,
@@ -32,7 +33,7 @@ from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
-LATE_S = Fraction(3, 100)
+POLL_DELAY_S = Fraction(3, 100)
 """Longest delay of a polled ramp down, s."""
 
 
@@ -51,13 +52,13 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
         f"the PCL601's base speed goes up to {BASE_MAX} steps/s"),
     ConfigurationRow("capture input",
         lambda configuration, options: _captures(configuration) and options.capture == "reject",
-        "captures are polled, and option capture rejects that"),
+        "the PCL601 has no capture input; option capture = polled reads an input by polling"),
     ConfigurationRow("capture input",
         lambda configuration, options: _captures(configuration) and options.limit_sense == "inputs",
-        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures"),
+        "option limit_sense = inputs wires the CCW limit to input 5, and leaves no input for captures"),
     ConfigurationRow("backplane home proximity",
         lambda configuration, options: configuration.backplane_proximity and options.proximity != "jumper",
-        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits"),
+        "the PCL601 has no home proximity bit; option proximity = jumper wires an output to the soft limits"),
     no_feedback("PCL601"),
     ConfigurationRow("CW/CCW pulses", lambda configuration, _: not configuration.step_and_direction,
         "the PCL601 has clock and direction outputs"),
@@ -73,28 +74,19 @@ CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
 # fmt: on
 
 
-def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
-    """Whether the speed is 1 step/s; the base speed must be below it."""
-    return speed_of(request) == 1
-
-
 def _rates_differ(request: AxisRequest, options: Pcl601Options) -> bool:
     parameters = request.command.parameters
     return has_ramps(request) and parameters.acceleration != parameters.deceleration
 
 
-def _too_far(request: AxisRequest, options: Pcl601Options) -> bool:
-    return abs(request.distance) > STEPS_MAX
-
-
 def external_sets_mark(configuration: Configuration, options: Pcl601Options) -> bool:
-    """Whether the external input feeds input 2, from which the steps of a registration move count."""
+    """Return whether the external input feeds input 2, the mark of a registration move."""
     used_high = configuration.inputs_used & configuration.active_high
     return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
 
 
 def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
-    """Whether the controller would also count from an input below the minimum distance."""
+    """Return whether the device would also count from an input before the minimum distance."""
     return minimum > 0 and external_sets_mark(configuration, options)
 
 
@@ -104,35 +96,38 @@ def _registers_too_early(request: AxisRequest, options: Pcl601Options) -> bool:
 
 
 def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
-    """Whether the steps of a registration move count from a polled mark."""
+    """Return whether a registration move counts its steps from a polled mark."""
     return options.registration == "polled" or counts_too_early(configuration, minimum, options)
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
+    """Return whether the ramp down, and the delay of a polled mark, need more than the distance."""
     target = request.command.parameters.target or 0
-    drive = drive_for(request.command.profile(request.configuration.starting_speed))
-    stop = stopping_distance(MILLI * drive.max_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
+    drive = drive_for(profile_of(request))
+    ramp = stopping_distance(MILLI * drive.max_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
     polled = polls_mark(request.configuration, request.minimum_registration, options)
-    late_steps = PICO * drive.max_sps * LATE_S if polled else 0
-    return target * PICO < stop + late_steps
+    delay = PICO * drive.max_sps * POLL_DELAY_S if polled else 0
+    return target * PICO < ramp + delay
 
 
 # One row of the table is one row here; the formatter would spread each over many lines.
 # fmt: off
 COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
-    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless(encoder_move="polled"), PROFILE,
-        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read"),
+    CommandRow(Feature.ENCODER_MOVE, "encoder move", unless("encoder_move", "polled"), PROFILE,
+        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops after a read of it"),
     no_follower("PCL601"),
     no_blend("PCL601"),
     no_speed_change("PCL601"),
     too_fast("PCL601", SPEED_MAX),
-    CommandRow(TIMED, "speed", _one_step_per_second, PROFILE, "the PCL601's slowest motion is 2 steps/s"),
+    CommandRow(TIMED, "speed", lambda request, _: speed_of(request) == 1, PROFILE,  # base speed is below it
+        "the PCL601's lowest speed is 2 steps/s"),
     CommandRow(RAMPED, "different rates",
         lambda request, options: options.strict and _rates_differ(request, options), PROFILE,
-        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both"),
-    CommandRow(Feature.MOVE, "distance", _too_far, PROFILE, f"the PCL601 indexes by up to {STEPS_MAX} steps"),
+        "the PCL601 has one rate for both ramps, and option strict refuses to use the lower rate for both"),
+    CommandRow(Feature.MOVE, "distance", lambda request, _: abs(request.distance) > STEPS_MAX, PROFILE,
+        f"the PCL601's longest move is {STEPS_MAX} steps"),
     CommandRow(Feature.REGISTRATION, "registration distance", _too_short_to_stop, PROFILE,
-        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)"),
+        "the distance is shorter than the ramp down at the lower rate, plus the delay of a polled mark"),
 )
 # fmt: on
 
@@ -141,13 +136,13 @@ COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
 # fmt: off
 SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
     SubstitutionRow("different rates", _rates_differ,
-        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer"),
+        "the PCL601 has one rate for both ramps: it uses the lower rate, so one ramp is longer"),
     SubstitutionRow("S-curve",
         lambda request, _: has_ramps(request) and request.command.shape is not Shape.CONSTANT,
-        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long"),
+        "the PCL601 has no S-curve: the ramp has a constant rate and the same duration"),
     SubstitutionRow("minimum registration distance", _registers_too_early,
-        "input 2 would count from the external input at once: the move stops when the input counts, "
-        "and continues with the steps that are left; option registration = jumper does without the stop"),
+        "input 2 would count from the external input before the minimum distance: the move stops at the "
+        "input and then makes the remaining steps; option registration = jumper avoids the stop"),
 )
 # fmt: on
 
@@ -165,7 +160,7 @@ class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
 
     @override
     def homing_for(self, kind: HomingKind) -> AxisHoming:
-        """Return the controller's home type: 0 uses soft limit and home switch, 1 the switch alone."""
+        """Return the axis's search; home type 0 uses soft limit and home switch, type 1 the switch alone."""
         if kind is HomingKind.HOME_SWITCH_PROXIMITY:
             return AxisHoming.MEETS_SWITCH_SLOWLY
         return AxisHoming.LEAVES_SWITCH

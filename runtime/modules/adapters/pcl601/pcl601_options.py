@@ -8,7 +8,7 @@ from ....loop.module_options import Options
 
 
 class Pcl601Options(Options):
-    """Substitutions and wiring of the controller.
+    """Substitutions and wiring of the device.
 
     Attributes:
         strict: refuse motions whose ramp would be slower than programmed.
@@ -17,16 +17,16 @@ class Pcl601Options(Options):
         capture: "polled" captures within a poll period of the edge; "reject" refuses the capture input.
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
-        limit_sense: "hard_limits": the end limits are wired to the hard limits only; "inputs": they are also
-            wired to inputs 1 and 5.
-        proximity: "jumper": output 6 is wired to both soft limits, as the backplane home proximity; "reject"
+        limit_sense: "hard_limits" wires the end limits to the hard limits only; "inputs" also wires them to
+            inputs 1 and 5.
+        proximity: "jumper" wires output 6 to both soft limits, as the backplane home proximity; "reject"
             refuses a configuration with that proximity.
         registration: wiring of input 2: "default" to output 7 and the external input, "jumper" to output 7
             only, "polled" to nothing. A polled registration move stops after a read of its input, then makes
             the remaining steps.
         encoder_move: "polled" ends an encoder move after a read of the count; "refuse" refuses it.
         respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
-        takeover: clear the controller's non-volatile autorun flag, so that its own program does not start at
+        takeover: clear the device's non-volatile autorun flag, so that its own program does not start at
             power-up.
     """
 

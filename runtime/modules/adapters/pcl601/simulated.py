@@ -61,14 +61,14 @@ WIRED_OUTPUTS = _mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT)
 
 
 class SimulatedPcl601(Plant):
-    """A controller, its line and its machine.
+    """A PCL601, its line and its machine.
 
     Args:
         machine: its shaft follows every step.
-        device: the controller; by default a new one.
+        device: by default a new one.
 
     Raises:
-        ValueError: the machine slips or jams, which this controller's simulation lacks.
+        ValueError: the machine slips or jams, which this simulation lacks.
     """
 
     device: Pcl601
@@ -77,9 +77,9 @@ class SimulatedPcl601(Plant):
         self.device = device or Pcl601()
         self._options = options
         self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})
-        self._left_open: frozenset[Wire] = frozenset()
+        self._open_wires: frozenset[Wire] = frozenset()
         self._counts_before = machine.encoder_counts(0)
-        self._fixed = {
+        self._switch_contacts = {
             bit: tuple(contact for switch in switches_of(machine, bit) for contact in contacts_of(switch))
             for bit in InputBit
         }
@@ -98,15 +98,15 @@ class SimulatedPcl601(Plant):
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Open the wires that a configuration forbids."""
-        left_open = frozenset(self._wires_against(configuration))
-        if left_open != self._left_open:
-            self._left_open = left_open
+        open_wires = frozenset(self._forbidden_wires(configuration))
+        if open_wires != self._open_wires:
+            self._open_wires = open_wires
             self.wire(now_ns)
 
-    def _wires_against(self, configuration: Configuration) -> Iterable[Wire]:
-        """Yield the wires to open: pins that act when grounded, where the terminal must not act that way.
+    def _forbidden_wires(self, configuration: Configuration) -> Iterable[Wire]:
+        """Yield wires to pins that act when grounded, where the 3601's input must not act that way.
 
-        Input 2 is wired to output 7 alone, and a normally closed limit to its input.
+        Without its wire, input 2 is wired to output 7 alone, and a normally closed limit to its input alone.
         """
         used_low = configuration.inputs_used & ~configuration.active_high
         if not external_sets_mark(configuration, self._options):
@@ -130,7 +130,7 @@ class SimulatedPcl601(Plant):
         contacts_of_pin: dict[str, list[Contact]] = defaultdict(list)
         for bit, pins in self._wiring.items():
             for pin in pins:
-                contacts_of_pin[pin] += () if (bit, pin) in self._left_open else self._contacts(bit)
+                contacts_of_pin[pin] += () if (bit, pin) in self._open_wires else self._contacts(bit)
         for output, pins in self._jumpers.items():
             for pin in pins:
                 contacts_of_pin[pin] += (GROUND,) if self.feedback & _mask(output) else ()
@@ -148,7 +148,7 @@ class SimulatedPcl601(Plant):
         return jumpers
 
     def _contacts(self, bit: InputBit) -> Iterable[Contact]:
-        """Return the contacts of a terminal: switches that the motor passes, people, stations."""
+        """Return the contacts of a terminal: its switches, or the level at which it is held."""
         if self.feeds(bit):
-            return self._fixed[bit]
+            return self._switch_contacts[bit]
         return (GROUND if self.levels & bit.value else OPEN,)

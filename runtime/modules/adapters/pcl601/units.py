@@ -24,7 +24,7 @@ WITHOUT_RAMP = 9_999_999
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """Speeds and acceleration in the controller's registers."""
+    """Speeds and acceleration in the device's registers."""
 
     base_sps: int  # speed at which a motion begins and ends
     max_sps: int  # above the base speed
@@ -37,7 +37,7 @@ class Drive:
 
     @property
     def profile(self) -> Profile:
-        """The profile that the controller runs."""
+        """The profile that the device runs."""
         return Profile(self.base_sps, self.max_sps, self.rate_spmss, self.rate_spmss)
 
 

@@ -1,6 +1,6 @@
 """The driver of a PMC006x3s: its exchanges, one after the other.
 
-    configure   motor on, speed mode off, stop, speeds, external stops, position := B
+    configure   motor on, speed mode off, stop, speeds, external stops, position := BIAS
     idle        status, position, levels, repeated; each tenth time the second status
     motion      changed parameters, the start, then as idle until its end
 
@@ -27,7 +27,7 @@ from .units import START_MIN, fitted
 LINE_TIMING = LineTiming(frames.LINE_FORMAT, gap_ns=0, patience_ns=100_000_000, second_ns=20_000_000)
 
 EXT1_STOP, EXT2_STOP = 1, 2
-"""Bits of instructions f and J."""
+"""External stops: bits of instructions f and J."""
 
 LATCHES = (
     (EXT1_STOP, Status1.EXT1, "clear_ext1_flag"),
@@ -36,48 +36,56 @@ LATCHES = (
 """External stops, their latches, and the instructions that clear the latches."""
 
 POLLS_PER_CHECKUP = 10
+"""Polls per read of the second status."""
 
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 
 LOW_SUPPLY = "the supply voltage is too low"
-OVERHEATED = "the controller is too hot"
+OVERHEATED = "the device is too hot"
 
 
 class Pmc006Driver(Driver[Pmc006Speeds]):
-    """The driver's view of a PMC006x3s.
+    """The driver of a PMC006x3s.
 
-    Args:
-        options: the longest homing, and the current of the motor.
+    Attributes:
+        clear_stops: a request to clear latched stops that are no longer active.
+        levels: the levels of the pins that were read last.
+        flags: the latched external stops that were read last.
     """
 
     def __init__(self, options: Pmc006Options, unit: int) -> None:
         super().__init__(LINE_TIMING)
         self.unit = unit
-        self.clear_stops = False  # a request to clear latched stops that are no longer active
+        self.clear_stops = False
         self.levels = Level.EXT1 | Level.EXT2 | Level.FSET
         self.flags = Status1(0)
-        self._home_stroke = options.home_stroke or 1  # without one no configuration allows a search
+        self._home_stroke = options.home_stroke or 1  # without the option every configuration is refused
         self._peak_current = options.peak_current
         self._start_sps = START_MIN
-        self._limits = 0
-        self._rising = 0
+        self._limit_stops = 0  # external stops that are end limits
+        self._active_high_stops = 0  # external stops that act at a high level, on a rising edge
         self._polls = 0
-        self._faults: dict[str, bool] = {}
-        self._written: dict[str, int] = {}
+        self._faults: dict[str, bool] = {}  # whether a fault was present when it was read last, by its text
+        self._written: dict[str, int] = {}  # values of parameters that the device has, by instruction
 
     def note_configuration(self, configuration: Configuration) -> None:
-        """Adopt the starting speed, the limits that stop the motor, and their edges; idle is high."""
+        """Adopt the starting speed, the limits that stop the motor, and their active levels.
+
+        A terminal that is active high pulls its pin low when it is active.
+        """
         self._start_sps = configuration.starting_speed
         inputs_used, active_high = configuration.inputs_used, configuration.active_high
         cw, ccw = InputBit.CW_LIMIT.value, InputBit.CCW_LIMIT.value
-        self._limits = (EXT1_STOP if inputs_used & ccw else 0) | (EXT2_STOP if inputs_used & cw else 0)
+        self._limit_stops = (EXT1_STOP if inputs_used & ccw else 0) | (EXT2_STOP if inputs_used & cw else 0)
         ext1 = ccw if inputs_used & ccw else InputBit.HOME.value
-        self._rising = (0 if active_high & ext1 else EXT1_STOP) | (0 if active_high & cw else EXT2_STOP)
+        self._active_high_stops = (0 if active_high & ext1 else EXT1_STOP) | (
+            0 if active_high & cw else EXT2_STOP
+        )
 
     def is_active(self, stop: int) -> bool:
-        """Whether the pin of an external stop is at its active level."""
+        """Return whether the pin of an external stop is at its active level."""
         level = Level.EXT1 if stop == EXT1_STOP else Level.EXT2
-        return bool(self.levels & level) == bool(self._rising & stop)
+        return bool(self.levels & level) == bool(self._active_high_stops & stop)
 
     # -- exchanges ----------------------------------------------------------------------------
 
@@ -102,10 +110,11 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
                 yield from self._do(clear)
 
     def _do(self, name: str, value: int = 0) -> Talk:
+        """Send an instruction until the device answers."""
         yield from self.insist(frames.instruction(self.unit, name, value))
 
     def _set(self, **values: int) -> Talk:
-        """Set the parameters that have other values."""
+        """Set parameters, unless the device already has the values."""
         for name, value in values.items():
             if self._written.get(name) != value:
                 yield from self._do(name, value)
@@ -119,7 +128,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def read_status(self) -> Talk:
-        """Read whether it moves, and the cause of a stop."""
+        """Read whether the motor moves, and the cause of a stop."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status1"))
         status = Status1(frames.value_of(reply) & 0xFF)
         self.busy = bool(status & (Status1.BUSY | Status1.HOME))
@@ -128,19 +137,19 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._note_fault(LOW_SUPPLY, 0, bool(status & Status1.UVL))
 
     def _check_up(self) -> Talk:
-        """Read whether the controller is too hot, and whether the motor was released."""
+        """Read whether the device is too hot, and whether the motor was released."""
         reply = yield from self.insist(frames.reading(self.unit, "read_status2"))
         status = Status2(frames.value_of(reply) & 0xFF)
         self._note_fault("the motor has been released", POSITION_INVALID, bool(status & Status2.FREE_RUN))
         self._note_fault(OVERHEATED, 0, bool(status & Status2.OTS))
 
-    def _note_fault(self, text: str, bits: int, is_so: bool) -> None:
+    def _note_fault(self, text: str, bits: int, is_present: bool) -> None:
         """Complain about a new fault; ignore a reply that may belong to another request."""
         if self.master.overdue:
             return
-        if is_so and not self._faults.get(text):
+        if is_present and not self._faults.get(text):
             self.findings.complain(bits, text)
-        self._faults[text] = is_so
+        self._faults[text] = is_present
         self.unfit = any(self._faults.get(fault) for fault in (LOW_SUPPLY, OVERHEATED))
 
     @override
@@ -154,11 +163,12 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def read_inputs(self) -> Talk:
-        """Read the levels of the pins; read the position first when the capture input becomes active."""
+        """Read the levels of the pins, and the position when the capture input becomes active."""
         reply = yield from self.insist(frames.reading(self.unit, "read_levels"))
         levels = Level(frames.value_of(reply) & 0xF)
-        if (levels ^ self.levels) & Level.FSET and (not levels & Level.FSET) is self.captures:
-            yield from self.read_position()
+        is_energized = not levels & Level.FSET
+        if (levels ^ self.levels) & Level.FSET and is_energized is self.capture_level:
+            yield from self.read_position()  # before the image shows the input
         self.levels = levels
         if self._polls % POLLS_PER_CHECKUP == 0:
             yield from self._check_up()
@@ -168,7 +178,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def configure(self) -> Talk:
-        """Stop the motor, clear latched stops, arm the configured stops, set the counter to B."""
+        """Stop the motor, clear latched stops, arm the configured stops, set the counter to `BIAS`."""
         yield from self._set(free_run=0)
         yield from self._do("speed_mode", 0)
         yield from self.halt()
@@ -178,7 +188,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         yield from self._set(ext_stop_enable=0)
         yield from self._do("clear_ext1_flag")
         yield from self._do("clear_ext2_flag")
-        yield from self._set(ext_trigger_mode=self._rising, ext_stop_enable=self._limits)
+        yield from self._set(ext_trigger_mode=self._active_high_stops, ext_stop_enable=self._limit_stops)
         yield from self._set(auto_current_decay=1)
         yield from self.rebase(BIAS)
 
@@ -188,30 +198,33 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     def carry_out(self, task: Task[Pmc006Speeds]) -> Talk:
         yield from self._arm(self._stops_for(task))
         yield from self._set_speeds(task)
-        began_at = self.position
+        start_position = self.position
         if not (self.cut or task.stopping):
             self._zeroing = task.kind is TaskKind.HOME
             yield from self.start(task, self._request_for(task))
             yield from self.accompany(task)
         if not self.cut:
-            yield from self._find_zero(task)
-            yield from self.conclude(task, began_at)
+            yield from self._finish_search(task)
+            yield from self.conclude(task, start_position)
         self._zeroing = False
 
     def _stops_for(self, task: Task[Pmc006Speeds]) -> int:
-        """Return the external stops that may end a motion, without a stop that the motion leaves."""
+        """Return the external stops that may end a motion, without an active stop behind it."""
         stop_ahead, stop_behind = (EXT2_STOP, EXT1_STOP) if task.direction > 0 else (EXT1_STOP, EXT2_STOP)
         if task.kind is TaskKind.SLEW:
-            return self._limits & stop_ahead
-        limits = self._limits & EXT2_STOP if task.kind is TaskKind.HOME else self._limits
-        return limits & ~stop_behind if self.is_active(stop_behind) else limits
+            return self._limit_stops & stop_ahead
+        stops = self._limit_stops
+        if task.kind is TaskKind.HOME:  # EXT1 is the home switch
+            stops &= EXT2_STOP
+        return stops & ~stop_behind if self.is_active(stop_behind) else stops
 
     def _arm(self, stops: int) -> Talk:
-        """Arm external stops, and clear latched ones that no longer matter."""
+        """Arm external stops, and clear the latches of all others."""
         yield from self._set(ext_stop_enable=stops)
         yield from self._clear_stops(stops)
 
     def _set_speeds(self, task: Task[Pmc006Speeds]) -> Talk:
+        """Set the speeds, ramps and direction of a motion; a search has its own speed and direction."""
         drive = task.drive
         yield from self._set(start_speed=drive.start_sps, stop_speed=drive.stop_sps)
         speed = "zero_back_speed" if task.kind is TaskKind.HOME else "max_speed"
@@ -237,7 +250,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def slow_down(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Leave speed mode; stop any other motion without a ramp."""
+        """Leave speed mode, which ramps down; stop any other motion without a ramp."""
         if task.kind is not TaskKind.SLEW:
             yield from self.stop_and_read_status()
             return
@@ -261,8 +274,8 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         if task.kind is not TaskKind.SLEW:
             yield from self._set(ext_stop_enable=self._stops_for(task))
 
-    def _find_zero(self, task: Task[Pmc006Speeds]) -> Talk:
-        """Set the counter to B at the home switch; elsewhere read the end position of the search."""
+    def _finish_search(self, task: Task[Pmc006Speeds]) -> Talk:
+        """After a search, set the counter to `BIAS` at the home switch, or read the position elsewhere."""
         if task.kind is not TaskKind.HOME:
             return
         self._zeroing = False

@@ -21,7 +21,7 @@ CCW_LIMIT = InputBit.CCW_LIMIT.value
 
 
 class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
-    """An `Axis` whose steps a PMC006x3s makes."""
+    """An `Axis` that a PMC006x3s moves."""
 
     driver: Pmc006Driver
 
@@ -37,7 +37,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     def task_for(
         self, kind: TaskKind, direction: int, profile: Profile, steps: int = 0
     ) -> Task[Pmc006Speeds]:
-        """Return a motion; the speed of an index is limited by its ramps."""
+        """Return a motion; the ramps limit the speed of a short index."""
         task = super().task_for(kind, direction, profile, steps)
         if kind is TaskKind.INDEX:
             task.drive = fitted(task.drive, steps)
@@ -51,7 +51,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     @property
     @override
     def levels(self) -> int:
-        """Electrical levels of the discrete inputs as last read: an energized input pulls its pin low."""
+        """Electrical levels of the discrete inputs as last read; an energized input pulls its pin low."""
         pins, levels = self.driver.levels, 0
         if not pins & Level.EXT1:
             levels |= SHARED
@@ -59,24 +59,25 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
             levels |= CW_LIMIT
         if not pins & Level.FSET:
             levels |= self._on_fset
-        return levels ^ self._missed(levels)
+        return levels ^ self._latched_only(levels)
 
-    def _missed(self, levels: int) -> int:
-        """Return limits that have stopped the motion and are no longer active."""
+    def _latched_only(self, levels: int) -> int:
+        """Return limits that have stopped the motion and are no longer active: the image shows them once."""
         if self.task is None or self.task.kind is TaskKind.HOME or self.configuration is None:
             return 0
         flags = self.driver.flags
         latched = (CCW_LIMIT if flags & Status1.EXT1 else 0) | (CW_LIMIT if flags & Status1.EXT2 else 0)
-        return latched & (levels ^ self.configuration.active_high)
+        inactive_inputs = levels ^ self.configuration.active_high
+        return latched & inactive_inputs
 
     @override
     def reset_errors(self) -> None:
-        """Clear external stops that are latched and no longer active."""
+        """Request the driver to clear latched external stops that are no longer active."""
         self.driver.clear_stops = self.driver.state is ControllerState.READY and bool(self.driver.flags)
 
     @property
     def _on_fset(self) -> int:
-        """The input that is wired to FSET, which is the one in use; 0 = none."""
+        """The used input that is wired to FSET, as a mask; 0 for none."""
         inputs_used = 0 if self.configuration is None else self.configuration.inputs_used
         return next((bit.value for bit in FSET_INPUTS if inputs_used & bit.value), 0)
 

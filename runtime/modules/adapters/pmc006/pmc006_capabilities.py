@@ -25,6 +25,7 @@ from ..capabilities import (
     no_follower,
     no_marker,
     no_speed_change,
+    profile_of,
     speed_of,
     too_fast,
     unless,
@@ -33,14 +34,14 @@ from .pmc006_options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
-"""Terminals of which one may be wired to FSET."""
+"""The 3601's inputs; one of them may be wired to FSET."""
 
 SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
-"""Two terminals that are wired to EXT1."""
+"""The two inputs of the 3601 that are wired to EXT1."""
 POLL_S = Fraction(1, 20)
-"""Time of a poll, s: the longest delay of the ramp down."""
+"""Time of a poll, in s: the longest delay of the ramp down."""
 
-RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept"
+RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s; program {RATE_MIN} or more"
 
 FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
 
@@ -58,34 +59,30 @@ def _levels_of_ext1_differ(configuration: Configuration, options: Pmc006Options)
 # fmt: off
 CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
     ConfigurationRow("home_stroke", lambda configuration, options: options.home_stroke is None,
-        "option home_stroke is missing: how far Find Home may go, in steps"),
+        "option home_stroke is missing; set it to the longest search for home, in steps"),
     ConfigurationRow("starting speed",
         lambda configuration, _: not START_MIN <= configuration.starting_speed <= START_MAX,
-        f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s"),
+        f"the PMC006's start speed is {START_MIN} to {START_MAX} steps/s"),
     ConfigurationRow("capture input",
         lambda configuration, options: _uses(configuration, InputBit.CAPTURE) and options.capture != "fset",
-        "the PMC006 has no input for it; option capture = fset uses FSET"),
+        "the PMC006 has no capture input; option capture = fset uses FSET"),
     ConfigurationRow("external input",
         lambda configuration, options:
             _uses(configuration, InputBit.EXTERNAL) and options.hold != "immediate",
         "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp"),
     ConfigurationRow("FSET",
         lambda configuration, _: sum(_uses(configuration, bit) for bit in FSET_INPUTS) > 1,
-        "FSET has one use: capture, external input or emergency stop"),
+        "FSET has one use: choose capture, external input or emergency stop"),
     ConfigurationRow("backplane home proximity", lambda configuration, _: configuration.backplane_proximity,
-        "the PMC006 has no home proximity that a PLC could set"),
+        "the PMC006 has no home proximity bit"),
     ConfigurationRow("encoder", lambda configuration, _: configuration.quadrature_encoder,
-        "the PMC006 tells no encoder position"),
+        "the PMC006 does not report an encoder position"),
     no_feedback("PMC006"),
     no_marker("PMC006"),
     ConfigurationRow("levels of home switch and CCW limit", _levels_of_ext1_differ,
-        "home switch and CCW limit share EXT1, so both have to be active at the same level"),
+        "home switch and CCW limit share EXT1, so both must have the same active level"),
 )
 # fmt: on
-
-
-def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
-    return 0 < speed_of(request) < START_MIN
 
 
 def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
@@ -104,9 +101,8 @@ def _final_rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
 
 
 def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
-    """Whether the steps of a registration are fewer than a poll and the ramp down take."""
-    nearest = options.accel_rounding == "nearest"
-    speeds = speeds_for(request.command.profile(request.configuration.starting_speed), nearest=nearest)
+    """Return whether a poll and the ramp down need more steps than the registration distance."""
+    speeds = speeds_for(profile_of(request), nearest=options.accel_rounding == "nearest")
     ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
     return (request.command.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
 
@@ -118,25 +114,26 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         "the PMC006 can't end a move by an encoder"),
     no_follower("PMC006"),
     CommandRow(Feature.PRESET_ENCODER, "preset encoder", always, FUNCTION,
-        "the PMC006 tells no encoder position"),
+        "the PMC006 does not report an encoder position"),
     no_blend("PMC006"),
-    CommandRow(Feature.REGISTRATION, "registration move", unless(registration="polled"), PROFILE,
-        "the PMC006 can't count steps from an input; option registration = polled stops in between"),
+    CommandRow(Feature.REGISTRATION, "registration move", unless("registration", "polled"), PROFILE,
+        "the PMC006 can't count steps from an input; option registration = polled stops at the input"),
     no_speed_change("PMC006"),
-    CommandRow(Feature.HOLD, "hold", unless(hold="immediate"), FUNCTION,
+    CommandRow(Feature.HOLD, "hold", unless("hold", "immediate"), FUNCTION,
         "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp"),
     CommandRow(Feature.HOME, "find home CW",
         lambda request, _: bool(request.command.msw & FIND_HOME_CW), HOMING,
-        "the PMC006 homes backward only, which is CCW"),
+        "the PMC006 homes backward (CCW) only"),
     too_fast("PMC006", SPEED_MAX),
-    CommandRow(TIMED, "speed", _too_slow, PROFILE, f"the PMC006's slowest motion is {START_MIN} steps/s"),
+    CommandRow(TIMED, "speed", lambda request, _: 0 < speed_of(request) < START_MIN, PROFILE,
+        f"the PMC006's lowest speed is {START_MIN} steps/s"),
     CommandRow(Feature.BLEND_SEGMENT, "acceleration", _segment_rate_too_low, PROFILE, RATE_TOO_LOW),
     CommandRow(Feature.BLEND, "final deceleration", _final_rate_too_low, PROFILE, RATE_TOO_LOW),
     CommandRow(RAMPED, "rate", _rate_too_low, PROFILE, RATE_TOO_LOW),
     CommandRow(Feature.REGISTRATION, "registration distance", _too_short_to_stop, PROFILE,
-        "the distance is shorter than the ramp down, and the way until it begins"),
+        "the distance is shorter than the ramp down plus the delay of a poll"),
     CommandRow(RAMPED, "ramps", lambda request, options: options.strict and has_ramps(request), PROFILE,
-        "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one"),
+        "the PMC006 has eight S-shaped ramps, and option strict refuses to use a gentler ramp"),
 )
 # fmt: on
 
@@ -145,7 +142,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
     SubstitutionRow(
         "ramps",
         lambda request, options: has_ramps(request) and options.accel_rounding == "gentler",
-        "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
+        "the PMC006 has eight S-shaped ramps: each ramp uses the nearest one that is not steeper",
     ),
 )
 

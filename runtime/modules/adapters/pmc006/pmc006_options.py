@@ -10,8 +10,8 @@ from scanrack.io_images.pmc006.instructions import BY_NAME, InstructionRow
 from ....loop.module_options import Options
 
 
-def _taken_by(row: InstructionRow) -> BeforeValidator:
-    """Return a check for numbers that an instruction accepts, or None."""
+def _accepted_by(row: InstructionRow) -> BeforeValidator:
+    """Return a validator that accepts None and the numbers of an instruction."""
 
     def check(value: object) -> object:
         if value is not None and (type(value) is not int or not row.allows(value)):
@@ -22,29 +22,29 @@ def _taken_by(row: InstructionRow) -> BeforeValidator:
 
 
 class Pmc006Options(Options):
-    """Substitutions and wiring of the controller.
+    """Substitutions and wiring of the device.
 
     Attributes:
         home_stroke: longest homing, steps; every configuration is refused without it.
         strict: refuse motions whose ramp would be slower than programmed, or of another shape.
         blend: "segmented" runs the segments of a blend move one by one, with a stop between them; "refuse"
             refuses blend moves.
-        capture: "fset": the capture input is wired to FSET; "reject" refuses the capture input.
+        capture: "fset" wires the capture input to FSET; "reject" refuses the capture input.
         registration: "polled" stops a registration move after a read of its input, then makes the remaining
             steps; "refuse" refuses it.
-        accel_rounding: rate of the controller's table: "gentler" than programmed, or the "nearest", which may
+        accel_rounding: rate of the device's table: "gentler" than programmed, or the "nearest", which may
             be steeper.
         hold: "immediate" holds a move without a ramp, and allows the external input on FSET; "refuse" refuses
             both.
         respeed: "restart" stops a manual move to change its speed; "refuse" refuses the change.
-        peak_current: phase current of the motor, mA; the saved current of the controller if left out.
+        peak_current: phase current of the motor, mA; the saved current of the device if left out.
         diagnostic: "mirror" copies the position to the diagnostic words; "reject" refuses diagnostic
             feedback.
     """
 
     owner: ClassVar[str] = "PMC006 adapter"
 
-    home_stroke: Annotated[int | None, _taken_by(BY_NAME["zero_back"])] = None
+    home_stroke: Annotated[int | None, _accepted_by(BY_NAME["zero_back"])] = None
     strict: bool = False
     blend: Literal["refuse", "segmented"] = "refuse"
     capture: Literal["reject", "fset"] = "reject"
@@ -52,5 +52,5 @@ class Pmc006Options(Options):
     accel_rounding: Literal["gentler", "nearest"] = "gentler"
     hold: Literal["refuse", "immediate"] = "refuse"
     respeed: Literal["refuse", "restart"] = "refuse"
-    peak_current: Annotated[int | None, _taken_by(BY_NAME["peak_current"])] = None
+    peak_current: Annotated[int | None, _accepted_by(BY_NAME["peak_current"])] = None
     diagnostic: Literal["reject", "mirror"] = "reject"

@@ -25,13 +25,13 @@ UNIT = 1
 
 
 class SimulatedPmc006(Plant):
-    """A controller, its line and its machine, whose shaft follows every step.
+    """A PMC006x3s, its line and its machine, whose shaft follows every step.
 
     Args:
-        device: the controller; by default a new one.
+        device: by default a new one.
 
     Raises:
-        ValueError: the machine slips or jams, which this controller's simulation lacks.
+        ValueError: the machine slips or jams, which this simulation lacks.
     """
 
     device: Pmc006
@@ -62,8 +62,9 @@ class SimulatedPmc006(Plant):
         self._pull(Pin.FSET, self._on_fset)
 
     def _pull(self, pin: Pin, *bits: InputBit) -> None:
+        """Pull a pin low when one of the terminals is energized: by a switch, or held at a level."""
         contacts = tuple(
             contact for bit in bits for switch in self.feeds(bit) for contact in contacts_of(switch)
         )
-        is_held = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
-        self.device.controller.set_pin(pin, False if is_held else Parallel(contacts=contacts))
+        is_held_low = any(self.levels & bit.value and not self.feeds(bit) for bit in bits)
+        self.device.controller.set_pin(pin, False if is_held_low else Parallel(contacts=contacts))

@@ -33,9 +33,11 @@ def coefficient_for(rate_spmss: Rate, *, nearest: bool = False) -> int:
     >>> [coefficient_for(rate, nearest=True) for rate in (1, 6, 9, 77)]
     [8, 8, 6, 1]
     """
+    rate_pps2 = 1000 * Fraction(rate_spmss)
+    coefficients = range(1, 9)  # from the highest rate to the lowest
     if nearest:
-        return min(range(1, 9), key=lambda at: abs(ACCELERATIONS_PPS2[at] - 1000 * Fraction(rate_spmss)))
-    return next(code for code, rate in enumerate(ACCELERATIONS_PPS2) if code and rate <= 1000 * rate_spmss)
+        return min(coefficients, key=lambda coefficient: abs(ACCELERATIONS_PPS2[coefficient] - rate_pps2))
+    return next(coefficient for coefficient in coefficients if ACCELERATIONS_PPS2[coefficient] <= rate_pps2)
 
 
 def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
@@ -49,13 +51,12 @@ def speeds_for(profile: Profile, *, nearest: bool = False) -> Pmc006Speeds:
 
 
 def fitted(speeds: Pmc006Speeds, steps: int) -> Pmc006Speeds:
-    """Return speeds whose ramps fit a number of steps; the controller would steepen the ramps.
+    """Return speeds with ramps that fit a number of steps; otherwise the device would steepen the ramps.
 
     >>> fitted(Pmc006Speeds(1000, 5000, 1000, 6, 6), 1500).max_sps  # 10460 steps/s/s: the peak at 750 steps
     4085
     """
-    inverse = Fraction(1, ACCELERATIONS_PPS2[speeds.acceleration]) + Fraction(
-        1, ACCELERATIONS_PPS2[speeds.deceleration]
-    )
-    peak = isqrt(int(speeds.start_sps**2 + 2 * steps / inverse))
-    return replace(speeds, max_sps=max(speeds.start_sps, min(speeds.max_sps, peak)))
+    up_pps2, down_pps2 = ACCELERATIONS_PPS2[speeds.acceleration], ACCELERATIONS_PPS2[speeds.deceleration]
+    inverse_rates = Fraction(1, up_pps2) + Fraction(1, down_pps2)
+    peak_sps = isqrt(int(speeds.start_sps**2 + 2 * steps / inverse_rates))
+    return replace(speeds, max_sps=max(speeds.start_sps, min(speeds.max_sps, peak_sps)))

@@ -1,1 +1,1 @@
-"""Motions of the 3601: moves, blends, homing, the follower."""
+"""The motions of a 3601: moves, blend moves, homing and the encoder follower."""

@@ -1,6 +1,6 @@
-"""Find Home on an axis that does a part of the search itself, such as the controller of an adapter.
+"""Find Home on an axis that makes a part of the search itself, such as the controller of an adapter.
 
-`homing` has the rest of the search; an axis selects one of these by its capabilities.
+The base class in `homing` makes the rest of the search. The capabilities of the axis select the class.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
 HOME_BEFORE_PROXIMITY = Refusal(
     "home before proximity",
     NO_HOME,
-    "the home switch was met before the home proximity, and has stopped the axis without a ramp",
+    "the home switch was reached before the home proximity, and has stopped the axis without a ramp",
 )
-"""A 3601 ignores the home switch there [chapter 4, Find Home]."""
+"""A 3601 ignores the home switch before the proximity [chapter 4, Find Home]."""
 
 STOPPED_ELSEWHERE = Refusal(
-    "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, and not at the home switch"
+    "stopped elsewhere", NO_HOME, "the axis has stopped in a search for home, but not at the home switch"
 )
 
 
 def give_up(host: Host, now_ns: int, reason: Refusal) -> None:
-    """End a search at rest without home."""
+    """End a search that has not found home, with the axis at rest."""
     host.refuse(now_ns, reason)
     host.finish(now_ns, 0, "found no home")
 
@@ -38,14 +38,13 @@ def give_up(host: Host, now_ns: int, reason: Refusal) -> None:
 class HomingByAxis(Homing):
     """A search by an axis that finds the home switch itself: it stops on leaving the switch.
 
-    The command layer leaves a switch that is on at the start, at starting speed, and
-    reverses the search after the dwell on an end limit. With a limit on the
-    switch, or so near that the ramp down meets it, it leaves the switch and meets it
-    again at starting speed.
+    The command layer leaves a switch that is on at the start, at starting speed. It reverses the
+    search after the dwell on an end limit. If the limit is on the switch, or if the ramp down reaches
+    the limit, it leaves the switch and returns to it at starting speed.
     """
 
     _search_start = 0
-    """Position at the start of the axis's own search."""
+    """Position at the start of the axis's search, steps."""
 
     @override
     def _begin_seek(self, now_ns: int) -> None:
@@ -57,21 +56,21 @@ class HomingByAxis(Homing):
         self.axis.home(now_ns, direction, profile)
 
     @override
-    def _back(self, now_ns: int) -> None:
+    def _begin_back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
-        if self._searches_behind:
+        if self._searches_on_way_back:
             self._search(now_ns, -self.direction, self.profile)
         else:
             self.axis.run(now_ns, -self.direction, self._slow_profile)
 
     @property
-    def _searches_behind(self) -> bool:
-        """Whether the way back is a search, because the switch has not been met."""
+    def _searches_on_way_back(self) -> bool:
+        """Whether the axis searches for the switch on the way back, because it has not been reached."""
         return self.reversed and not self._signal_was_on
 
     @override
-    def _creep(self, now_ns: int) -> None:
+    def _begin_creep(self, now_ns: int) -> None:
         if self.reversed:
             self.phase = Phase.CREEP
             self._search(now_ns, self.direction, self._slow_profile)
@@ -79,8 +78,8 @@ class HomingByAxis(Homing):
             self._begin_seek(now_ns)
 
     @override
-    def _seek(self, now_ns: int) -> None:
-        """Wait for the end of the search; one that has made no step has not found the switch."""
+    def _continue_seek(self, now_ns: int) -> None:
+        """Wait for the end of the search. If it has made no step, it has not found the switch."""
         if self.axis.moving:
             return
         self.found = self.axis.position != self._search_start
@@ -88,23 +87,23 @@ class HomingByAxis(Homing):
             give_up(self.host, now_ns, STOPPED_ELSEWHERE)
 
     @override
-    def _look_behind(self, now_ns: int) -> None:
-        if self._searches_behind:
-            self._seek(now_ns)
+    def _continue_back(self, now_ns: int) -> None:
+        if self._searches_on_way_back:
+            self._continue_seek(now_ns)
         else:
-            super()._look_behind(now_ns)
+            super()._continue_back(now_ns)
 
     @override
-    def _approach(self, now_ns: int, home_risen: bool) -> None:
-        self._seek(now_ns)
+    def _continue_creep(self, now_ns: int, home_risen: bool) -> None:
+        self._continue_seek(now_ns)
 
     @override
-    def _met_a_limit(self, now_ns: int) -> bool:
-        """Handle a limit; if it stops the axis exactly on the edge of the switch, the axis is at home."""
-        on_the_edge = self.phase is Phase.CREEP and self._signal
-        if on_the_edge and self.state.active & limit_of(self.direction):
+    def _obey_limits(self, now_ns: int) -> bool:
+        """Obey the end limits; a limit that stops the axis on the edge of the switch ends at home."""
+        is_at_switch = self.phase is Phase.CREEP and self._signal
+        if is_at_switch and self.state.active & limit_of(self.direction):
             return False
-        return super()._met_a_limit(now_ns)
+        return super()._obey_limits(now_ns)
 
 
 class HomingOntoSwitch(Homing):
@@ -119,7 +118,7 @@ class HomingOntoSwitch(Homing):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Check the opposite limit, and at rest whether the switch has been met."""
+        """Check the opposite limit; when the axis is at rest, check the switch."""
         host = self.host
         if host.state.risen & CW_LIMIT:
             host.abort_homing(now_ns, "HOM-05")
@@ -130,9 +129,9 @@ class HomingOntoSwitch(Homing):
 
 
 class HomingSlowedByProximity(Homing):
-    """A search by an axis that stops at the home switch itself, at full speed unless slowed down.
+    """A search by an axis that stops at the home switch itself, after the proximity has slowed it down.
 
-    The proximity slows it down. A switch that comes before the proximity stops it too hard for a home.
+    A switch before the proximity stops the axis at full speed, without a ramp: the axis is not at home.
     """
 
     @override
@@ -141,27 +140,27 @@ class HomingSlowedByProximity(Homing):
         self.axis.home(now_ns, self.direction, self.profile)
 
     @override
-    def _creep(self, now_ns: int) -> None:
+    def _begin_creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
         self.axis.home(now_ns, self.direction, self._slow_profile)
 
     @override
-    def _seek(self, now_ns: int) -> None:
+    def _continue_seek(self, now_ns: int) -> None:
         if self.axis.moving:
-            super()._seek(now_ns)
+            super()._continue_seek(now_ns)
         else:
             give_up(self.host, now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
 
     @override
     def _is_home(self, home_risen: bool) -> bool:
-        return False  # the axis is at home
+        return False  # `_continue_final` decides, when the axis is at rest
 
     @override
-    def _approach(self, now_ns: int, home_risen: bool) -> None:
-        self._seek(now_ns)
+    def _continue_creep(self, now_ns: int, home_risen: bool) -> None:
+        self._continue_seek(now_ns)
 
     @override
-    def _take_home(self, now_ns: int, home_risen: bool) -> None:
+    def _continue_final(self, now_ns: int, home_risen: bool) -> None:
         if self.axis.moving:
             return
         self.found = self._at_switch
@@ -175,7 +174,7 @@ class HomingSlowedByProximity(Homing):
 
 @runtime_checkable
 class SeekHome(Protocol):
-    """An axis that makes a whole search itself."""
+    """An axis that makes the whole search itself."""
 
     @property
     def found_home(self) -> bool:
@@ -183,7 +182,7 @@ class SeekHome(Protocol):
 
 
 class HomingByDrive(Homing):
-    """A search that the axis makes entirely; it reports whether it has found home."""
+    """A search by an axis that makes the whole search, and reports whether it has found home."""
 
     @override
     def start(self, now_ns: int) -> None:
@@ -206,4 +205,4 @@ HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.WHOLE: HomingByDrive,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
-"""Homing, by the axis's own part of it."""
+"""Class of the search, by the part that the axis makes itself."""

@@ -37,7 +37,7 @@ SHAPES = {
 
 
 class BlendBlock:
-    """One block of the handshake: words 2 to 7, and its session; the host reports faults."""
+    """One block of the handshake, words 2 to 7, in its programming session."""
 
     def __init__(self, host: Host, session: BlendSession, now_ns: int, command: CommandWords) -> None:
         self.host = host
@@ -46,18 +46,18 @@ class BlendBlock:
         self.command = command
 
     def read(self) -> None:
-        """Read and acknowledge the block; a faulty one spoils the profile (reading A-57)."""
+        """Read and acknowledge the block; after a faulty block no profile is stored (reading A-57)."""
         session = self.session
         session.acknowledged = True
         session.blocks += 1
         if session.blocks == 1:
-            session.good = not self.host.unable(self.now_ns, Feature.BLEND, self.command)
+            session.is_good = not self.host.unable(self.now_ns, Feature.BLEND, self.command)
             self._read_header()
-        elif session.good and not session.complete:
+        elif session.is_good and not session.complete:
             self._read_segment()
 
-    def _spoil(self, rule_id: str, *, alone: bool = False) -> None:
-        self.session.good = False
+    def _refuse(self, rule_id: str, *, alone: bool = False) -> None:
+        self.session.is_good = False
         self.host.fire(self.now_ns, rule_id, alone=alone)
 
     # -- the first block ----------------------------------------------------------------------
@@ -66,22 +66,22 @@ class BlendBlock:
         words, session, options = self.command.words, self.session, self.host.options
         session.announced = words[2]
         if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
-            self._spoil("PRF-04")
-        types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
-        codes = [types >> 2 * index & 0b11 for index in range(SEGMENTS_MAX)]
+            self._refuse("PRF-04")
+        type_bits = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
+        codes = [type_bits >> 2 * index & 0b11 for index in range(SEGMENTS_MAX)]
         session.types = [SHAPES[code] for code in codes]
         if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.announced)]:
-            self._spoil("BLD-12")
+            self._refuse("BLD-12")
         if options.blend_reserved_words_checked and any(words[6:]):
-            self._spoil("PRF-02", alone=True)
-        self._read_final(words[5] & 0xFFFF)
+            self._refuse("PRF-02", alone=True)
+        self._read_final_deceleration(words[5] & 0xFFFF)
 
-    def _read_final(self, word: int) -> None:
+    def _read_final_deceleration(self, word: int) -> None:
         code, deceleration = word >> 14, word & 0x3FFF
         if deceleration == 0:
-            self._spoil("PRF-07")
+            self._refuse("PRF-07")
         elif code == 0b10 or not self.host.profile.limits.takes_rate(deceleration):
-            self._spoil("BLD-13")
+            self._refuse("BLD-13")
         self.session.final_deceleration = deceleration
         self.session.final_shape = SHAPES[code]
 
@@ -91,32 +91,32 @@ class BlendBlock:
         command, session = self.command, self.session
         faults = self._segment_faults()
         if faults:
-            session.good = False
+            session.is_good = False
             self.host.fire_all(self.now_ns, faults)
             return
         if self.host.unable(self.now_ns, Feature.BLEND_SEGMENT, command):
-            session.good = False
+            session.is_good = False
             return
         speed, rate = command.parameters.speed, command.words[6]
         assert speed is not None
         length = join_thousands(command.words[2], command.words[3])
         session.segments.append((length, speed, rate, session.types[len(session.segments)]))
-        if not session.fits(self.host.state.start_sps):
-            self._spoil("PRF-05")
+        if not session.newest_segment_fits(self.host.state.start_sps):
+            self._refuse("PRF-05")
 
     def _segment_faults(self) -> list[BrokenRule]:
-        """Return every rule that the block breaks by itself (reading A-110)."""
+        """Return the broken rules that do not depend on the ramps of the profile (reading A-110)."""
         command, segments, limits = self.command, self.session.segments, self.host.profile.limits
         speed = command.parameters.speed
         length_msw, length_lsw = command.words[2], command.words[3]
-        negative = length_msw < 0 or length_lsw < 0
-        a_value = is_legal_pair(length_msw, length_lsw) and (length_msw, length_lsw) != (0, 0)
-        length = join_thousands(length_msw, length_lsw) if a_value and not negative else 0
-        reserved = self.host.options.blend_reserved_words_checked and command.words[7] != 0
+        is_negative = length_msw < 0 or length_lsw < 0
+        is_length = is_legal_pair(length_msw, length_lsw) and (length_msw, length_lsw) != (0, 0)
+        length = join_thousands(length_msw, length_lsw) if is_length and not is_negative else 0
+        uses_reserved_word = self.host.options.blend_reserved_words_checked and command.words[7] != 0
         rows = (
-            (reserved, BrokenRule("PRF-02", alone=True)),
-            (negative, BrokenRule("BLD-21")),
-            (not a_value, BrokenRule("BLD-22")),
+            (uses_reserved_word, BrokenRule("PRF-02", alone=True)),
+            (is_negative, BrokenRule("BLD-21")),
+            (not is_length, BrokenRule("BLD-22")),
             (not limits.takes_speed(speed), BrokenRule("PRF-02")),
             (speed is not None and speed < self.host.state.start_sps, BrokenRule("CMD-05")),
             (bool(segments) and speed == segments[-1][1], BrokenRule("PRF-06")),
@@ -127,7 +127,7 @@ class BlendBlock:
 
 
 class BlendRun(Operation):
-    """A stored blend profile, run in one direction; ends in MOVE_COMPLETE."""
+    """The run of a stored blend profile in one direction; it ends in MOVE_COMPLETE."""
 
     name: ClassVar[str] = "blend"
     status_lsw: ClassVar[int] = StatusLsw.BLEND_RUNNING.value
@@ -168,33 +168,31 @@ class BlendRun(Operation):
 
 
 def obey_programming(
-    host: Host, now_ns: int, command: CommandWords, previous: CommandWords, *, reads: bool = True
+    host: Host, now_ns: int, command: CommandWords, previous: CommandWords, *, reads_blocks: bool = True
 ) -> None:
     """Obey the handshake bits of the command LSW [chapter 5, blend routine steps 1 to 6].
 
     Args:
-        reads: whether words 2 to 7 can be a block; in follower mode they are the follower's (A-112).
+        reads_blocks: whether words 2 to 7 can be a block; not in follower mode (A-112).
     """
     session = host.state.blending
     if not command.lsw & PROGRAM:
         host.state.end_blend()
         return
     transmit = command.lsw & TRANSMIT
-    is_risen = transmit and not (
-        previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures
-    )
+    was_transmitting = previous.lsw & TRANSMIT and previous.lsw & PROGRAM and not previous.configures
     if session is not None and not transmit:
         session.acknowledged = False
-    if not reads:
+    if not reads_blocks or not transmit or was_transmitting:
         return
-    if is_risen and session is not None:
+    if session is not None:
         BlendBlock(host, session, now_ns, command).read()
-    elif is_risen and not host.state.locked:
-        _begin(host, now_ns, command)
+    elif not host.state.locked:
+        _begin_programming(host, now_ns, command)
 
 
-def _begin(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Start the programming with the first block, unless a motion is in progress."""
+def _begin_programming(host: Host, now_ns: int, command: CommandWords) -> None:
+    """Read the first block of a new profile, unless a motion is in progress."""
     if isinstance(host.operation, BlendRun):
         host.state.blend = None
         host.operation.on_programming(now_ns)

@@ -1,8 +1,7 @@
 """Encoder moves: run until the encoder reaches the target count, then ramp down [chapter 4, Encoder Move].
 
-The axis overshoots by design: the deceleration begins where a step move would
-have ended. Only the count, an input or Immediate Stop ends the motion: without a
-working encoder it never ends.
+The axis overshoots by design: the deceleration begins at the target, where other moves end.
+Only the count, an input or Immediate Stop ends the motion. Without a working encoder it never ends.
 """
 
 from __future__ import annotations
@@ -45,15 +44,15 @@ class EncoderMove(Operation):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Compare the count, as long as the encoder bit stays set (reading A-52).
+        """Compare the count, as long as the encoder bit is set (reading A-52).
 
-        In the words that request configuration mode the bit has another meaning; the move completes.
+        A request for configuration mode gives the bit another meaning; the count is still compared.
         """
         self.on_counts(now_ns, command)
 
     @override
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Request counts while they are turned by hand: they act in the scan in which they arrive."""
+        """Request the counts of every scan while the encoder is turned by hand."""
         return None if turns_ns is None or self.stopping else now_ns
 
     @override
@@ -76,7 +75,8 @@ class EncoderMove(Operation):
     @override
     def on_external(self, now_ns: int) -> None:
         """Make a controlled stop, which can't be resumed (reading A-49)."""
-        self.stopped_by_input = self.stopped_by_input or not self.stopping
+        if not self.stopping:
+            self.stopped_by_input = True
         self._stop(now_ns)
 
     @override

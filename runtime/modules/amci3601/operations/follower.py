@@ -1,14 +1,14 @@
 """Encoder follower: steps = counts * multiplier / divisor, exactly [chapter 4, Encoder Follower].
 
-At the end of a scan its counts are added to the owed steps; fractions of a step stay
-owed. With rates of zero all owed steps are output at once (up to the module's
-1 MHz); otherwise the step rate ramps, limited by the owed steps:
+At the end of a scan its counts are added to the owed steps, including fractions of a step.
+With rates of zero all owed steps are output at once, up to the module's 1 MHz.
+Otherwise the step rate ramps, limited by the owed steps:
 
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
     v grows by no more than acceleration * tick
 
-At rest, with no step owed and the encoder still, every scan ends as the previous one: the
-mode sleeps until its words change or something turns the encoder.
+If the encoder does not turn and no step is owed, a scan changes nothing: the mode sleeps until
+its words change or the encoder turns.
 """
 
 from __future__ import annotations
@@ -42,21 +42,22 @@ class EncoderFollower(Operation):
     def __init__(self, host: Host, now_ns: int, command: CommandWords) -> None:
         super().__init__(host, now_ns)
         self.sense = 0  # +1 manual CW, -1 manual CCW, 0 neither
-        self.left = False
+        self.is_left = False
         self._last_count = host.axis.encoder
-        self._owed = 0  # in parts of a step, CW positive
-        self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
-        self._speed_msps = 0  # signed
-        self._phase = 0  # picosteps made toward the next step, signed like the speed
         self._scan_ns = 1000 * host.options.input_scan_us
         self._top_speed_msps = host.profile.limits.speed * MILLI
-        self._at_rest = False  # the last scan changed nothing, so the next does not either
+        self._divisor = 1
+        self._parts_per_step = 1  # a multiple of the divisor
+        self._owed = 0  # in parts of a step, CW positive
+        self._speed_msps = 0  # millisteps/s, CW positive
+        self._phase = 0  # picosteps made toward the next step, CW positive
+        self._at_rest = False  # whether the last scan changed nothing, so that the next won't either
 
     @property
     @override
     def over(self) -> bool:
         """Whether the mode has been left; a resting encoder does not end it."""
-        return self.left
+        return self.is_left
 
     # -- the words ----------------------------------------------------------------------------
 
@@ -66,23 +67,23 @@ class EncoderFollower(Operation):
             self.host.fire(now_ns, "CMD-35")
         elif command.msw not in (0, RESET):
             self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
-        self.left = True
+        self.is_left = True
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Check the words; any fault ends the mode (interpretation A-65)."""
         self._at_rest = False
-        if self.left:
+        if self.is_left:
             return
         if not command.lsw & FOLLOW:
             self._leave(now_ns, command)
             return
-        sense = 1 if command.msw & MANUAL_BIT[1] else -1 if command.msw & MANUAL_BIT[-1] else 0
-        self.left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
-        if not self.left and sense * self.sense < 0:
+        sense = next((sense for sense, bit in MANUAL_BIT.items() if command.msw & bit), 0)
+        self.is_left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
+        if not self.is_left and sense * self.sense < 0:
             self.host.fire(now_ns, "CMD-33")
-            self.left = True
-        if self.left:
+            self.is_left = True
+        if self.is_left:
             return
         if sense and not self.sense:  # counts without a direction are not followed
             self._last_count = self.axis.encoder
@@ -94,7 +95,7 @@ class EncoderFollower(Operation):
     @override
     def on_release(self, now_ns: int) -> None:
         """Leave the mode: all bits count as 0."""
-        self.left = True
+        self.is_left = True
 
     @override
     def on_end(self, now_ns: int) -> None:
@@ -115,30 +116,31 @@ class EncoderFollower(Operation):
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
-        """Add the counts, and make the steps of the scan that ends here."""
+        """Add the counts of the scan, and make its steps."""
         counts = self.axis.encoder
-        new_counts, self._last_count = counts - self._last_count, counts
+        new_counts = counts - self._last_count
+        self._last_count = counts
         self.shown_direction = self.shown_ramp = 0
         self._divide_by(command.words[3])
-        self._owed += self.sense * new_counts * command.words[2] * (self._parts // self._divisor)
+        self._owed += self.sense * new_counts * command.words[2] * (self._parts_per_step // self._divisor)
         steps = self._steps_of_scan(self._scan_ns, command.words[6], command.words[7])
         moves = new_counts or steps or self._speed_msps or self._phase
-        self._at_rest = not moves and _whole(self._owed, self._parts) == 0
+        self._at_rest = not moves and _whole_steps(self._owed, self._parts_per_step) == 0
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
             self.axis.pulse(now_ns, self.shown_direction, abs(steps))
-            self._owed -= steps * self._parts
+            self._owed -= steps * self._parts_per_step
 
     def _divide_by(self, divisor: int) -> None:
         """Express the owed steps exactly in parts of a new divisor."""
         if divisor != self._divisor:
-            owed = Fraction(self._owed, self._parts)
-            self._divisor, self._parts = divisor, lcm(owed.denominator, divisor)
-            self._owed = owed.numerator * (self._parts // owed.denominator)
+            owed = Fraction(self._owed, self._parts_per_step)
+            self._divisor, self._parts_per_step = divisor, lcm(owed.denominator, divisor)
+            self._owed = owed.numerator * (self._parts_per_step // owed.denominator)
 
     def _steps_of_scan(self, elapsed_ns: int, acceleration: int, deceleration: int) -> int:
         """Return the whole steps to make now, CW positive."""
-        owed = _whole(self._owed, self._parts)
+        owed = _whole_steps(self._owed, self._parts_per_step)
         if acceleration == 0 and deceleration == 0:
             self._speed_msps = self._phase = 0
             steps_most = self._top_speed_msps * elapsed_ns // PICO
@@ -147,18 +149,19 @@ class EncoderFollower(Operation):
         if owed:
             self.shown_direction = 1 if (self._speed_msps or owed) > 0 else -1  # also between two steps
         self._phase += self._speed_msps * elapsed_ns
-        steps = _whole(self._phase, PICO)
-        if owed >= 0:
-            steps = max(0, min(steps, owed)) if self._speed_msps >= 0 else steps
-        else:
-            steps = min(0, max(steps, owed)) if self._speed_msps <= 0 else steps
+        steps = _whole_steps(self._phase, PICO)
+        # Never make more than the owed steps; opposite steps remain while the speed still reverses
+        if owed >= 0 and self._speed_msps >= 0:
+            steps = max(0, min(steps, owed))
+        elif owed < 0 and self._speed_msps <= 0:
+            steps = min(0, max(steps, owed))
         self._phase -= steps * PICO
         if owed == steps:
             self._phase = 0
         return steps
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
-        """Ramp the speed toward that of the owed steps, within the rates."""
+        """Ramp the speed toward the allowed speed, within the rates."""
         target = self._allowed_speed(owed, deceleration)
         speed_before = self._speed_msps
         is_growing = abs(target) > abs(speed_before) and target * speed_before >= 0
@@ -168,11 +171,11 @@ class EncoderFollower(Operation):
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
         self._speed_msps = max(speed_before - change, min(speed_before + change, target))
-        if 0 < change <= abs(target - speed_before):  # otherwise it only keeps up with the encoder
+        if 0 < change <= abs(target - speed_before):  # a smaller change only follows the encoder's speed
             self.shown_ramp = 1 if is_growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:
-        """Return the signed speed that can stop within the owed steps; the top speed without deceleration."""
+        """Return the speed that can stop within the owed steps; the top speed if there is no ramp."""
         if deceleration == 0:
             speed = self._top_speed_msps if owed else 0
         else:
@@ -180,19 +183,19 @@ class EncoderFollower(Operation):
         return speed if owed >= 0 else -speed
 
 
-def _whole(value: int, parts: int) -> int:
+def _whole_steps(parts: int, parts_per_step: int) -> int:
     """Return the whole steps in a number of parts, rounded toward zero."""
-    return value // parts if value >= 0 else -(-value // parts)
+    return parts // parts_per_step if parts >= 0 else -(-parts // parts_per_step)
 
 
 def obey_follower(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
-    """Enter the mode on the rise of LSW bit 7; return whether the words were the follower's."""
+    """Enter the mode on the rise of LSW bit 7; return whether the words belong to the follower."""
     if isinstance(host.operation, EncoderFollower):
         return command.msw != RESET or bool(command.lsw & FOLLOW)
     if not host.firmware.follower:
         return False
-    risen_bit = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
-    if not risen_bit or host.state.locked:
+    has_risen = command.lsw & FOLLOW and (previous.configures or not previous.lsw & FOLLOW)
+    if not has_risen or host.state.locked:
         return False
     if not refused(host, now_ns, command, FOLLOWER) and not host.unable(now_ns, Feature.FOLLOWER, command):
         host.accept(EncoderFollower(host, now_ns, command))

@@ -1,20 +1,19 @@
-"""Find Home: four kinds, one course [chapter 3, item 10; chapter 4, Find Home].
+"""Find Home: one course for its four kinds [chapter 3, item 10; chapter 4, Find Home].
 
-The manual's diagrams are missing from its text; the course below is the
-reading used (A-72 to A-77). "dir" is the commanded direction, Vs the
-programmed speed, Vo the starting speed, "signal" the home switch, or with
-backplane proximity command LSW bit 12.
+The text of the manual lacks its diagrams; the course below is an interpretation (A-72 to A-77).
+"dir" is the commanded direction, Vs the programmed speed, Vo the starting speed. "signal" is the
+home switch, or command LSW bit 12 with backplane proximity.
 
     phase     motion      until
-    SEEK      dir, Vs     signal on -> with a home switch alone: ramp down, BACK
-                                       else: FINAL
+    SEEK      dir, Vs     signal on -> with only a home switch: ramp down, BACK
+                                       otherwise: FINAL
     FINAL     dir, to Vo  home switch rises, or the marker comes: done
     BACK      -dir, Vs    signal on and then off -> ramp down, CREEP
-    CREEP     dir, Vo     home switch alone: it rises, done; else signal on, then as FINAL
+    CREEP     dir, Vo     only a home switch: it rises, done; otherwise signal on -> FINAL
     DWELL     none        two seconds after an end limit -> BACK
 
-A signal that is on at the start begins with BACK, the end limit of that
-direction with DWELL. Limits, "becomes" for a change and "is" for a level:
+The search begins with DWELL if the end limit of dir is active, or with BACK if the signal is on.
+End limits, with "becomes" for a change and "is" for a level:
 
     heading              limit of dir                   opposite limit
     dir                  is active: DWELL, then BACK    becomes active: HOM-05
@@ -22,10 +21,10 @@ direction with DWELL. Limits, "becomes" for a change and "is" for a level:
     dir, reversed        is active: HOM-04              is active: HOM-04
     -dir, reversed       (the axis leaves it)           is active: HOM-04
 
-"Reversed" means by an end limit. Before that the opposite limit counts by its
-change, since one that is active at the start has no effect [note 2]. Only
-an axis that would begin with BACK into that limit does not start: HOM-05
-(reading A-106). Home has precedence over a limit of the same tick, so a limit can also be the home switch.
+"Reversed" is a search that an end limit has reversed. Before, only a change of the opposite limit
+acts: a limit that is active at the start has no effect [note 2]. There is one exception: a search
+that begins with BACK toward an active limit does not start, HOM-05 (reading A-106). Home has
+precedence over a limit of the same tick, so a limit can also be the home switch.
 """
 
 from __future__ import annotations
@@ -64,11 +63,11 @@ SEARCHING = frozenset({Phase.SEEK, Phase.FINAL, Phase.CREEP, Phase.STOP_BEFORE_B
 """Phases whose motion is in the commanded direction."""
 
 TURNING = frozenset({Phase.STOP_BEFORE_BACK, Phase.STOP_BEFORE_CREEP})
-"""Phases that end when the axis is at rest."""
+"""Phases that end as soon as the axis is at rest."""
 
 
 class Homing(Operation):
-    """A search for the home signal; ends in AT_HOME with everything zeroed."""
+    """A search for home; it ends in AT_HOME with position, encoder and captured value at 0."""
 
     name: ClassVar[str] = "home"
     limits: ClassVar[Limits] = Limits.OWN
@@ -83,7 +82,7 @@ class Homing(Operation):
         self.reversed = False  # an end limit has reversed the search
         self.found = False
         self._dwell_until_ns = 0
-        self._after_dwell: Callable[[int], None] = self._back
+        self._after_dwell: Callable[[int], None] = self._begin_back
         self._signal_was_on = False
         self._home_before = bool(host.state.active & HOME)
 
@@ -96,28 +95,28 @@ class Homing(Operation):
         return self.found and not self.axis.moving
 
     @property
-    def _alone(self) -> bool:
+    def _has_switch_only(self) -> bool:
         return self.kind is HomingKind.HOME_SWITCH
 
     @property
-    def _with_marker(self) -> bool:
+    def _has_marker(self) -> bool:
         return self.kind in (HomingKind.MARKER_HOME_SWITCH, HomingKind.MARKER_PROXIMITY)
 
     @property
     def _signal(self) -> bool:
-        """The home switch, or the backplane bit if that is the proximity."""
+        """Whether the home switch is on, or the backplane bit if this bit is the proximity."""
         if self.kind in (HomingKind.HOME_SWITCH, HomingKind.MARKER_HOME_SWITCH):
             return bool(self.state.active & HOME)
         return self.state.proximity
 
     @property
     def _on_at_start(self) -> bool:
-        """The signal; with backplane proximity also the home switch [chapter 4, Find Home note 2]."""
+        """Whether the signal or the home switch is on [chapter 4, Find Home note 2]."""
         return self._signal or bool(self.state.active & HOME)
 
     @property
     def _slow_profile(self) -> Profile:
-        """The programmed rates at the starting speed, for edges that must be met exactly."""
+        """The profile at the starting speed, to stop exactly on an edge."""
         return replace(self.profile, speed_sps=self.profile.start_sps)
 
     # -- phases -------------------------------------------------------------------------------
@@ -125,11 +124,11 @@ class Homing(Operation):
     def start(self, now_ns: int) -> None:
         """Begin with the phase that the inputs require."""
         if limit_in(self.host, self.direction):
-            self._dwell(now_ns)
+            self._begin_dwell(now_ns)
         elif self._on_at_start and limit_in(self.host, -self.direction):
             self.host.abort_homing(now_ns, "HOM-05")
         elif self._on_at_start:
-            self._back(now_ns)
+            self._begin_back(now_ns)
         else:
             self._begin_seek(now_ns)
 
@@ -137,40 +136,40 @@ class Homing(Operation):
         self.phase = Phase.SEEK
         self.axis.run(now_ns, self.direction, self.profile)
 
-    def _dwell(self, now_ns: int) -> None:
-        """Stand still for two seconds after an end limit, then reverse."""
+    def _begin_dwell(self, now_ns: int) -> None:
+        """Stop at an end limit and wait for two seconds; then reverse."""
         self.axis.cut(now_ns)
         self.reversed = True
-        self._wait(now_ns, DWELL_NS, self._back)
+        self._wait(now_ns, DWELL_NS, self._begin_back)
 
-    def _wait(self, now_ns: int, duration_ns: int, then: Callable[[int], None]) -> None:
-        """Stand still for a time, regardless of words and inputs."""
+    def _wait(self, now_ns: int, duration_ns: int, begin_next: Callable[[int], None]) -> None:
+        """Wait, regardless of words and inputs; then begin the next phase."""
         self.phase = Phase.DWELL
         self.shown_direction = 0
         self._dwell_until_ns = now_ns + duration_ns
-        self._after_dwell = then
+        self._after_dwell = begin_next
 
-    def _back(self, now_ns: int) -> None:
+    def _begin_back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
         self.axis.run(now_ns, -self.direction, self.profile)
 
-    def _creep(self, now_ns: int) -> None:
+    def _begin_creep(self, now_ns: int) -> None:
         self.phase = Phase.CREEP
         self.axis.run(now_ns, self.direction, self._slow_profile)
-        if self._signal:  # the previous stop reached it again
-            self._final(now_ns)
+        if self._signal:  # the ramp down of BACK has reached it again
+            self._begin_final(now_ns)
 
-    def _final(self, now_ns: int) -> None:
+    def _begin_final(self, now_ns: int) -> None:
         """Slow down after the proximity, and stop at the next home edge or marker."""
         self.axis.change_speed(now_ns, self._slow_profile)
         self.phase = Phase.FINAL
-        if self._with_marker:
+        if self._has_marker:
             self.axis.watch_marker()
 
-    def _stop(self, now_ns: int, then: Phase) -> None:
-        """Ramp down; the tick after the ramp reverses, and shows the phase until then."""
-        self.phase = then
+    def _stop(self, now_ns: int, phase: Phase) -> None:
+        """Ramp down in `phase`; the tick after the ramp reverses. The motion bits show the ramp."""
+        self.phase = phase
         self.shown_direction = self.axis.direction
         self.shown_ramp = -1 if self.profile.has_ramps else 0
         self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
@@ -188,36 +187,36 @@ class Homing(Operation):
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Check limits and signals, and start the next phase where due."""
+        """Check limits and signals; begin the next phase when the present phase is complete."""
         home_risen = bool(self.state.active & HOME) and not self._home_before
         self._home_before = bool(self.state.active & HOME)
         if now_ns == self.started_ns or self.found:
-            return  # a change before the start counts as present at the start
-        if not self._is_home(home_risen) and self._met_a_limit(now_ns):
+            return  # at the start, only levels count
+        if not self._is_home(home_risen) and self._obey_limits(now_ns):
             return
         if self.phase is Phase.SEEK:
-            self._seek(now_ns)
+            self._continue_seek(now_ns)
         elif self.phase is Phase.FINAL:
-            self._take_home(now_ns, home_risen)
+            self._continue_final(now_ns, home_risen)
         elif self.phase is Phase.BACK:
-            self._look_behind(now_ns)
+            self._continue_back(now_ns)
         elif self.phase is Phase.CREEP:
-            self._approach(now_ns, home_risen)
+            self._continue_creep(now_ns, home_risen)
         elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns and not self.axis.moving:
-            self._turn_round(now_ns, self._after_dwell)
+            self._begin_reversed(now_ns, self._after_dwell)
         elif self.phase in TURNING and not self.axis.moving:
             self._after_ramp(now_ns)
 
-    def _seek(self, now_ns: int) -> None:
+    def _continue_seek(self, now_ns: int) -> None:
         if not self._signal:
             return
-        if self._alone:
+        if self._has_switch_only:
             self._stop(now_ns, Phase.STOP_BEFORE_BACK)
         else:
-            self._final(now_ns)
+            self._begin_final(now_ns)
 
-    def _look_behind(self, now_ns: int) -> None:
-        """Wait on the way back for the signal to be on, then off: a narrow switch may have been passed."""
+    def _continue_back(self, now_ns: int) -> None:
+        """Stop after the signal was on and then off; the ramp down may have passed a narrow switch."""
         if self._signal:
             self._signal_was_on = True
         elif self._signal_was_on:
@@ -229,55 +228,56 @@ class Homing(Operation):
         "It is possible to home the 3601 module off of an end limit switch" [chapter 4, general note 5].
         """
         if self.phase is Phase.FINAL:
-            return self.axis.marker_seen if self._with_marker else home_risen
-        return self.phase is Phase.CREEP and self._alone and home_risen
+            return self.axis.marker_seen if self._has_marker else home_risen
+        return self.phase is Phase.CREEP and self._has_switch_only and home_risen
 
-    def _approach(self, now_ns: int, home_risen: bool) -> None:
-        if self._alone:
-            self._take_home(now_ns, home_risen)
+    def _continue_creep(self, now_ns: int, home_risen: bool) -> None:
+        if self._has_switch_only:
+            self._continue_final(now_ns, home_risen)
         elif self._signal:
-            self._final(now_ns)
+            self._begin_final(now_ns)
 
-    def _take_home(self, now_ns: int, home_risen: bool) -> None:
+    def _continue_final(self, now_ns: int, home_risen: bool) -> None:
         if self._is_home(home_risen):
             self.axis.cut(now_ns)
             self.found = True
 
     def _after_ramp(self, now_ns: int) -> None:
         """Reverse, at once unless a pause is configured (reading A-72b)."""
-        next_phase = self._back if self.phase is Phase.STOP_BEFORE_BACK else self._creep
+        begin_next = self._begin_back if self.phase is Phase.STOP_BEFORE_BACK else self._begin_creep
         pause_ns = self.host.options.home_reversal_dwell_ms * 1_000_000
-        if pause_ns and self._alone:
-            self._wait(now_ns, pause_ns, next_phase)
+        if pause_ns and self._has_switch_only:
+            self._wait(now_ns, pause_ns, begin_next)
         else:
-            self._turn_round(now_ns, next_phase)
+            self._begin_reversed(now_ns, begin_next)
 
-    def _turn_round(self, now_ns: int, turn: Callable[[int], None]) -> None:
-        """Start the next phase, unless it heads for an active limit."""
-        turn(now_ns)
-        self._met_a_limit(now_ns)
+    def _begin_reversed(self, now_ns: int, begin_next: Callable[[int], None]) -> None:
+        """Begin the next phase; end it at once if it moves toward an active limit."""
+        begin_next(now_ns)
+        self._obey_limits(now_ns)
 
     # -- limits -------------------------------------------------------------------------------
 
-    def _met_a_limit(self, now_ns: int) -> bool:
-        """Obey the end limits by the table above; return whether one was met."""
+    def _obey_limits(self, now_ns: int) -> bool:
+        """Obey the end limits (table of the module); return whether a limit took effect."""
         host = self.host
         if self.phase is Phase.DWELL and self.reversed:
-            return False  # limits that are active then are checked at the reversal
+            return False  # the limits are checked after the dwell
         if self.phase in SEARCHING and not self.reversed and host.state.active & limit_of(self.direction):
-            self._dwell(now_ns)
+            self._begin_dwell(now_ns)
             return True
-        met_limit = host.state.active & limit_of(self.direction) if self.phase in SEARCHING else 0
+        limits_ahead = host.state.active & limit_of(self.direction) if self.phase in SEARCHING else 0
         opposite = (host.state.active if self.reversed else host.state.risen) & limit_of(-self.direction)
-        if met_limit or opposite:
+        is_aborted = bool(limits_ahead or opposite)
+        if is_aborted:
             host.abort_homing(now_ns, "HOM-04" if self.reversed else "HOM-05")
-        return bool(met_limit or opposite)
+        return is_aborted
 
     # -- the end -----------------------------------------------------------------------------
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show home: position, encoder and captured value are zero and valid, all in one update."""
+        """Show AT_HOME, with position, encoder and captured value 0 and valid, in one update."""
         host = self.host
         host.axis.preset_position(0)
         host.axis.preset_encoder(0)

@@ -18,10 +18,10 @@ MANUAL_BIT = {1: CommandMsw.MANUAL_CW.value, -1: CommandMsw.MANUAL_CCW.value}
 
 
 class ManualMove(Operation):
-    """Motion in a direction until the bit is released or something stops it.
+    """A motion in one direction until the bit is released or another event stops it.
 
-    A speed up to the starting speed runs constantly, without ramps,
-    and can't be changed ("constant speed mode").
+    At a speed up to the starting speed, the motion has no ramps, and its speed can't be changed
+    ("constant speed mode").
     """
 
     name: ClassVar[str] = "manual"
@@ -31,7 +31,7 @@ class ManualMove(Operation):
         super().__init__(host, now_ns)
         self.direction = direction
         self.profile: Profile = command.profile(host.state.start_sps)
-        self.constant = self.profile.speed_sps <= self.profile.start_sps
+        self.is_constant_speed = self.profile.speed_sps <= self.profile.start_sps
         self.target_words = command.target_words
         self.speed_words = command.speed_words
         self.stopping = False
@@ -47,7 +47,7 @@ class ManualMove(Operation):
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Process the released bit first, then check target and speed."""
+        """Obey the released bit first; then check target and speed."""
         if self.stopping:
             return
         if not command.msw & MANUAL_BIT[self.direction]:
@@ -55,9 +55,10 @@ class ManualMove(Operation):
                 self.host.fire(now_ns, "CMD-14")
             self._stop(now_ns)
         elif not self.state.locked:
-            self._watch_words(now_ns, command)
+            self._check_changes(now_ns, command)
 
-    def _watch_words(self, now_ns: int, command: CommandWords) -> None:
+    def _check_changes(self, now_ns: int, command: CommandWords) -> None:
+        """Refuse a changed target; obey a changed speed."""
         if command.target_words != self.target_words and self.host.firmware.registration:
             self.target_words = command.target_words
             self._fault(now_ns, "CMD-25")
@@ -66,10 +67,10 @@ class ManualMove(Operation):
             self._change_speed(now_ns, command)
 
     def _change_speed(self, now_ns: int, command: CommandWords) -> None:
-        if self.constant:
+        if self.is_constant_speed:
             self.host.fire(now_ns, "CMD-13")
             self.stopping = True
-            self.axis.cut(now_ns)  # at or below the starting speed no ramp is made (reading A-42)
+            self.axis.cut(now_ns)  # no ramp up to the starting speed (reading A-42)
         elif speed_or_rates_out_of_range(self.host, command):
             self.host.fire(now_ns, "CMD-15")
             self._stop(now_ns)
@@ -80,7 +81,7 @@ class ManualMove(Operation):
             self.axis.change_speed(now_ns, self.profile)
 
     def _fault(self, now_ns: int, rule_id: str) -> None:
-        """Stop at once after a fault in the words of a registration move (reading A-56)."""
+        """Show a fault in the words of a registration move, and stop (reading A-56)."""
         self.host.fire(now_ns, rule_id)
         if self.host.options.registration_fault_cuts:
             self.stopping = True
@@ -121,7 +122,7 @@ class ManualMove(Operation):
 
 
 class OneShot(Operation):
-    """A manual move at speed 0: one pulse; the direction is shown as long as the bit is held."""
+    """A manual move at speed 0: one pulse. The direction is shown until the bit is released."""
 
     name: ClassVar[str] = "one-shot manual"
     limits: ClassVar[Limits] = Limits.OWN
@@ -139,7 +140,7 @@ class OneShot(Operation):
     @property
     @override
     def busy(self) -> bool:
-        """False: the pulse is over at once and never delays a move."""
+        """False: the pulse ends at once and never prevents a move."""
         return False
 
     @property
@@ -163,5 +164,5 @@ class OneShot(Operation):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show nothing: STOPPED is not set after a one-shot [chapter 4, Manual Move]."""
+        """Do not set STOPPED after a one-shot [chapter 4, Manual Move]."""
         self.host.finish(now_ns, 0, "made its pulse")

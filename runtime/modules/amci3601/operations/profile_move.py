@@ -1,4 +1,4 @@
-"""Absolute and relative moves: a fixed distance, which can be held and resumed [chapter 4]."""
+"""Absolute and relative moves: a fixed distance, with Hold and Resume [chapter 4]."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class ProfileMove(Operation):
         self.name = name  # type: ignore[misc]  # two commands share the class
         self.target = target
         self.profile = profile
-        self.holding = False
-        self.by_external = False
+        self.holding = False  # whether the move ends in the hold state
+        self.by_external = False  # whether the external input holds it, instead of the command
         self.single_step = False
         self.resumable = True
 
@@ -43,29 +43,30 @@ class ProfileMove(Operation):
 
     @override
     def on_forfeit(self) -> None:
-        """Drop the hold: a command arrived between Hold and Resume while the axis still ramped down."""
+        """Prevent Resume: a command arrived after Hold, while the axis was still ramping down."""
         self.resumable = False
 
     @override
     def on_external(self, now_ns: int) -> None:
-        """Hold the move as the command does [chapter 6, External Input]."""
-        was_holding = self.holding
-        self._hold(now_ns)
-        self.by_external = self.by_external or self.holding != was_holding
+        """Hold the move like the Hold command [chapter 6, External Input]."""
+        if self._hold(now_ns):
+            self.by_external = True
 
-    def _hold(self, now_ns: int) -> None:
+    def _hold(self, now_ns: int) -> bool:
+        """Ramp down into the hold state; return False if the axis is already stopping."""
         axis, profile = self.axis, self.profile
         if self.holding or axis.ramp < 0:
-            return  # it is already stopping
+            return False
         steps_left = abs(self.target - axis.position)
         if axis.steps_to_stop(now_ns, profile.deceleration_spmss, profile.shape) >= steps_left:
-            return  # the ramp ends at the target, so the move completes
+            return False  # the ramp ends at the target, so the move completes
         self.holding = self.resumable = True
         axis.stop(now_ns, profile.deceleration_spmss, profile.shape)
+        return True
 
     @override
     def on_end(self, now_ns: int) -> None:
-        """Show MOVE_COMPLETE, or HOLD_STATE with the remaining distance kept for Resume."""
+        """Show MOVE_COMPLETE; or show HOLD_STATE and keep the target for Resume."""
         if self.holding and (self.single_step or self.axis.position != self.target):
             self.host.finish(now_ns, HOLD_STATE, "held")
             held_move = HeldMove(self.target, self.name) if self.resumable else None

@@ -1,4 +1,4 @@
-"""Registration moves: a manual move that ends an exact number of steps after its input [chapter 4].
+"""Registration moves: manual moves that end an exact number of steps after their input [chapter 4].
 
 steps made   0 ...... minimum distance ...................... end
 input        ignored                  | its level counts
@@ -22,7 +22,7 @@ from .manual_move import MANUAL_BIT, ManualMove
 
 
 class RegistrationMove(ManualMove):
-    """A manual move with a positive target; the registration input ends it."""
+    """A manual move with a positive target: the distance after the registration input."""
 
     name: ClassVar[str] = "registration"
 
@@ -42,9 +42,9 @@ class RegistrationMove(ManualMove):
 
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Compare the words; a changed target counts even in the image that releases the bit.
+        """Compare the words; a changed target is a fault even if the same image releases the bit.
 
-        Below the minimum distance the released bit is ignored, so that changes of speed still count.
+        Below the minimum distance a released bit is ignored, and the speed can still change.
         """
         if self.stopping or self.state.locked:
             return
@@ -57,24 +57,24 @@ class RegistrationMove(ManualMove):
 
     @override
     def _change_speed(self, now_ns: int, command: CommandWords) -> None:
-        """Allow a lower speed at unchanged rates only [chapter 6, Command Errors 27 and 28]."""
+        """Change to a lower speed; other changes are faults [chapter 6, Command Errors 27 and 28]."""
         speed = command.parameters.speed
         if speed is not None and speed > self.profile.speed_sps:
             self._fault(now_ns, "CMD-27")
         elif command.words[6:8] != self.rates:
             self._fault(now_ns, "CMD-28")
-        elif self.constant or speed_or_rates_out_of_range(self.host, command):
+        elif self.is_constant_speed or speed_or_rates_out_of_range(self.host, command):
             super()._change_speed(now_ns, command)
         elif self.host.unable(now_ns, Feature.SPEED_CHANGE, command):
             self._stop(now_ns)
         else:
             assert speed is not None
-            self.profile = replace(self.profile, speed_sps=speed)  # shape and rates stay
+            self.profile = replace(self.profile, speed_sps=speed)  # with the same shape and rates
             self.axis.change_speed(now_ns, self.profile)
 
     @override
     def on_tick(self, now_ns: int, command: CommandWords) -> None:
-        """Check the level of the registration input, once the minimum distance is exceeded."""
+        """Check the bit and the registration input by their level."""
         released = command.configures or not command.msw & MANUAL_BIT[self.direction]
         if released or self.state.external_active:
             self._register(now_ns)
@@ -89,12 +89,13 @@ class RegistrationMove(ManualMove):
     @property
     def _below_minimum(self) -> bool:
         """Whether the registration input is still ignored."""
-        steps_made, steps_least = abs(self.axis.position - self.started_at), self.state.minimum_registration
-        return steps_least > 0 and steps_made <= steps_least
+        steps_made = abs(self.axis.position - self.started_at)
+        minimum_steps = self.state.minimum_registration
+        return minimum_steps > 0 and steps_made <= minimum_steps
 
     @override
     def on_hold(self, now_ns: int) -> None:
-        """Show an error; before the registration input, also stop (reading A-54)."""
+        """Show an error; stop if the registration input has not come yet (reading A-54)."""
         if self.registered:
             self.host.fire(now_ns, "CMD-07")
         else:

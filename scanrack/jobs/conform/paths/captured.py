@@ -176,7 +176,7 @@ class _SceneFinder:
             words = self._module.configuration
             self._configuration = ZERO if words is None else _signed(words)
             self._in_effect = True
-        return not self._module.why, self._module.rests
+        return not self._module.reason, self._module.rests
 
     def _resumed(self, read: SeenImage, sent: ImageWords) -> PlayedScene:
         """Return a scene that begins with the state in an image."""

@@ -170,8 +170,8 @@ class StoppedAtEveryEnd(AlteredLayer):
     """Every end of a motion sets Stopped."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
-        super().finish(now_ns, completion, how)
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
+        super().finish(now_ns, completion, outcome)
         self.state.latches.bits |= STOPPED
 
 
@@ -179,18 +179,18 @@ class StoppedAfterOneShot(AlteredLayer):
     """Stopped is set when the bit of a one-shot command is released."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         is_one_shot = self.operation is not None and self.operation.name == "one-shot manual"
-        super().finish(now_ns, STOPPED if is_one_shot else completion, how)
+        super().finish(now_ns, STOPPED if is_one_shot else completion, outcome)
 
 
 class ManualInvalidates(AlteredLayer):
     """The position is invalid after a manual move."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         is_manual = self.operation is not None and self.operation.name == "manual"
-        super().finish(now_ns, completion, how)
+        super().finish(now_ns, completion, outcome)
         if is_manual:
             self.state.latches.bits |= POSITION_INVALID
 
@@ -199,18 +199,18 @@ class NoDistanceNoEnd(AlteredLayer):
     """A move of distance zero does not set Move Complete."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         has_no_distance = self.operation is not None and self.operation.started_at == self.axis.position
-        super().finish(now_ns, 0 if has_no_distance else completion, how)
+        super().finish(now_ns, 0 if has_no_distance else completion, outcome)
 
 
 class BlendOnce(AlteredLayer):
     """A blend profile is lost once it has run."""
 
     @override
-    def finish(self, now_ns: int, completion: int, how: str) -> None:
+    def finish(self, now_ns: int, completion: int, outcome: str) -> None:
         is_blend = self.operation is not None and self.operation.name == "blend"
-        super().finish(now_ns, completion, how)
+        super().finish(now_ns, completion, outcome)
         if is_blend:
             self.state.blend = None
 

@@ -1,4 +1,4 @@
-"""The kinds of servers for `--server`, one row each, and the addresses that it accepts."""
+"""The kinds of servers for `--server`, one row each, and their addresses."""
 
 from __future__ import annotations
 
@@ -29,8 +29,7 @@ class ServerKind:
         main: main function of the server's process.
         port: default port.
         answers_datagrams: whether it also uses the UDP port.
-        package: package that it needs in addition to scanrack's own requirements, with the extra that
-        installs it.
+        package: package that it needs in addition to scanrack's requirements, and the extra that installs it.
         maps: table of the rack file that it serves; "" = all tags.
     """
 
@@ -81,9 +80,7 @@ class ServerAddress:
         protocol, _, remainder = text.partition(":")
         kind = KINDS.get(protocol)
         if kind is None:
-            raise ValueError(
-                f"--server {text} is not allowed: {', '.join(KINDS)}, each with :PORT or :HOST:PORT"
-            )
+            raise ValueError(f"--server {text}: must be {', '.join(KINDS)}, each with :PORT or :HOST:PORT")
         if kind.package is not None and find_spec(kind.package[0]) is None:
             package, extra = kind.package
             raise ValueError(f"--server {text} needs {package}: {how_to_install(extra)}")
@@ -123,8 +120,8 @@ class ServerAddress:
                     sockets[1].bind((self.host, sockets[0].getsockname()[1]))
             except OSError as error:
                 text = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
-                where = f"{self.protocol}:{join_address(*host_and_port)}"
-                raise ValueError(f"--server {where}: {text}: choose another port") from error
+                address = f"{self.protocol}:{join_address(*host_and_port)}"
+                raise ValueError(f"--server {address}: {text}: choose another port") from error
             opened.pop_all()
         return sockets
 
@@ -139,14 +136,14 @@ def addresses(
         users: file of users who may log in to the OPC UA server.
 
     Raises:
-        ValueError: an address is not allowed, a protocol occurs twice, or there is no OPC UA server to
-            secure.
+        ValueError: an address is not allowed, a protocol occurs twice, or an option of the OPC UA server is
+            given without that server.
     """
     servers = [ServerAddress.parse(text) for text in texts or ()]
     names = [server.protocol for server in servers]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"--server {name} is given twice: a rack has one of each")
+            raise ValueError(f"--server {name} occurs twice: a rack has one server of each kind")
     _check_security(names, security, users)
     return tuple(
         _secured(server, security, users) if server.protocol == OPC_UA else server for server in servers
@@ -156,7 +153,7 @@ def addresses(
 def _check_security(names: Sequence[str], security: str | None, users: Path | None) -> None:
     """Raise ValueError for options of an OPC UA server that is missing or not encrypted."""
     if (security or users) and OPC_UA not in names:
-        raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
+        raise ValueError(f"--opc-ua-{'security' if security else 'users'} needs --server {OPC_UA}")
     if users and security == OPEN:
         raise ValueError(f"--opc-ua-users needs encryption: it can't go with --opc-ua-security {OPEN}")
 

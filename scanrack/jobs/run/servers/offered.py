@@ -1,4 +1,4 @@
-"""Lists the tags that clients of a job's servers see, before the job runs."""
+"""The tags that a job's servers offer to clients, before the job runs."""
 
 from __future__ import annotations
 
@@ -25,5 +25,5 @@ def listing_of_job(job: LoadedRack) -> Listing:
 
 
 def database_of_job(job: LoadedRack) -> Database:
-    """Return the tags of a job, marked where its rack file lets clients write; see `listing_of_job`."""
+    """Return the tags of a job with the tags that its rack file makes writable; see `listing_of_job`."""
     return Database(listing_of_job(job), job.spec.server.writable)

@@ -1,4 +1,4 @@
-"""Writes the list of tags as files that HMI software imports; each format has a row in `FORMATS`.
+"""Lists of tags as files that HMI software imports; each format has a row in `FORMATS`.
 
 | software | file | source |
 |---|---|---|
@@ -17,6 +17,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Any
 
 from scanrack.io_images.csv_cells import cell, csv_text, line_text
@@ -43,8 +44,8 @@ class TagFile:
     text: str = ""
     left_out: list[str] = field(default_factory=list)
 
-    def single(self, rows: Iterable[TagRow], types: Mapping[str, Any]) -> Iterator[TagRow]:
-        """Yield rows of known types, with arrays element by element; record the tags that are left out."""
+    def single_values(self, rows: Iterable[TagRow], types: Mapping[str, Any]) -> Iterator[TagRow]:
+        """Yield rows of the given types, arrays as elements; note other types and long arrays as left out."""
         for row in rows:
             count = 1
             for size in row.dims:
@@ -78,7 +79,7 @@ _KEPWARE: Mapping[str, str] = {
     "LREAL": "Double",
     "STRING": "String",
 }
-_TEXT_MOST = 82
+_MAX_TEXT = 82
 
 
 def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
@@ -93,24 +94,25 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
         kind = _KEPWARE[row.type_name] + (" Array" if row.dims else "")
         address = row.enip + "".join(f"{{{size}}}" for size in row.dims)
         if row.type_name == "STRING" and not row.in_files:
-            address += f".DATA/{_TEXT_MOST}"
+            address += f".DATA/{_MAX_TEXT}"
         access = "R/W" if row.writable else "RO"
         shown = line_text(row.description)
-        table.append([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
+        table.append([_group_path(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
     file.text = csv_text(table)
     return file
 
 
 def _with_arrays(file: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
+    """Yield rows for Kepware: arrays that it supports as one row, other arrays as elements."""
     for row in rows:
-        is_single = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
-        yield from [row] if is_single else file.single([row], _KEPWARE)
+        is_array = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
+        yield from [row] if is_array else file.single_values([row], _KEPWARE)
 
 
-def _plain(name: str, separator: str) -> str:
+def _group_path(name: str, separator: str) -> str:
     """Return a name with a group separator and without subscripts and colons.
 
-    >>> _plain("Program:Main.Steps[2,1].Time", ".")
+    >>> _group_path("Program:Main.Steps[2,1].Time", ".")
     'Program_Main.Steps_2_1.Time'
     """
     return re.sub(r"[\[:,]", "_", name.replace("]", "")).replace(".", separator)
@@ -151,10 +153,9 @@ def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
     file = TagFile()
     folders: dict[str, None] = {}
     lines = []
-    for row in file.single(rows, _FACTORYTALK):
-        name = _plain(row.name, "\\")
-        parts = name.split("\\")[:-1]
-        folders |= dict.fromkeys("\\".join(parts[: end + 1]) for end in range(len(parts)))
+    for row in file.single_values(rows, _FACTORYTALK):
+        name = _group_path(row.name, "\\")
+        folders |= dict.fromkeys(accumulate(name.split("\\")[:-1], "{}\\{}".format))
         lines.append(_hmi_tag(row, name))
     head = [_FACTORYTALK_HEAD, _FACTORYTALK_FIRST, "", ";Folders Section (Must define folders before tags)"]
     head += [_cells("F", folder, "", "F") for folder in folders]
@@ -173,17 +174,20 @@ def _hmi_tag(row: TagRow, name: str) -> str:
     elif kind == "D":
         cells[16:19] = "Off", "On", "Off"
     else:
-        cells[19:21] = _TEXT_MOST, ""
+        cells[19:21] = _MAX_TEXT, ""
     cells[22] = f"::[{SHORTCUT}]{row.enip}"
     return _cells(*cells)
 
 
 def _cells(*cells: object) -> str:
     """Return a line of cells: texts are quoted, and `None` is empty."""
-    quoted = (
-        '"' + value.replace('"', "'") + '"' if isinstance(value, str) else value for value in map(cell, cells)
-    )
-    return ",".join("" if cell_text is None else str(cell_text) for cell_text in quoted)
+
+    def quoted(value: object) -> str:
+        if isinstance(value, str):
+            return '"' + value.replace('"', "'") + '"'
+        return "" if value is None else str(value)
+
+    return ",".join(quoted(cell(value)) for value in cells)
 
 
 # --- Ignition
@@ -213,24 +217,25 @@ def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
     """
     file = TagFile()
     root: dict[str, Any] = {"name": title, "tagType": "Folder", "tags": []}
-    known = {"": root}
+    folders = {"": root}
     for row in rows:
         if not row.node:
             file.left_out.append(row.name)
             continue
-        for tag_row in [row] if len(row.dims) < 2 else file.single([row], _IGNITION):
-            folder, _, last = _plain(tag_row.name, "/").rpartition("/")
-            _folder(known, folder)["tags"].append(_opc_tag(tag_row, last))
+        for tag_row in [row] if len(row.dims) < 2 else file.single_values([row], _IGNITION):
+            folder, _, last = _group_path(tag_row.name, "/").rpartition("/")
+            _folder(folders, folder)["tags"].append(_opc_tag(tag_row, last))
     file.text = json.dumps(root, indent=2) + "\n"
     return file
 
 
-def _folder(known: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
-    if path not in known:
-        above, _, name = path.rpartition("/")
-        known[path] = {"name": name, "tagType": "Folder", "tags": []}
-        _folder(known, above)["tags"].append(known[path])
-    return known[path]
+def _folder(folders: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
+    """Return the folder of a path; add it to its parent folder if it does not exist."""
+    if path not in folders:
+        parent, _, name = path.rpartition("/")
+        folders[path] = {"name": name, "tagType": "Folder", "tags": []}
+        _folder(folders, parent)["tags"].append(folders[path])
+    return folders[path]
 
 
 def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
@@ -254,21 +259,21 @@ _NODE_RED = dict.fromkeys(("BOOL", "SINT", "INT", "DINT", "REAL"))
 def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
     """Return a flow: an endpoint, a node that shows all tags, and a node for each writable tag.
 
-    Its nodes skip members that are arrays with several dimensions, and find an element of a BOOL array only
+    Node-RED skips members that are arrays with several dimensions, and finds an element of a BOOL array only
     as a BIT_STRING (`Tag` of ethernet-ip 1.2).
     """
     file = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
-    outs = []
+    writable_tags = []
     rows = list(rows)
-    grids = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
-    file.left_out += [row.name for row in grids]
-    for row in file.single((row for row in rows if row not in grids), _NODE_RED):
+    unsupported = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
+    file.left_out += [row.name for row in unsupported]
+    for row in file.single_values((row for row in rows if row not in unsupported), _NODE_RED):
         program, name = _program_and_name(row.enip)
         kind = "BIT_STRING" if row.type_name == "BOOL" and name.endswith("]") else row.type_name
         table.setdefault(program, {})[name] = {"type": kind}
         if row.writable:
-            outs.append((program, name))
+            writable_tags.append((program, name))
     flow: list[dict[str, Any]] = [
         {"id": "rack-flow", "type": "tab", "label": title},
         {
@@ -286,7 +291,7 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
         _node("rack-show", "debug", 0, [], active=True, complete="payload", targetType="msg", name="tags")
         | {"x": 400},
     ]
-    for number, (program, name) in enumerate(outs, 1):
+    for number, (program, name) in enumerate(writable_tags, 1):
         flow.append(
             _node(f"rack-out-{number}", "eth-ip out", number, [], variable=name, program=program, name="")
         )

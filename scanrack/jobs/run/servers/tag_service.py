@@ -1,6 +1,6 @@
-"""Starts the processes of tag servers, and restarts a process that dies or hangs.
+"""The processes of tag servers; a process that dies or hangs is restarted.
 
-The scans are not affected: they only check shared memory for a request.
+The scans do not wait for a server: they only check shared memory for a request.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
 
 GRACE_S = 0.05
-"""A server that ends within this time of the end of the run is not restarted."""
+"""A server that ends at most this time before the end of the run is not restarted, s."""
 
 PATIENCE_S = 2
-"""Longest time that a server may take to end."""
+"""Longest time for a server to end, s."""
 
 DEATHS_MOST = 10
-"""Largest number of restarts."""
+"""Maximum number of restarts."""
 
 BEAT_S, STILL_MOST = 1.0, 10
-"""Interval of heartbeat checks, s, and number of checks without a beat after which the server hangs."""
+"""Interval of heartbeat checks, s; a server without a beat in this number of checks hangs."""
 
 
 class TagService:
-    """A tag server for all runs of a command; it continues across branches.
+    """A tag server for all runs of a command, including branches.
 
     Args:
         writes: whether clients may write what the rack file lists.
@@ -58,19 +58,19 @@ class TagService:
     """
 
     def __init__(
-        self, job: LoadedRack, where: ServerAddress, say: Callable[[str], object], *, writes: bool
+        self, job: LoadedRack, address: ServerAddress, say: Callable[[str], object], *, writes: bool
     ) -> None:
-        if where.kind.maps and job.spec.server.modbus is None:
-            raise ValueError(f"--server {where.protocol}: the rack file has no [{where.kind.maps}]")
+        if address.kind.maps and job.spec.server.modbus is None:
+            raise ValueError(f"--server {address.protocol}: the rack file has no [{address.kind.maps}]")
         self._say, self._writes, self._spec = say, writes, job.spec
-        self._where, self._title = where, where.kind.title
+        self._address, self._title = address, address.kind.title
         listing = listing_of_job(job)
-        if problems := _problems(job, listing, where.protocol):
+        if problems := _problems(job, listing, address.protocol):
             raise ValueError("; ".join(problems))
         self._job = job
-        self._security = ua_security(job.folder, where.host, where.users) if where.encrypted else None
-        self._sockets = where.listen()
-        if where.protocol == OPC_UA and TagTree(Database(listing)).is_long:
+        self._security = ua_security(job.folder, address.host, address.users) if address.encrypted else None
+        self._sockets = address.listen()
+        if address.protocol == OPC_UA and TagTree(Database(listing)).is_long:
             say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
         self._mailbox = Mailbox()
         self._ending = threading.Event()
@@ -102,16 +102,16 @@ class TagService:
     def describe(self) -> list[str]:
         """Return lines about the server: its address, who can read and who can write."""
         writable = self._spec.server.writable
-        own_address = join_address(self._where.host, self.port)
-        can = f"clients write {', '.join(writable)}"
+        own_address = join_address(self._address.host, self.port)
+        access = f"clients write {', '.join(writable)}"
         if not writable:
-            can = "clients read; [server] writable lists nothing to write"
+            access = "clients read; [server] writable lists nothing to write"
         elif not self._writes:
-            can = "clients read; with --live only watch --allow-writes lets them write"
-        lines = [f"{self._title} server on {own_address}: {can}"]
+            access = "clients read; with --live only watch --allow-writes lets them write"
+        lines = [f"{self._title} server on {own_address}: {access}"]
         if self._security is not None:
-            lines.append(_guarded_by(self._security))
-        if not (self._where.is_local or (self._security is not None and self._security.users)):
+            lines.append(_security_line(self._security))
+        if not (self._address.is_local or (self._security is not None and self._security.users)):
             lines.append(self._warning(writes=self._writes and bool(writable)))
         return lines
 
@@ -119,7 +119,7 @@ class TagService:
         """Return a sentence about who can reach the tags without a password."""
         is_trusting = self._security is not None and self._security.trusted is not None
         readers = "each trusted client" if is_trusting else "anyone who reaches this address"
-        tags = f"all {'mapped ' if self._where.kind.maps else ''}tags"
+        tags = f"all {'mapped ' if self._address.kind.maps else ''}tags"
         also = " and writes the listed ones" if writes else ""
         return f"{readers} reads {tags}{also}: the server asks for no password"
 
@@ -141,7 +141,7 @@ class TagService:
         setup = self._setup_of(desk.listing, desk.version)
         self._desk = desk
         run.cpu.add_listener(desk)
-        self._offer(setup)
+        self._send_setup(setup)
         return desk
 
     def renew(self) -> None:
@@ -149,9 +149,9 @@ class TagService:
         assert self._desk is not None
         self._desk.renew()
         setup = self._setup_of(self._desk.listing, self._desk.version)
-        for problem in _problems(self._job, self._desk.listing, self._where.protocol):
+        for problem in _problems(self._job, self._desk.listing, self._address.protocol):
             self._say(problem)
-        threading.Thread(target=self._offer, args=(setup,), daemon=True).start()
+        threading.Thread(target=self._send_setup, args=(setup,), daemon=True).start()
 
     def _setup_of(self, listing: Listing, version: int) -> TagSetup:
         server = self._spec.server
@@ -161,20 +161,20 @@ class TagService:
             tuple(server.writable) if self._writes else (),
             self._spec.name,
             SLC if listing.files else LOGIX,
-            _packed(self._sockets[0].getsockname()[0]),
+            _packed_address(self._sockets[0].getsockname()[0]),
             self.port,
-            self._where.protocol,
+            self._address.protocol,
             server.modbus,
             self._security,
         )
 
-    def _offer(self, setup: TagSetup) -> None:
+    def _send_setup(self, setup: TagSetup) -> None:
         """Send tags to the server; start it if this is the first time."""
         with self._changing:
             self._setup = setup
             if self._pipe is None:
                 self._start()
-                threading.Thread(target=self._keep, name="tag server's keeper", daemon=True).start()
+                threading.Thread(target=self._keep_alive, name="tag server's keeper", daemon=True).start()
                 return
             with suppress(OSError):  # it has died; the next server gets the new setup
                 self._pipe.send_bytes(pickle.dumps(self._setup))
@@ -183,19 +183,19 @@ class TagService:
         assert self._their_waker is not None
         own_end, server_end = socket.socketpair()
         handed: list[Handed] = [server_end, self._their_waker, self._mailbox.memory, *self._sockets]
-        self._process = launch(self._where.kind.main, handed=handed, own_session=True)
+        self._process = launch(self._address.kind.main, handed=handed, own_session=True)
         server_end.close()
         self._pipe = Connection(own_end.detach())
         with suppress(OSError):  # it has died at once, which the keeper notices
             self._pipe.send_bytes(pickle.dumps(self._setup))
 
-    def _keep(self) -> None:
+    def _keep_alive(self) -> None:
         for _ in range(DEATHS_MOST):
-            how = self._ended()
+            end = self._wait_for_end()
             if self._ending.wait(GRACE_S):
                 return
             self._died = True
-            self._say(f"the {self._title} server {how} and is started again; the scans continue")
+            self._say(f"the {self._title} server {end} and is restarted; the scans continue")
             with self._changing:
                 if self._ending.is_set():
                     return
@@ -204,11 +204,11 @@ class TagService:
                 self._start()
         self._process.wait()
         if not self._ending.wait(GRACE_S):
-            self._say(f"the {self._title} server has died too often: the scans continue without it")
+            self._say(f"the {self._title} server died too often: the scans continue without it")
 
-    def _ended(self) -> str:
-        """Wait until the server has ended, ending it if it hangs; return what happened."""
-        begun = seen = self._mailbox.beats
+    def _wait_for_end(self) -> str:
+        """Wait until the server has ended, and end it if it hangs; return how it ended, as a verb."""
+        first_beats = last_beats = self._mailbox.beats
         still = 0
         while True:
             try:
@@ -216,14 +216,14 @@ class TagService:
             except TimeoutExpired:
                 beats = self._mailbox.beats
                 # a server that has not begun yet, or waits for the scans, does not hang
-                still = still + 1 if beats == seen and not self._mailbox.has_request else 0
-                if still >= STILL_MOST and beats != begun:
+                still = still + 1 if beats == last_beats and not self._mailbox.has_request else 0
+                if still >= STILL_MOST and beats != first_beats:
                     self._process.kill()
                     self._process.wait()
-                    return "stood still"
-                seen = beats
+                    return "hung"
+                last_beats = beats
             else:
-                return "has died"
+                return "died"
 
     def end(self) -> bool:
         """End the server; return False if every process died before it served anything."""
@@ -284,7 +284,7 @@ class TagServices:
             service.renew()
 
     def rest(self, rests: bool) -> None:
-        """Make clients wait while orders of a recording are repeated."""
+        """Make clients wait while operator actions of a recording are repeated."""
         for service in self._services:
             if service.desk is not None:
                 service.desk.on_hold = rests
@@ -295,7 +295,7 @@ class TagServices:
         return all(served)
 
 
-def _guarded_by(security: UaSecurity) -> str:
+def _security_line(security: UaSecurity) -> str:
     """Return a line about an encrypted server."""
     certificate = f"{FOLDER}/{CERTIFICATE}, thumbprint {thumbprint(security.certificate)}"
     identity = f"user {' or '.join(security.users)}" if security.users else "no password"
@@ -315,5 +315,5 @@ def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
     return unknown
 
 
-def _packed(host: str) -> bytes:
+def _packed_address(host: str) -> bytes:
     return socket.inet_aton(host) if ":" not in host else bytes(4)

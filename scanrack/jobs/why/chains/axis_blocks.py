@@ -13,17 +13,14 @@ MODULE = "AMCI3601"
 def slot_of(lowered: LoweredProgram, path: str) -> int | None:
     """Return the slot of the module that a block's axis is bound to; None for any other structure."""
     calls = list(_calls(lowered))
-    own = next((block_call for block_call in calls if block_call.instance.path.upper() == path.upper()), None)
-    axis = own.handed.get("AXIS") if own is not None else None
+    block = next((call for call in calls if call.instance.path.upper() == path.upper()), None)
+    axis = block.handed.get("AXIS") if block is not None else None
     if axis is None:
         return None
     for call in calls:
-        inputs = call.handed.get("INPUTS")
-        if (
-            call.name == MODULE
-            and call.handed["AXIS"].text.upper() == axis.text.upper()
-            and inputs is not None
-        ):
+        if call.name != MODULE or call.handed["AXIS"].text.upper() != axis.text.upper():
+            continue
+        if inputs := call.handed.get("INPUTS"):
             return getattr(getattr(inputs, "leaf", None), "slot", None)
     return None
 

@@ -15,7 +15,7 @@ from ..traced_run import Load
 def chain_of(
     recording: PackedTrace,
     job: LoadedRack,
-    what: str,
+    name: str,
     row: int | None = None,
     *,
     load: Load | None = None,
@@ -27,8 +27,8 @@ def chain_of(
 
     Args:
         job: the rack and its program.
-        what: a tag, a bit or word of an image, a value of a Python program, or a sequence.
-        row: row of the scan in question, by default the last one.
+        name: a tag, a bit or word of an image, a value of a Python program, or a sequence.
+        row: row of the scan; by default the last one.
         load: reloads a Python program; None for a ladder program, or if only images are explained.
         deep: whether to include Add-On Instruction rungs.
 
@@ -37,7 +37,7 @@ def chain_of(
     """
     row = len(recording.scans) - 1 if row is None else row
     if not isinstance(job.logic, LadderLogic):
-        return Why(recording, row, job.spec, load).chain(what, deep=deep)
+        return Why(recording, row, job.spec, load).chain(name, deep=deep)
     debugger = Debugger(job.logic)
     run_rungs(recording, job.spec, debugger, row)
-    return Why(recording, row, job.spec, None, debugger).chain(what, deep=deep)
+    return Why(recording, row, job.spec, None, debugger).chain(name, deep=deep)

@@ -34,7 +34,7 @@ def chain_of_partner(
         now_ns: time of the scan that received the value, ns.
 
     Returns:
-        None if no other rack produces it, or if that rack has run too long to repeat its run.
+        None if no other rack produces the tag, or if that rack has run for more than `MOST_SCANS`.
     """
     consumed, _, member = path.partition(".")
     partner = program.stubs.get(consumed.upper())
@@ -51,7 +51,7 @@ def chain_of_partner(
         return None
     tag = f"{source.tag}.{member}" if member else source.tag
     link = explain(recording, job, debugger, tag)
-    return None if link is None else _named(link, source.rack.path.name, {})
+    return None if link is None else _with_rack_name(link, source.rack.path.name)
 
 
 def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
@@ -68,16 +68,17 @@ def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace
     return journal.recording() if cpu.scan else None
 
 
-def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> CauseLink:
-    """Return a chain whose links name their rack."""
-    stack = [link]
+def _with_rack_name(link: CauseLink, rack: str) -> CauseLink:
+    """Return a chain with the name of its rack in each link."""
+    named: dict[CauseLink, CauseLink] = {}
+    stack = [link]  # a chain may be longer than Python's recursion limit
     while stack:
         current = stack[-1]
-        missing = [cause for group in current.causes for cause in group if cause not in known]
+        missing = [cause for group in current.causes for cause in group if cause not in named]
         if missing:
             stack += missing
             continue
         stack.pop()
-        causes = tuple(tuple(known[cause] for cause in group) for group in current.causes)
-        known.setdefault(current, replace(current, name=f"{rack}: {current.name}", causes=causes))
-    return known[link]
+        causes = tuple(tuple(named[cause] for cause in group) for group in current.causes)
+        named.setdefault(current, replace(current, name=f"{rack}: {current.name}", causes=causes))
+    return named[link]

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
-from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, Operand, linked
 from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.state.memory import same
@@ -19,13 +18,14 @@ from scanrack.traces.read.sequence_steps import Step, steps_of
 
 from ...record.tag_names import named_values, namespace_of
 from ..bits import Bits, read_bits
-from ..outranked import forced, of_cpu
+from ..chain import override_link
+from ..overrides import forced, of_cpu
 from ..past import ALL_BITS, Past
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
 from ..traced_run import TracedChange, TracedRun, Watched, fresh, last_changes, run_again, unwatched
-from .at_rest import never, plain
 from .python_chain import PythonChain
+from .unwritten import explain_unwritten, plain, site_of
 from .waiting import open_wait
 
 
@@ -33,7 +33,7 @@ from .waiting import open_wait
 class ProgramChain(PythonChain):
     """Makes chains through a recording and its Python program."""
 
-    present: dict[str, Any] = field(default_factory=dict)  # the values after the run for the latest question
+    present: dict[str, Any] = field(default_factory=dict)  # values after the latest rerun, by name
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
@@ -43,14 +43,14 @@ class ProgramChain(PythonChain):
         scan, changes = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
             return None
-        outranked = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
-        stays = outranked is not None and outranked.kind == "fault" and text in changes
-        if outranked is not None and not stays:
-            return self._outranked(outranked, text, plain(self.present[text]))
-        return self._of_value(text, changes[text]) if text in changes else self._never(text, row, depth)
-
-    def _never(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        return never(self, text, row, self.present.get(text), depth)
+        override = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
+        # after a fault a value can't change, but it has its own cause
+        has_own_cause = override is not None and override.kind == "fault" and text in changes
+        if override is not None and not has_own_cause:
+            return override_link(override, text, plain(self.present[text]))
+        if text in changes:
+            return self._explain_value(text, changes[text])
+        return explain_unwritten(self, text, row, self.present[text], depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
         """See `PythonChain`."""
@@ -58,72 +58,83 @@ class ProgramChain(PythonChain):
         if not steps:
             return None
         cause = open_wait(self, steps, row)
-        link = self._of_wait(steps, len(steps) - 1)
+        link = self._wait_link(steps)
         return link if cause is None else replace(link, causes=((cause,),), depth=1 + cause.depth)
 
-    def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+    def _explain_unchanged(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Explain unchanged bits of an image; an output by the lines that could write it."""
-        link = PythonChain._of_rest(self, bits, name, row)
+        link = PythonChain._explain_unchanged(self, bits, name, row)
         if link is not None or bits.image == "in":
             return link
-        own = [own_name for own_name, address in self.names.addresses.items() if address == str(bits.address)]
-        return never(self, own[0], row, self.value(bits, row)) if own else None
+        names = [name for name, address in self.names.addresses.items() if address == str(bits.address)]
+        return explain_unwritten(self, names[0], row, self.value(bits, row)) if names else None
 
     def _steps(self, sequence: str) -> list[Step]:
         return steps_of(self.recording.events).get(sequence, [])
 
     # --- lines
 
-    def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
+    def _explain_output(self, bits: Bits, name: str, row: int) -> CauseLink:
         rerun = self._traced(row, "")
-        base = self.recording.span((bits.slot, "out")).start + 2 * bits.word
-        changes = [change for change in rerun.changes.get(row, ()) if _differs(change, base, bits.mask)]
+        offset = self.recording.span((bits.slot, "out")).start + 2 * bits.word
+        changes = [change for change in rerun.changes.get(row, ()) if change.affects(offset, bits.mask)]
         values = self.value(bits, row), self.value(bits, row - 1) if row else None
-        return self._of_line(bits.slot, name, values, row, rerun, changes)
+        return self._line_link(bits.slot, name, values, row, rerun, changes)
 
-    def _of_value(self, text: str, row: int) -> CauseLink:
+    def _explain_value(self, text: str, row: int) -> CauseLink:
         rerun = self._traced(row, text)
         changes = [
             change for change in rerun.changes.get(row, ()) if not same(change.before[1], change.after[1])
         ]
         values = rerun.value, changes[0].before[1] if changes else None
-        return self._of_line(0, text, values, row, rerun, changes)
+        return self._line_link(0, text, values, row, rerun, changes)
 
     def _traced(self, row: int, text: str) -> TracedRun:
-        known = self._runs.get((row, text))
-        if known is None:
+        """Run the program again up to a row, and trace the row; watch a value unless `text` is ""."""
+        rerun = self._runs.get((row, text))
+        if rerun is None:
             watched = self.watched(text) if text else unwatched
-            known = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
-            self._runs[row, text] = known
-        return known
+            rerun = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
+            self._runs[row, text] = rerun
+        return rerun
 
-    def _of_line(
+    def _line_link(
         self,
         slot: int,
         name: str,
         values: tuple[Any, Any],
         row: int,
-        again: TracedRun,
-        made: Sequence[TracedChange],
+        rerun: TracedRun,
+        changes: Sequence[TracedChange],
     ) -> CauseLink:
         """Return the link of a change by a line; `values` are the values after and before the scan."""
-        slot_senders = [sender for sender in made[-1].senders if sender.slot == slot] if made else []
-        line = slot_senders[0].line if slot_senders else made[-1].line if made else NOWHERE
-        common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
-        common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
-        if not again.explains(row):
-            return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
-        if not line.number and forced(self.recording.events, common["scan"], {name}):
-            return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
-        if not line.number:
-            text = f"sent by {slot_senders[0].text}" if slot_senders else "no line of the program wrote it"
-            return CauseLink("line" if slot_senders else "unknown", **common, text=text)
-        waited = self._of_sender(line, row) if slot_senders else self._waited(line, row)
-        causes = list(zip(waited or self._of_reads(made[-1], row)))
-        site = _site(line)
-        text = source_line(line.file, line.number)
+        after, before = values
+        fields = {"name": name, "value": plain(after), "before": plain(before)}
+        fields |= {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+        if not rerun.explains(row):
+            return CauseLink("unknown", **fields, text=rerun.no_line(Past(self.recording, row)))
+        last_change = changes[-1] if changes else None
+        line = NOWHERE if last_change is None else last_change.line
+        slot_senders = (
+            [sender for sender in last_change.senders if sender.slot == slot] if last_change else []
+        )
+        if slot_senders:
+            line = slot_senders[0].line
+        if last_change is None or not line.number:
+            if forced(self.recording.events, fields["scan"], {name}):
+                return CauseLink("force", **fields, text=f"forced to {shown(fields['value'])}")
+            if slot_senders:
+                return CauseLink("line", **fields, text=f"sent by {slot_senders[0].text}")
+            return CauseLink("unknown", **fields, text="no line of the program wrote it")
+        end = self._ended_wait_of_sender(line, row) if slot_senders else self._ended_wait(line, row)
+        causes = self._causes_of_change(last_change, row) if end is None else [end]
         return linked(
-            causes, **common, kind="line", site=site, text=text, operands=self._operands(made[-1], row)
+            [(cause,) for cause in causes],
+            **fields,
+            kind="line",
+            site=site_of(line),
+            text=source_line(line.file, line.number),
+            operands=self._operands(last_change, row),
         )
 
     def refuse(self, text: str) -> None:
@@ -135,172 +146,153 @@ class ProgramChain(PythonChain):
         values = [Operand(name, value, changed=False) for name, value in change.values.items()]
         bits = [
             Operand(self.name(read), self.value(read, row), changed=changed)
-            for read, changed in self._read(change, row)
+            for read, changed in self._reads(change, row)
         ]
         return (*values, *bits)
 
-    def _read(self, change: TracedChange, row: int) -> Iterator[tuple[Bits, bool]]:
+    def _reads(self, change: TracedChange, row: int) -> Iterator[tuple[Bits, bool]]:
         """Yield the bits that the program read before a change, and whether each was new in the scan."""
         past = Past(self.recording, row)
         for bits in read_bits(change.masks.items()):
             before = past.words(bits.slot, "in", row - 1)[bits.word] if row else 0
             yield bits, bool((before ^ past.words(bits.slot, "in", row)[bits.word]) & bits.mask)
 
-    def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Yield the inputs that were new; if none was, the value in the conditions that changed last."""
-        new = [bits for bits, changed in self._read(change, row) if changed]
+    def _causes_of_change(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
+        """Yield the new inputs that a change read; without one, the last changed value of its conditions."""
+        new = [bits for bits, changed in self._reads(change, row) if changed]
         for bits in new:
-            yield self._of_change(bits, self.name(bits), row)
+            yield self._explain_change(bits, self.name(bits), row)
         if not new and row:
             names = [name for _, inner in change.stands.inside for name in inner]
             changes = self._last_changes(
                 [self.full(name) for name in (*names, *change.stands.names)], row - 1
             )
-            last = max(changes.values(), default=None)
-            yield from (
-                self._of_value(name, change_row) for name, change_row in changes.items() if change_row == last
-            )
-            if last is None:
-                yield from self._of_old_reads(change, row)
+            last_row = max(changes.values(), default=None)
+            for name, change_row in changes.items():
+                if change_row == last_row:
+                    yield self._explain_value(name, change_row)
+            if last_row is None:
+                yield from self._latest_reads(change, row)
 
-    def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
-        """Of the inputs read, yield the one that changed last."""
-        links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
-        known_links = [link for link in links if link is not None]
-        last = max((link.scan for link in known_links), default=None)
-        yield from (link for link in known_links if link.scan == last)
+    def _latest_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
+        """Yield the inputs, of those that a change read, that changed last."""
+        reads = (self.of_bits(bits, self.name(bits), row) for bits, _ in self._reads(change, row))
+        links = [link for link in reads if link is not None]
+        last_scan = max((link.scan for link in links), default=None)
+        yield from (link for link in links if link.scan == last_scan)
 
     # --- values
 
     def watched(self, text: str) -> Watched:
         """Return a function that makes a reader of a program's value."""
 
-        def watched(logic: ScanLogic) -> Callable[[], Any]:
+        def reader_of(logic: ScanLogic) -> Callable[[], Any]:
             namespace = namespace_of(logic)
-            code = compile(_source(namespace, text), "<watched>", "eval")
+            code = compile(_source_of(namespace, text), "<watched>", "eval")
             return lambda: eval(code, namespace)
 
-        return watched
+        return reader_of
 
     def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
-        """Return the row in which each value of the program last changed, up to a given row."""
+        """Return the last row up to `row` in which each value changed; keep the values after it."""
 
-        def watched(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
+        def reader_of(logic: ScanLogic) -> Callable[[], dict[str, Any]]:
             codes = {}
             with suppress(ValueError):
                 namespace = namespace_of(logic)
                 for text in texts:
                     with suppress(ValueError):  # a local name, or a value that is not plain
-                        codes[text] = compile(_source(namespace, text), "<watched>", "eval")
+                        codes[text] = compile(_source_of(namespace, text), "<watched>", "eval")
             return lambda: {text: eval(code, namespace) for text, code in codes.items()}
 
-        changes, self.present = last_changes(self.recording, self.spec, self.load, row, watched)
+        changes, self.present = last_changes(self.recording, self.spec, self.load, row, reader_of)
         return changes
 
     # --- sequences
 
-    def _waited(self, line: Line, row: int) -> list[CauseLink]:
-        """Return the wait that had to end before a sequence reached a line."""
+    def _ended_wait(self, line: Line, row: int) -> CauseLink | None:
+        """Return the wait that had to end before a sequence reached a line; None if there was no wait."""
         scan = self.recording.numbers[row]
         steps = [step for step in self._steps(line.function) if step.scan < scan]
-        return [self._of_end(steps, len(steps) - 1, row)] if steps else []
+        return self._end_link(steps, row) if steps else None
 
-    def _of_sender(self, line: Line, row: int) -> list[CauseLink]:
+    def _ended_wait_of_sender(self, line: Line, row: int) -> CauseLink | None:
         """Return the wait that ended before a sequence reached the line that awaits an axis command."""
         scan, file = self.recording.numbers[row], Path(line.file).name
         steps = [step for step in self._steps(line.function) if step.scan <= scan]
-        positions = [
-            number for number, step in enumerate(steps) if (step.file, step.line) == (file, line.number)
-        ]
-        return (
-            [self._of_end(steps, positions[-1] - 1, self._row(steps[positions[-1]]))]
-            if positions and positions[-1]
-            else []
-        )
+        while steps and (steps[-1].file, steps[-1].line) != (file, line.number):
+            steps.pop()
+        return self._end_link(steps[:-1], self._row(steps[-1])) if len(steps) > 1 else None
 
-    def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
-        """Return the link of a wait that has begun; its cause is the end of the previous wait."""
-        step = steps[number]
+    def _wait_link(self, steps: Sequence[Step]) -> CauseLink:
+        """Return the link of the last step's wait, caused by the end of the wait before."""
+        *earlier, step = steps
         row = self._row(step)
-        causes = [(self._of_end(steps, number - 1, row),)] if number else []
-        before = f"waits for {steps[number - 1].wait}" if number else None
+        causes = [(self._end_link(earlier, row),)] if earlier else []
+        before = f"waits for {earlier[-1].wait}" if earlier else None
         text = f"waits for {step.wait}" if step.line else "is over"
-        return linked(causes, **self._parts(step, row, text), before=before)
+        return linked(causes, **self._step_fields(step, row, text), before=before)
 
-    def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
-        """Return the link of a wait's end in a scan, caused by what it waited for or by the previous wait."""
-        ends = [row]  # the rows in which this wait ended, then the previous one, and so on
-        while not (causes := [(cause,) for cause in self._of_condition(steps[number], ends[-1])]) and number:
-            ends.append(self._row(steps[number]))
-            number -= 1
-        while True:
-            step, row = steps[number], ends.pop()
-            link = linked(causes, **self._parts(step, row, f"{step.wait} is over"))
-            if not ends:
-                return link
-            causes, number = [(link,)], number + 1
+    def _end_link(self, steps: Sequence[Step], row: int) -> CauseLink:
+        """Return the link of the end of the last step's wait, which ended in a row.
 
-    def _parts(self, step: Step, row: int, text: str) -> dict[str, Any]:
-        line = Line(str(self.load.folder / step.file), step.line, step.sequence)
-        moment = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+        Its cause is the awaited input or axis. Without one, it is the end of the wait before, and so on.
+        """
+        causes: list[CauseLink] = []
+        ends: list[
+            tuple[Step, int]
+        ] = []  # the steps whose waits ended, latest first, with the row of the end
+        for step in reversed(steps):
+            ends.append((step, row))
+            causes = list(self._causes_of_end(step, row))
+            if causes:
+                break
+            row = self._row(step)
+        for step, end_row in reversed(ends):
+            fields = self._step_fields(step, end_row, f"{step.wait} is over")
+            link = linked([(cause,) for cause in causes], **fields)
+            causes = [link]
+        return link
+
+    def _step_fields(self, step: Step, row: int, text: str) -> dict[str, Any]:
+        """Return the fields of the link of a step's wait."""
         return {
             "kind": "wait",
             "name": step.sequence,
             "value": None,
-            **moment,
+            "scan": self.recording.numbers[row],
+            "now_ns": self.recording.times[row],
             "text": text,
-            "site": _site(line),
+            "site": site_of(Line(str(self.load.folder / step.file), step.line, step.sequence)),
         }
 
     def _row(self, step: Step) -> int:
         return bisect_left(self.recording.numbers, step.scan)
 
-    def _of_condition(self, step: Step, row: int) -> Iterator[CauseLink]:
+    def _causes_of_end(self, step: Step, row: int) -> Iterator[CauseLink]:
         """Yield the inputs and axes in a wait's condition that changed in the scan that ended it."""
         for name in self.names.named_in(step.wait):
             slot = self.names.axes.get(name)
-            if slot is None:
-                yield from self._new(Bits.at(self.place(name)), name, row)
-            else:
-                yield from self._of_axis(slot, row)
+            if slot is not None:
+                yield from self._new_status(slot, row)
+                continue
+            bits = Bits.at(self.place(name))
+            if bits.image == "in" and self._last_change(bits, row) == row:
+                yield self._explain_change(bits, name, row)
 
-    def _new(self, bits: Bits, name: str, row: int) -> Iterator[CauseLink]:
-        if (
-            bits.image == "in"
-            and Past(self.recording, row).last_change(bits.slot, "in", bits.word, bits.mask) == row
-        ):
-            yield self._of_change(bits, name, row)
-
-    def _of_axis(self, slot: int, row: int) -> Iterator[CauseLink]:
-        """Yield the named status bits of an axis that changed in a scan."""
+    def _new_status(self, slot: int, row: int) -> Iterator[CauseLink]:
+        """Yield the first named status bit of an axis that came on in a scan; without one, that went off."""
         past = Past(self.recording, row)
-        words = self.slot(slot).words
         before = past.words(slot, "in", row - 1)[0] if row else 0
-        differs = (past.words(slot, "in", row)[0] ^ before) & ALL_BITS
-        came = differs & past.words(slot, "in", row)[0] or differs
-        for name, bit in words.bits("I", 0):
-            if came >> bit & 1:
-                yield self._of_change(Bits(slot, "in", 0, 1 << bit), f"slot{slot}.status.{name}", row)
+        after = past.words(slot, "in", row)[0]
+        changed = (after ^ before) & ALL_BITS
+        changed = changed & after or changed
+        for name, bit in self.slot(slot).words.bits("I", 0):
+            if changed >> bit & 1:
+                yield self._explain_change(Bits(slot, "in", 0, 1 << bit), f"slot{slot}.status.{name}", row)
                 return
 
 
-def _source(namespace: Any, text: str) -> str:
+def _source_of(namespace: Any, text: str) -> str:
     (value,) = named_values(namespace, [text])
     return value.source
-
-
-def _site(line: Line) -> Site:
-    return Site(
-        file=Path(line.file).name,
-        line=line.number,
-        routine="",
-        instruction=source_line(line.file, line.number),
-    )
-
-
-def _differs(change: TracedChange, at: int, mask: int) -> bool:
-    """Return whether a change affects the masked bits of the word at an offset in the memory block."""
-    before, after = (
-        int.from_bytes(state[0][at : at + 2], "little") for state in (change.before, change.after)
-    )
-    return bool((before ^ after) & mask)

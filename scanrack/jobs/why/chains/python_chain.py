@@ -1,4 +1,4 @@
-"""The chain of a Python program, as far as waits and values at rest use it."""
+"""The part of a Python program's chains that `waiting` and `unwritten` use."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PythonChain(RackChain):
     names: Names = field(kw_only=True)
 
     def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
-        """Return the chain of a value of the program after a scan; None if nothing is known of it.
+        """Return the chain of a value of the program after a scan; None if nothing is known about it.
 
         Args:
             depth: number of values already followed to reach it.
@@ -32,15 +32,15 @@ class PythonChain(RackChain):
         raise NotImplementedError
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the link of what a sequence waits for; None if it has not begun."""
+        """Return the link of a sequence's wait; None if the sequence has not begun."""
         raise NotImplementedError
 
     def look(self, looker: Look, row: int) -> None:
-        """Run the program up to a scan, and pass its lines to a looker."""
+        """Run the program up to a scan, and pass the lines of that scan to `looker`."""
         run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
 
     def name(self, bits: Bits) -> str:
-        """Return the name of an input in the program; if it has none there, its name in the module."""
+        """Return the name of an input in the program; without one, its name in the module."""
         for name, address in self.names.addresses.items():
             if address == str(bits.address):
                 return name
@@ -54,6 +54,5 @@ class PythonChain(RackChain):
 
     def place(self, name: str) -> Address:
         """Return the address of an input or output of the program."""
-        return parse_address(
-            self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
-        )
+        words = {slot.number: slot.words for slot in self.recording.slots}
+        return parse_address(self.names.addresses[name], words)

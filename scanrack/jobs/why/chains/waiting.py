@@ -1,4 +1,4 @@
-"""What a sequence waits for: an edge that it missed, an input, an axis, or the rest of a dwell."""
+"""Explains the wait of a sequence: by an edge that it missed, an input, an axis, or the rest of a dwell."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink 
         return None
     edge = _EDGE.search(step.wait)
     if edge is not None and edge[1] in chain.names.addresses:
-        return _of_edge(chain, steps, edge[1], edge[2], row)
-    link = next(_parts(chain, step, row), None)
-    return link or _of_dwell(chain, step, row)
+        return _edge_link(chain, steps, edge[1], rises=edge[2] == "rises", row=row)
+    link = next(_links_of_names(chain, step, row), None)
+    return link or _dwell_link(chain, step, row)
 
 
-def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
+def _links_of_names(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
     """Yield the states of the inputs and axes in a wait's condition."""
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
@@ -42,31 +42,30 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
                 yield link
 
 
-def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
-    """Return the link of an input whose edge is awaited; it names an edge that came too early."""
+def _edge_link(
+    chain: PythonChain, steps: Sequence[Step], name: str, *, rises: bool, row: int
+) -> CauseLink | None:
+    """Return the link of an input with an awaited edge; it names an edge that came too early."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
-    rises = way == "rises"
     words = chain.slot(bits.slot).words
     edges = [
-        change
-        for change in past.changes(bits.slot, bits.image, bits.word, bits.mask)
-        if bool(past.words(bits.slot, bits.image, change)[bits.word] & bits.mask) is rises
-        and not words.configures("in", past.words(bits.slot, "in", change))
+        change_row
+        for change_row in past.changes(bits.slot, bits.image, bits.word, bits.mask)
+        if bool(past.words(bits.slot, bits.image, change_row)[bits.word] & bits.mask) is rises
+        and not words.configures("in", past.words(bits.slot, "in", change_row))
     ]
-    last = edges[-1] if edges else None
-    missed = last is not None and _meanwhile(chain, steps, last)
-    if last is None or not missed:
+    place_at_edge = _place_at_edge(chain, steps, edges[-1]) if edges else ""
+    if not place_at_edge:
         link = chain.of_bits(bits, name, row)
         return None if link is None else replace(link, causes=(), depth=1)
-    verb = "rose" if rises else "fell"
-    new = "rise" if rises else "fall"
-    text = f"{verb} at {seconds(chain.recording.times[last])} s while {missed}; it needs a new {new}"
-    value = chain.value(bits, row)
-    return CauseLink("input", name, value, chain.recording.numbers[last], chain.recording.times[last], text)
+    scan, now_ns = chain.recording.numbers[edges[-1]], chain.recording.times[edges[-1]]
+    verb, noun = ("rose", "rise") if rises else ("fell", "fall")
+    text = f"{verb} at {seconds(now_ns)} s while {place_at_edge}; it needs a new {noun}"
+    return CauseLink("input", name, chain.value(bits, row), scan, now_ns, text)
 
 
-def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
-    """Return where a sequence was at the time of an edge, as a phrase; "" if it already waited for it."""
+def _place_at_edge(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
+    """Return where a sequence was at an edge, as a phrase; "" if it already waited for the edge."""
     scan, waits_now = chain.recording.numbers[row], steps[-1]
     before = [step for step in steps if step.scan < scan]
     previous = before[-1] if before else None
@@ -77,10 +76,10 @@ def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
     return f"{previous.sequence} was at line {previous.line} ({previous.wait})"
 
 
-def _of_dwell(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
+def _dwell_link(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
     dwell = _DWELL.search(step.wait)
     if dwell is None:
         return None
-    left = step.now_ns + parse_duration(dwell[1]) - chain.recording.times[row]
-    text = f"runs since {seconds(step.now_ns)} s: {dwell[0]}, done in {seconds(max(left, 0))} s"
+    rest_ns = step.now_ns + parse_duration(dwell[1]) - chain.recording.times[row]
+    text = f"runs since {seconds(step.now_ns)} s: {dwell[0]}, done in {seconds(max(rest_ns, 0))} s"
     return CauseLink("timer", step.sequence, None, step.scan, step.now_ns, text)

@@ -1,1 +1,1 @@
-"""Reads explanations from the source text of a Python program."""
+"""Lines, conditions and reads of a Python program, for explanations."""

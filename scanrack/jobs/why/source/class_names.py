@@ -18,8 +18,14 @@ class Names:
     """The names of a program; empty if it is not a `Logic` class.
 
     Args:
-        logic: the program; a new instance of it is attached to slots without modules.
+        logic: the program; a new instance is attached to slots without modules.
         words: names of the words of the slots.
+
+    Attributes:
+        addresses: the addresses of inputs and outputs, by name.
+        axes: the slots of axes, by name.
+        sequences: the names of the sequences.
+        prefix: the class's name in front of a full name: `line.` of `line.cycle`.
     """
 
     def __init__(self, logic: ScanLogic, words: Mapping[int, ModuleWords]) -> None:
@@ -45,5 +51,5 @@ class Names:
 
     def named_in(self, wait: str) -> Iterator[str]:
         """Yield each name of an input, output or axis in the condition of a wait, once."""
-        known = {**self.addresses, **self.axes}
-        yield from (name for name in dict.fromkeys(re.findall(r"\w+", wait)) if name in known)
+        signals = {**self.addresses, **self.axes}
+        yield from (name for name in dict.fromkeys(re.findall(r"\w+", wait)) if name in signals)

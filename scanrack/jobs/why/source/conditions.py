@@ -1,4 +1,4 @@
-"""The conditions around a line of Python, and the values of the names in them and in the line.
+"""The conditions around a line of Python, and the values of names in the conditions and the line.
 
 Values are looked up without running the program's code: locals, globals, attributes in an object's
 dictionary or slots, and properties of scanrack's own objects, such as `status.MOVE_COMPLETE`.
@@ -35,8 +35,8 @@ Condition = tuple[str, tuple[str, ...]]
 class Stands:
     """The conditions around a line."""
 
-    inside: tuple[Condition, ...]  # source texts, innermost first
-    names: tuple[str, ...]  # names and attributes in them and in the line, such as `line.step`
+    inside: tuple[Condition, ...]  # innermost first
+    names: tuple[str, ...]  # names and attributes that the line reads, such as `line.step`
 
 
 NOTHING = Stands((), ())
@@ -50,13 +50,11 @@ def stands_in(file: str, number: int) -> Stands:
         tree = ast.parse(text)
     except (OSError, SyntaxError, ValueError):
         return NOTHING
-    conditions, statement = [], None
-    for node, condition in _path(tree, number, text):
-        statement = node
-        if condition:
-            conditions.append(condition)
-    names = () if statement is None or hasattr(statement, "body") else tuple(names_read(statement))
-    return Stands(tuple(reversed(conditions)), names)
+    statements = list(_statements_around(tree, number))
+    conditions = [_condition(statement, number, text) for statement in reversed(statements)]
+    is_simple = bool(statements) and not hasattr(statements[-1], "body")
+    names = tuple(names_read(statements[-1])) if is_simple else ()
+    return Stands(tuple(condition for condition in conditions if condition is not None), names)
 
 
 def source_line(file: str, number: int) -> str:
@@ -64,22 +62,22 @@ def source_line(file: str, number: int) -> str:
     return linecache.getline(file, number).strip()
 
 
-def _path(node: ast.AST, number: int, text: str) -> Iterator[tuple[ast.stmt, Condition | None]]:
-    """Yield the statements that contain a line, from the outermost inwards, each with its condition."""
-    for part in ast.iter_child_nodes(node):
-        if isinstance(part, ast.stmt) and part.lineno <= number <= (part.end_lineno or part.lineno):
-            yield part, _condition(part, number, text)
-            yield from _path(part, number, text)
-        elif isinstance(part, ast.ExceptHandler | ast.match_case) and _holds(part, number):
-            yield from _path(part, number, text)
+def _statements_around(node: ast.AST, number: int) -> Iterator[ast.stmt]:
+    """Yield the statements that contain a line, from the outermost inwards."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt) and child.lineno <= number <= (child.end_lineno or child.lineno):
+            yield child
+            yield from _statements_around(child, number)
+        elif isinstance(child, ast.ExceptHandler | ast.match_case) and _body_contains(child, number):
+            yield from _statements_around(child, number)
 
 
-def _holds(part: ast.ExceptHandler | ast.match_case, number: int) -> bool:
+def _body_contains(part: ast.ExceptHandler | ast.match_case, number: int) -> bool:
     return part.body[0].lineno <= number <= (part.body[-1].end_lineno or number)
 
 
 def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
-    """Return the condition under which a statement runs a line inside it, and its names."""
+    """Return the condition under which an if or while runs a line inside it; None if it has no condition."""
     if not isinstance(statement, ast.If | ast.While) or number < statement.body[0].lineno:
         return None
     body_ends = statement.body[-1].end_lineno or number
@@ -120,8 +118,8 @@ def _shown(value: object) -> str:
     return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
 
 
-def _value(parts: list[str], frame: FrameType) -> object:
-    first, *attributes = parts
+def _value(path: list[str], frame: FrameType) -> object:
+    first, *attributes = path
     spaces: Mapping[str, Any] = ChainMap(frame.f_locals, frame.f_globals)
     value: object = spaces[first]
     for name in attributes:

@@ -4,7 +4,7 @@
     status.position          words[2], words[3]  whole words
     inputs.bit(0, 14)        words[0] >> 14 & 1  one bit
 
-Watched words take the place of an image's words; their integers know which word they are.
+`WatchedWords` replaces the words of an image; each `WatchedWord` notes the bits that are used.
 Reads through the image's 16 bytes (`raw`, `bytes(image)`) are not noticed.
 """
 
@@ -26,8 +26,7 @@ class Reads:
     """The reads of a rack's input images.
 
     Attributes:
-        masks: slot and word -> the bits used, in the order of the first reads; 0 if the word was only
-            copied.
+        masks: the bits used, by slot and word, in the order of the first reads; 0 = the word was only copied.
         on: whether reads are noted.
         counts: returns whether a read is by the user's code.
     """
@@ -60,7 +59,7 @@ class WatchedWords:
         if not self._reads.on and isinstance(value, int):
             return value
         if not isinstance(value, int):
-            return [self[index_] for index_ in range(*index.indices(len(self._words)))]
+            return [self[number] for number in range(*index.indices(len(self._words)))]
         word = range(len(self._words))[index]
         self._note(self._slot, word, 0)
         return WatchedWord(value, lambda mask: self._note(self._slot, word, mask))
@@ -88,7 +87,7 @@ class WatchedWords:
 
 
 class WatchedWord(int):
-    """A word that notes which of its bits are used. It calculates like any integer."""
+    """A word that notes which of its bits are used; otherwise an ordinary integer."""
 
     _plain: int
     _note: Callable[[int], None]
@@ -123,11 +122,11 @@ class WatchedWord(int):
 
 def _whole(name: str) -> Callable[..., Any]:
     """Return an operation of `int` that uses all bits of a word."""
-    own = getattr(int, name)
+    plain_operation = getattr(int, name)
 
     def operation(word: WatchedWord, *others: Any) -> Any:
         word._note(ALL_BITS << word._shift)
-        return own(word._plain, *others)
+        return plain_operation(word._plain, *others)
 
     return operation
 

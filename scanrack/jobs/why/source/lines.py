@@ -37,7 +37,7 @@ class Lines:
     """Traces calls, and reports each change of a watched value with its line.
 
     Args:
-        watched: returns the value; compared with `==`.
+        watched: returns the value, which is compared with `same`.
         changed: called with the line, the value before and the value after.
         begins: called with each line before it runs, and with its frame.
     """
@@ -46,55 +46,55 @@ class Lines:
         self,
         watched: Callable[[], Any],
         changed: Callable[[Line, Any, Any], None],
-        begins: Callable[[Line, FrameType], None] = lambda _line, _frame: None,
+        begins: Callable[[Line, FrameType], None] = lambda _trace_line, _frame: None,
     ) -> None:
         self._watched, self._changed, self._begins = watched, changed, begins
         self._seen: Any = None
-        self._at = NOWHERE
+        self._line_running = NOWHERE
         self._outermost: FrameType | None = None
 
     @property
     def in_program(self) -> bool:
         """Whether a line of the user's program, or a function that it called, is running."""
-        return self._at is not NOWHERE
+        return self._line_running is not NOWHERE
 
     def call(self, function: Callable[..., None], *arguments: Any) -> None:
-        """Call a function and trace it; changes between two calls belong to no line."""
+        """Call a function and trace it; changes before the call belong to no line."""
         self._seen = self._watched()
-        self._at = NOWHERE
+        self._line_running = NOWHERE
         self._outermost = sys._getframe()
         try:
-            with _traced_by(self._enter):
+            with _traced_by(self._trace_call):
                 function(*arguments)
         finally:
             self._outermost = None
-            self._look()
+            self._report_change()
 
-    def _look(self) -> None:
-        """Report the previous line if the value has changed."""
-        now = self._watched()
-        if not same(now, self._seen):
-            before, self._seen = self._seen, now
-            self._changed(self._at, before, now)
+    def _report_change(self) -> None:
+        """Report the running line if the value has changed."""
+        value = self._watched()
+        if not same(value, self._seen):
+            before, self._seen = self._seen, value
+            self._changed(self._line_running, before, value)
 
-    def _enter(self, frame: FrameType, _event: str, _arg: object) -> Any:
+    def _trace_call(self, frame: FrameType, _event: str, _arg: object) -> Any:
         """Trace only functions in the user's files."""
         if not _is_of_a_file(frame):
             return None
-        self._look()
-        return self._line
+        self._report_change()
+        return self._trace_line
 
-    def _line(self, frame: FrameType, event: str, _arg: object) -> Any:
-        self._look()
+    def _trace_line(self, frame: FrameType, event: str, _arg: object) -> Any:
+        self._report_change()
         if event == "line":
-            self._at = _line_of(frame)
-            self._begins(self._at, frame)
+            self._line_running = _line_of(frame)
+            self._begins(self._line_running, frame)
         elif event == "return":
-            self._at = self._caller(frame)  # the rest of the calling line runs now
-        return self._line
+            self._line_running = self._caller(frame)  # the calling line continues
+        return self._trace_line
 
     def _caller(self, frame: FrameType) -> Line:
-        """Return the user's line that called, directly or through code of others; stop at `call`."""
+        """Return the user's line that called, directly or through other code; `NOWHERE` outside of `call`."""
         above = frame.f_back
         while above is not None and above is not self._outermost:
             if _is_of_a_file(above):

@@ -1,7 +1,7 @@
 """The commands that the axes of a program with sequences send, and the lines that await them.
 
 An axis writes its module's words after the sequences have run, so no line of the program writes them.
-It writes them for its present command, so they belong to the sequence's line that awaits that command.
+They belong to the line of the sequence that awaits the present command of the axis.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Sender:
 
 
 def senders(logic: object, program: Path) -> list[Sender]:
-    """Return the writers of the words of a program's modules, each with its command."""
+    """Return the axes, or the step in a list of steps, that write the words of a program's modules."""
     if isinstance(logic, Steps):
         return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
     if not isinstance(logic, Logic):
@@ -39,11 +39,8 @@ def _sender(logic: Logic, axis: Axis3601) -> Sender:
     if command is None:
         return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
     if not command.busy:
-        became = command.outcome.value
-        return Sender(axis.slot, f"{axis.name}, after {command!r}: {became}", NOWHERE)
-    waiting = [sequence for sequence in sequences_of(logic) if repr(command) in sequence.waits_for]
-    line = NOWHERE
-    if waiting:
-        first = waiting[0]
-        line = Line(first.file or "", first.line or 0, first.name)
+        return Sender(axis.slot, f"{axis.name}, after {command!r}: {command.outcome.value}", NOWHERE)
+    waiting = (sequence for sequence in sequences_of(logic) if repr(command) in sequence.waits_for)
+    sequence = next(waiting, None)
+    line = NOWHERE if sequence is None else Line(sequence.file or "", sequence.line or 0, sequence.name)
     return Sender(axis.slot, f"{axis.name} for {command!r}", line)

@@ -1,6 +1,6 @@
-"""Explains why a Python program's value has not changed: a line could write it, but a condition is false.
+"""Explains why a value of a Python program has not changed: a line could write it, but a condition is false.
 
-The last scan runs once more on a copy. When it reaches a condition around such a line, or the line itself,
+The last scan is run again on a copy. When it reaches a condition around such a line, or the line itself,
 the parts of the condition are evaluated, and the inputs that each false part reads are noted.
 """
 
@@ -36,7 +36,7 @@ class Writer:
     line: int
     function: str
     value: ast.expr
-    tests: tuple[tuple[ast.expr, bool], ...]  # each with the truth it must have
+    tests: tuple[tuple[ast.expr, bool], ...]  # each with the truth that it must have
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,70 +49,69 @@ class FalsePart:
 
 
 @dataclass(slots=True)
-class Looker:
-    """Evaluates the conditions of given writers when the traced scan reaches them.
+class ConditionLooker:
+    """Evaluates the conditions of writers when the traced scan reaches them.
 
     Attributes:
-        lacks: the false parts of each writer's first false condition.
+        false_parts: the false parts of the first false condition of each writer.
     """
 
     writers: Sequence[Writer]
-    lacks: dict[Writer, list[FalsePart]] = field(default_factory=dict)
+    false_parts: dict[Writer, list[FalsePart]] = field(default_factory=dict)
 
     def __call__(self, line: Line, frame: FrameType, reads: Reads) -> None:
         """Evaluate the conditions that begin at a line."""
         for writer in self.writers:
-            if writer in self.lacks or writer.function != line.function:
+            if writer in self.false_parts or writer.function != line.function:
                 continue
             for test, expected in writer.tests:
                 if test.lineno == line.number:
                     parts = list(_false_parts(test, expected, frame, reads))
                     if parts:
-                        self.lacks[writer] = parts
+                        self.false_parts[writer] = parts
                         break
             else:
                 if writer.line == line.number:
-                    self.lacks[writer] = list(_false_parts(writer.value, True, frame, reads))
+                    self.false_parts[writer] = list(_false_parts(writer.value, True, frame, reads))
 
 
-def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
-    """Return the link of a value that has not changed before a scan; None if no line writes it."""
+def explain_unwritten(
+    chain: PythonChain, text: str, row: int, present: Any, depth: int = 0
+) -> CauseLink | None:
+    """Return the link of a value that has not changed up to a scan; None if no line could write it."""
     writers = [
         candidate
-        for candidate in writers_of(chain.load.program, text)
+        for candidate in _writers_of(chain.load.program, text)
         if not _is_constant(candidate.value, present)
     ]
     if not writers or depth > DEEPEST:
         return None
-    parts = {
-        "kind": "never",
-        "name": text,
-        "value": plain(present),
-        "scan": 0,
-        "now_ns": chain.recording.times[0],
-    }
-    sequence = next((candidate for candidate in writers if candidate.function in chain.names.sequences), None)
-    if sequence is not None:
-        wait = chain.of_sequence(sequence.function, row)
-        shown_text = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"
-        return linked([(wait,)] if wait else [], **parts, text=shown_text, site=_site(chain, sequence.line))
-    looker = Looker(writers)
+    program = str(chain.load.program)
+    fields: dict[str, Any] = {"kind": "never", "name": text, "value": plain(present)}
+    fields |= {"scan": 0, "now_ns": chain.recording.times[0]}
+    writer = next((candidate for candidate in writers if candidate.function in chain.names.sequences), None)
+    if writer is not None:
+        wait = chain.of_sequence(writer.function, row)
+        causes = [(wait,)] if wait else []
+        line = Line(program, writer.line, writer.function)
+        reason = f"{source_line(program, writer.line)} has not been reached"
+        return linked(causes, **fields, text=reason, site=site_of(line))
+    looker = ConditionLooker(writers)
     chain.look(looker, row)
-    lacking = [
-        (assignment, looker.lacks[assignment]) for assignment in writers if looker.lacks.get(assignment)
-    ]
-    if not lacking:
+    stopped_writers = [candidate for candidate in writers if looker.false_parts.get(candidate)]
+    if not stopped_writers:
         return None
-    writer, lacks = min(lacking, key=lambda pair: len(pair[1]))
-    causes = [(link,) for part in lacks for link in _links_of_part(chain, part, row, text, depth)]
-    shown_text = f"{' and '.join(part.text for part in lacks)} is false"
-    return linked(causes, **parts, text=shown_text, site=_site(chain, writer.line))
+    writer = min(stopped_writers, key=lambda candidate: len(looker.false_parts[candidate]))
+    false_parts = looker.false_parts[writer]
+    causes = [(link,) for part in false_parts for link in _links_of_part(chain, part, row, text, depth)]
+    reason = f"{' and '.join(part.text for part in false_parts)} is false"
+    return linked(causes, **fields, text=reason, site=site_of(Line(program, writer.line, writer.function)))
 
 
 def _links_of_part(
     chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
 ) -> Iterator[CauseLink]:
-    """Yield the inputs that a false part reads; if there are none, its values."""
+    """Yield the inputs that a false part reads; without inputs, the program's values that it names."""
     inputs = list(read_bits(part.masks.items()))
     links = [chain.of_bits(bits, chain.name(bits), row) for bits in inputs]
     if not inputs:
@@ -121,44 +120,47 @@ def _links_of_part(
     yield from (link for link in links if link is not None)
 
 
-def _site(chain: PythonChain, line: int) -> Site:
-    file = chain.load.program
-    return Site(file=file.name, line=line, routine="", instruction=source_line(str(file), line))
+def site_of(line: Line) -> Site:
+    """Return the site of a line of Python."""
+    code = source_line(line.file, line.number)
+    return Site(file=Path(line.file).name, line=line.number, routine="", instruction=code)
 
 
-def writers_of(program: Path, text: str) -> list[Writer]:
+def _writers_of(program: Path, text: str) -> list[Writer]:
     """Return the statements in functions of a program's file that assign to a value."""
     try:
         tree = ast.parse(program.read_bytes())
     except (OSError, SyntaxError, ValueError):
         return []
-    return list(_writers(tree, text.rpartition("."), "", ()))
+    return list(_writers_in(tree, text, "", ()))
 
 
-def _writers(
-    node: ast.AST, expected: tuple[str, str, str], function: str, tests: tuple[tuple[ast.expr, bool], ...]
+def _writers_in(
+    node: ast.AST, name: str, function: str, tests: tuple[tuple[ast.expr, bool], ...]
 ) -> Iterator[Writer]:
-    for part in ast.iter_child_nodes(node):
-        if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield from _writers(part, expected, part.name, ())
-        elif isinstance(part, ast.If | ast.While):
-            for inner, truth in ((part.body, True), (part.orelse, False)):
-                body = ast.Module(inner, [])
-                yield from _writers(body, expected, function, (*tests, (part.test, truth)))
+    """Yield the statements in a node that assign to a name; `function` and `tests` are around the node."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from _writers_in(child, name, child.name, ())
+        elif isinstance(child, ast.If | ast.While):
+            for branch, truth in ((child.body, True), (child.orelse, False)):
+                body = ast.Module(branch, [])
+                yield from _writers_in(body, name, function, (*tests, (child.test, truth)))
         elif (
             function
-            and isinstance(part, ast.Assign | ast.AugAssign | ast.AnnAssign)
-            and part.value is not None
+            and isinstance(child, ast.Assign | ast.AugAssign | ast.AnnAssign)
+            and child.value is not None
         ):
-            targets = part.targets if isinstance(part, ast.Assign) else [part.target]
-            if any(_is_target(target, expected) for target in targets):
-                yield Writer(part.lineno, function, part.value, tests)
+            targets = child.targets if isinstance(child, ast.Assign) else [child.target]
+            if any(_is_target(target, name) for target in targets):
+                yield Writer(child.lineno, function, child.value, tests)
         else:
-            yield from _writers(part, expected, function, tests)
+            yield from _writers_in(child, name, function, tests)
 
 
-def _is_target(target: ast.expr, expected: tuple[str, str, str]) -> bool:
-    owner, _, name = expected
+def _is_target(target: ast.expr, full_name: str) -> bool:
+    """Whether a target of an assignment is a name such as `step` or `line.step`, or `self.step` for it."""
+    owner, _, name = full_name.rpartition(".")
     if isinstance(target, ast.Name):
         return not owner and target.id == name
     if not isinstance(target, ast.Attribute) or target.attr != name:
@@ -176,19 +178,20 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         yield from _false_parts(test.operand, not expected, frame, reads)
     elif isinstance(test, ast.BoolOp):
-        parts = [list(_false_parts(part, expected, frame, reads)) for part in test.values]
-        if isinstance(test.op, ast.And) is expected:
-            yield from (part for parts_of in parts for part in parts_of)
-        elif all(parts):
-            yield from min(parts, key=len)
+        parts_of_operands = [list(_false_parts(operand, expected, frame, reads)) for operand in test.values]
+        if isinstance(test.op, ast.And) is expected:  # every operand must have the expected truth
+            for parts in parts_of_operands:
+                yield from parts
+        elif all(parts_of_operands):  # one operand would be enough
+            yield from min(parts_of_operands, key=len)
     else:
-        value, masks = _evaluated(_meant(test, frame), frame, reads)
+        value, masks = _evaluate(_assigned_expression(test, frame), frame, reads)
         if value is not None and value is not expected:
             text = ast.unparse(test)
             yield FalsePart(text if expected else f"not {text}", masks, tuple(names_read(test)))
 
 
-def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
+def _assigned_expression(test: ast.expr, frame: FrameType) -> ast.expr:
     """Return the expression that was assigned to a local name, so that its inputs are read again."""
     if not isinstance(test, ast.Name) or test.id not in frame.f_locals or frame.f_locals is frame.f_globals:
         return test
@@ -206,9 +209,9 @@ def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
     return assignments[-1] if assignments else test
 
 
-def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bool | None, Masks]:
+def _evaluate(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bool | None, Masks]:
     """Return whether an expression is true on the traced copy, and which inputs it reads."""
-    before, counts = dict(reads.masks), reads.counts
+    masks_before, counts = dict(reads.masks), reads.counts
     reads.masks.clear()
     reads.counts = lambda: True
     try:
@@ -220,9 +223,9 @@ def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bo
     finally:
         reads.counts = counts
         reads.masks.clear()
-        reads.masks.update(before)
+        reads.masks.update(masks_before)
 
 
 def plain(value: Any) -> Any:
     """Return a value in a form that a recording may contain; other values become text."""
-    return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)
+    return value if isinstance(value, (bool, int, float, str, type(None))) else repr(value)
