@@ -199,7 +199,7 @@ class AddOns:
 
     def _without_forbidden(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
         """Refuse and remove everything in a routine that an add-on instruction can't contain."""
-        for site, text in list(shape.wrong_in(routine)):
+        for site, text in list(shape.problems_in(routine)):
             number = site.rung or 0
             if routine.statements is None:
                 reader.refuse(shape.name, routine.name, number, text, _PARAMETER, site)

@@ -343,7 +343,9 @@ def in_order(chart: Chart) -> Chart:
         return row, column
 
     steps = sorted(chart.steps, key=row_and_column)
-    transitions = dict.fromkeys(transition for step in steps for transition in chart.after(step.name))
+    transitions = dict.fromkeys(
+        transition for step in steps for transition in chart.transitions_after(step.name)
+    )
     transitions |= dict.fromkeys(chart.transitions)
     return replace(chart, steps=tuple(steps), transitions=tuple(transitions))
 

@@ -174,7 +174,7 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
                 Required="false",
             )
         for parameter in definition.parameters:
-            _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
+            _write_parameter(local if parameter.mode is ParameterMode.LOCAL else parameters, parameter)
         routines = element(add_on_element, "Routines")
         for routine in definition.routines:
             _write_routine(routines, routine)
@@ -184,14 +184,14 @@ def _write_parameter(parent: Any, parameter: Parameter) -> None:
     attributes = {"DataType": parameter.type.name}
     if parameter.at:
         attributes = {"TagType": "Alias", "AliasFor": parameter.at}
-    elif parameter.way is not ParameterMode.LOCAL:
+    elif parameter.mode is not ParameterMode.LOCAL:
         attributes["TagType"] = "Base"
     if parameter.dims:
         attributes["Dimensions"] = " ".join(map(str, parameter.dims))
-    if parameter.way is ParameterMode.LOCAL:
+    if parameter.mode is ParameterMode.LOCAL:
         parameter_element = element(parent, "LocalTag", Name=parameter.name, **attributes)
     else:
-        attributes |= {"Usage": _USAGES[parameter.way], "Required": flag(parameter.required)}
+        attributes |= {"Usage": _USAGES[parameter.mode], "Required": flag(parameter.required)}
         parameter_element = element(parent, "Parameter", Name=parameter.name, **attributes)
     text_element(parameter_element, "Description", parameter.comment)
     _write_data(parameter_element, "DefaultData", parameter.type, parameter.dims, parameter.initial)

@@ -142,7 +142,7 @@ class RungReader:
         return is_name and not is_address(word) and _HEX.fullmatch(word) is None
 
     def _check_count(self, spec: Spec, count: int, index: int) -> None:
-        expected = spec.other_count(count)
+        expected = spec.expected_count(count)
         if expected:
             self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", index)
 

@@ -28,7 +28,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from scanrack.ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
-from scanrack.ladder.state.named_parts import meant_by
+from scanrack.ladder.state.named_parts import alias_target
 
 from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
@@ -264,7 +264,7 @@ def _members_of(kind: Structure) -> tuple[dict[str, _MemberEntry], bool]:
 def _mistake_of(kind: Structure, member: Member) -> str:
     """Return why a member with `at` can't have a value; "" if it can."""
     try:
-        place = meant_by("", kind, member, 0)
+        place = alias_target("", kind, member, 0)
     except ValueError as error:
         return str(error)
     if place.bit is None and (place.type, place.dims) == (member.type, member.dims):

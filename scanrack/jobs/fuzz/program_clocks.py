@@ -84,7 +84,7 @@ def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
         return None  # a periodic or event task
     mentions = cross_reference(lowered).mentions
     timers = tuple(_even_timers(mentions))
-    return ProgramClocks(timers, None if schedule is None else schedule.before)
+    return ProgramClocks(timers, None if schedule is None else schedule.previous_scan)
 
 
 def _steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:

@@ -110,7 +110,7 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
         ("XIC B3/0", 1, "the rung has no output"),
         ("JSR U:9", 1, "no routine U9"),
         ("OTE B3:0/16", 1, "B3 has no bit 16"),
-        ("MSG MG9:0", 1, "nothing says how the message MG9:0 ends"),
+        ("MSG MG9:0", 1, "no stub for the message MG9:0"),
         ("SVC 1", 5, "no instruction SVC"),
     ],
 )

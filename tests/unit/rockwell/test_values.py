@@ -208,9 +208,9 @@ def test_an_alias_of_an_alias_of_a_nested_instance(imported, order):
     ("target", "says"),
     [
         ("W[2]", "P of Odd is a BOOL, and at W[2], a DINT"),
-        ("W[9]", "no element 9, it has 5"),
+        ("W[9]", "no element 9; must be below 5"),
         ("W[0].40", "no bit 40"),
-        ("W[1,1]", "2 subscripts are given, it has 1 dimensions"),
+        ("W[1,1]", "2 subscripts for 1 dimensions"),
         ("W.X", "no X"),
     ],
 )

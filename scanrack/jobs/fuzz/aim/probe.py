@@ -64,7 +64,7 @@ class Probe(QuietListener):
         """Return the logic; if it is compiled, make its new engine record the power in its rungs."""
         if type(logic) is Engine:
             scanner = noting(logic.lowered)
-            notes = self._notes = [None] * scanner.places
+            notes = self._notes = [None] * scanner.note_count
             logic.compiled_as(lambda engine: scanner.bind(engine, {NOTED: notes}))
         return logic
 
