@@ -265,7 +265,7 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
         (["--pty", "--address", "1-3"], "a line has one PMC006"),
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
         (["--pty", "--whole-writes"], "--whole-writes: not supported by pmc006"),
-        (["--pty", "--fault", "drop"], "'' is no number of replies"),
+        (["--pty", "--fault", "drop"], "'' is not a number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: must be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),
         (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
