@@ -31,7 +31,7 @@ from real_mix import real_controller
 from real_rungs import VARIANTS
 from scanrack.ladder.run.engine import Engine
 from scanrack.rockwell.l5x import import_l5x
-from scanrack.rockwell.l5x.trial import _different
+from scanrack.rockwell.l5x.trial import memory_difference
 
 PERIOD_MS = 10
 SCAN_BAR_NS, MACHINE_BAR_NS, RUNG_BAR_MS, MEMORY_BAR_MIB = 100, 150, 0.6, 300
@@ -72,7 +72,7 @@ def variant_ns(path: Path, rungs: int, variant: str, scans: int) -> tuple[float,
     slow = (time.process_time() - begin) / scans
     for _ in range(scans):
         compiled.step(PERIOD_MS)
-    assert not _different(compiled, interpreted), _different(compiled, interpreted)
+    assert not memory_difference(compiled, interpreted), memory_difference(compiled, interpreted)
     after = compiled.memory.snapshot()
     assert sum(before[each] != after[each] for each in before) > rungs / 4
     return seconds_of(compiled, max(scans, 20), 1 if scans < 10 else 5), lines, slow

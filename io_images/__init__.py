@@ -1,7 +1,7 @@
 """Words on the backplane as data, without time or I/O: only values can be invalid.
 
-The rule of this package: words translate to a meaning and a meaning to words, and going
-there and back changes nothing. Words without a meaning are refused with a
+Words can be converted to objects with names, and back; both conversions together change
+nothing. Words without a meaning are refused with a
 `ValueError` that states the reason, except by the classes that a module or its logic uses in every
 scan (`Parameters`, `StatusView`), which accept any words.
 

@@ -85,13 +85,16 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     stripped = text.strip()
     for form in _RAW_FORMS:
         if match := _form(form).fullmatch(stripped):
-            return _raw(text, match, slots)
-    if (match := _form(_CARD_FORM).fullmatch(stripped)) and (bits := _data_bits(int(match["slot"]), slots)):
-        return _of_card(text, match, bits)
+            return _numbered_word(text, match, slots)
+    match = _form(_CARD_FORM).fullmatch(stripped)
+    if match:
+        data_bits = _data_bits(int(match["slot"]), slots)
+        if data_bits:
+            return _data_of_card(text, match, data_bits)
     if match := _form(_PROFILE_FORM).fullmatch(stripped):
-        return _of_profile(text, match, slots)
+        return _profile_word_or_bit(text, match, slots)
     if match := _form(_NAMED_FORM).fullmatch(stripped):
-        return _named(text, match, slots)
+        return _named_bit(text, match, slots)
     raise ValueError(f"{text!r} is not an address: write it like {FORMS}")
 
 
@@ -105,7 +108,7 @@ def _data_bits(slot: int, slots: Mapping[int, ModuleWords]) -> int:
     return slots[slot].data_bits if slot in slots else 0
 
 
-def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
+def _data_of_card(text: str, match: re.Match[str], bits: int) -> Address:
     slot, image = int(match["slot"]), match["image"].upper()
     if match["bit"] is None:
         if bits > BITS:
@@ -113,24 +116,24 @@ def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
         return Address(slot, image, 0, None)
     bit = int(match["bit"])
     if bit >= bits:
-        raise _refusal(text, f"no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"bit {bit} does not exist: bits are 0 to {bits - 1}")
     return Address(slot, image, *divmod(bit, BITS))
 
 
-def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+def _numbered_word(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot = int(match["slot"])
     word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     last_word = len(slots[slot].named(match["image"].upper())) - 1
     if word > last_word:
-        raise _refusal(text, f"no word {word}, words are 0 to {last_word}")
+        raise _refusal(text, f"word {word} does not exist: words are 0 to {last_word}")
     if bit is not None and bit >= BITS:
-        raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"bit {bit} does not exist: bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)
 
 
-def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+def _profile_word_or_bit(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot, name = int(match["slot"]), match["name"].upper()
     _check_slot(text, slot, slots)
     if name == "FAULT":
@@ -138,44 +141,44 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
     image, words = match["image"].upper(), slots[slot]
     place = member_of(words.card, image, name) if words.card else None
     if place is not None:
-        return _of_member(text, Address(slot, *place), match["bit"], words.data_bits)
-    channels = {
-        own_name: word_place for own_name, word_place in words.profile_words.items() if word_place[0] == image
+        return _card_member(text, Address(slot, *place), match["bit"], words.data_bits)
+    profile_words = {
+        own_name: word for own_name, (of_image, word) in words.profile_words.items() if of_image == image
     }
-    by_name = {own_name.upper(): word for own_name, (_, word) in channels.items()}
-    if name in by_name:
-        return _word_of_profile(text, Address(slot, image, by_name[name], None), match["bit"])
+    word_by_name = {own_name.upper(): word for own_name, word in profile_words.items()}
+    if name in word_by_name:
+        return _word_of_profile(text, Address(slot, image, word_by_name[name], None), match["bit"])
     profile = words.profile if image == "I" and match["bit"] is None else {}
-    bits = {own_name.upper(): bit for own_name, bit in profile.items()}
-    if name not in bits:
-        names = allowed(match["name"], (*profile, *members_of(words.card, image), *channels, "Data0"))
+    bit_by_name = {own_name.upper(): bit for own_name, bit in profile.items()}
+    if name not in bit_by_name:
+        names = allowed(match["name"], (*profile, *members_of(words.card, image), *profile_words, "Data0"))
         image_name = "input" if image == "I" else "output"
         raise _refusal(text, f"slot {slot} has no {image_name} {match['name']!r}; {names}")
-    return Address(slot, "I", 0, bits[name])
+    return Address(slot, "I", 0, bit_by_name[name])
 
 
-def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Address:
+def _card_member(text: str, member: Address, bit: str | None, data_bits: int) -> Address:
     """Return the address of a card's member, or its bit; bits 16 to 31 of `ReadBack` are in the next word."""
-    if bit is None or at.bit is not None:
-        if at.bit is not None and bit is not None:
-            raise _refusal(text, "nothing can follow a bit")
-        return at
+    if bit is None:
+        return member
+    if member.bit is not None:
+        raise _refusal(text, "nothing can follow a bit")
     bits = max(BITS, data_bits)
     if int(bit) >= bits:
-        raise _refusal(text, f"no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"bit {bit} does not exist: bits are 0 to {bits - 1}")
     word, number = divmod(int(bit), BITS)
-    return replace(at, word=at.word + word, bit=number)
+    return replace(member, word=member.word + word, bit=number)
 
 
 def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
     if bit is None:
         return word
     if int(bit) >= BITS:
-        raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"bit {bit} does not exist: bits are 0 to {BITS - 1}")
     return replace(word, bit=int(bit))
 
 
-def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
+def _named_bit(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> Address:
     slot = int(match["slot"])
     _check_slot(text, slot, slots)
     groups = slots[slot].groups
@@ -198,7 +201,7 @@ def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:
-    """Return the allowed name that equals `name`, ignoring case."""
+    """Return the allowed names as text, beginning with the closest one in either case."""
     names = list(names)
     return allowed(name if any(map(str.isupper, names)) else name.lower(), names)
 
@@ -218,5 +221,7 @@ def allowed(value: object, choices: Iterable[object]) -> str:
     import difflib  # imported late, because most names are right
 
     close_names = difflib.get_close_matches(str(value), names, n=1)
-    choice_text = f"hoose from {', '.join(names) or 'none'}"
-    return f"did you mean {close_names[0]}? C{choice_text}" if close_names else f"c{choice_text}"
+    name_list = ", ".join(names) or "none"
+    if close_names:
+        return f"did you mean {close_names[0]}? Choose from {name_list}"
+    return f"choose from {name_list}"

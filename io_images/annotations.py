@@ -1,6 +1,6 @@
-"""Reads annotations in a user's code, which Python 3.14 and later evaluate only then [PEP 649].
+"""Reads annotations in a user's code; Python 3.14 and later evaluate them on reading [PEP 649].
 
-A name in them that exists only for type checkers is no error here.
+A name that exists only for type checkers is no error.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def declared(namespace: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def signature_of(function: Callable[..., Any]) -> inspect.Signature:
-    """Return the signature of a function; errors as `inspect.signature`."""
+    """Return the signature of a function; raise the errors of `inspect.signature`."""
     if sys.version_info >= (3, 14):
         return inspect.signature(function, annotation_format=Format.FORWARDREF)
     return inspect.signature(function)

@@ -6,9 +6,9 @@
 Terminal n of a digital card is bit n of its data, with 16 bits per word. Channel n of an analog card is word
 n. To a CompactLogix, the data of a card with 32 terminals are one DINT: `Local:2:I.Data.31`.
 
-To add a card, add its row and run `python -m tests.tools.generate`, which makes its rows of
-docs/card-tables.md. The members of tags follow from the row and are named as in Studio 5000 [1769-UM002B,
-table 3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
+To add a card, add its row and run `python -m tests.tools.generate`, which updates docs/card-tables.md. The
+members of tags follow from the row and have the names of Studio 5000 [1769-UM002B, table 3.1; 1769-IN087A,
+page 15]. `Fault` belongs to the connection and is not a word of an image:
 
     digital inputs      I.Data
     digital outputs     O.Data, I.ReadBack
@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
+from itertools import chain
 from typing import NamedTuple
 
 from .dataclass import dataclass
@@ -29,12 +30,12 @@ WORD_BITS = 16
 
 
 class RangeBits(NamedTuple):
-    """Place of the range bits in a card's input image."""
+    """The places of the range bits in a card's input image."""
 
     status_word: int  # word of the status bits; bit n belongs to channel n
     word: int  # word of the over- and under-range bits
     over: int  # the over-range bit of channel 0
-    step: int  # distance of these bits from channel to channel
+    step: int  # from the over-range bit of a channel to the bit of the next channel
 
     def over_bit(self, channel: int) -> int:
         """Return the over-range bit of a channel; the next bit is its under-range bit."""
@@ -51,25 +52,28 @@ class MemberPlace(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class CardKind:
-    """A card with terminals or channels, not both."""
+    """A type of card, which has either terminals (digital) or channels (analog)."""
 
-    name: str  # its catalog number
-    inputs: tuple[int, ...] = ()  # mask of its digital inputs in each word
-    outputs: tuple[int, ...] = ()  # mask of its digital outputs in each word
-    channels_in: int = 0  # number of its analog inputs
-    channels_out: int = 0  # number of its analog outputs
-    echo: bool = False  # whether the input image repeats the current outputs (output data echo)
+    name: str  # catalog number
+    inputs: tuple[int, ...] = ()  # mask of the digital inputs in each word
+    outputs: tuple[int, ...] = ()  # mask of the digital outputs in each word
+    channels_in: int = 0  # number of analog inputs
+    channels_out: int = 0  # number of analog outputs
+    echo: bool = False  # whether the input image repeats the outputs (output data echo)
     echo_at: int = 0  # the input word that repeats output word or channel 0; it is after all inputs
-    bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits of an analog card, by image
-    ranges: tuple[str, ...] = ()  # of an analog card: names of its signal ranges
-    formats: Mapping[str, Convert] = field(default_factory=dict)  # of an analog card: its data formats
-    ignored: int = 0  # of an analog card: number of ignored low bits in an output word
+    # of an analog card:
+    bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits by image
+    ranges: tuple[str, ...] = ()  # names of the signal ranges
+    formats: Mapping[str, Convert] = field(default_factory=dict)  # data formats
+    ignored: int = 0  # number of ignored low bits in an output word
 
     def __post_init__(self) -> None:
-        """Raise a ValueError if the echo overlaps inputs, which would then read as outputs."""
-        ins = max(len(self.inputs), self.channels_in)
-        if self.echo and self.echo_at < ins:
-            raise ValueError(f"{self.name}: echo_at = {self.echo_at}: words 0 to {ins - 1} are inputs")
+        """Raise a ValueError if the echo overlaps inputs."""
+        input_words = max(len(self.inputs), self.channels_in)
+        if self.echo and self.echo_at < input_words:
+            raise ValueError(
+                f"{self.name}: echo_at = {self.echo_at}: words 0 to {input_words - 1} are inputs"
+            )
 
     @property
     def shown(self) -> tuple[int, ...]:
@@ -89,12 +93,14 @@ class CardKind:
 
     @property
     def data_bits(self) -> int:
-        """Number of bits in `Data` and `ReadBack`; 0 if it has neither."""
-        return 0 if self.analog else 32 if max(len(self.inputs), len(self.outputs)) > 1 else WORD_BITS
+        """Number of bits in `Data` and `ReadBack`; 0 for an analog card, which has neither."""
+        if self.analog:
+            return 0
+        return 32 if max(len(self.inputs), len(self.outputs)) > 1 else WORD_BITS
 
     @property
     def has_members(self) -> bool:
-        """Whether it has tags with members; cards of a MicroLogix have only words."""
+        """Whether its tags have members; cards of a MicroLogix only have words."""
         return not self.name.startswith("1762")
 
     def members(self) -> Iterator[tuple[str, MemberPlace]]:
@@ -160,11 +166,11 @@ DISCRETE16 = KINDS["discrete16"]
 MEMBERS: Mapping[str, tuple[tuple[str, MemberPlace], ...]] = {
     name: tuple(kind.members()) for name, kind in KINDS.items() if kind.has_members
 }
-"""Members except `Data`, by catalog number."""
+"""Members of tags except `Data`, by catalog number."""
 
 
 def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
-    """Return the place of a member; None if there is none, or if it depends on an unknown card.
+    """Return the place of a member; None if the card lacks it, or if the place depends on the unknown card.
 
     >>> member_of("1769-IF4", "I", "ch1overrange"), member_of(None, "I", "Ch1Status")
     (MemberPlace(image='I', word=5, bit=12), None)
@@ -172,13 +178,14 @@ def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
     MemberPlace(image='I', word=0, bit=None)
 
     Args:
-        card: its catalog number; None if unknown.
+        card: catalog number of the card; None if it is unknown.
         image: "I" or "O".
         name: name of the member, in upper or lower case.
     """
     tables = MEMBERS.values() if card is None else [MEMBERS.get(card, ())]
     key = name.upper(), image
-    places = {place for table in tables for member, place in table if (member.upper(), place.image) == key}
+    members = chain.from_iterable(tables)
+    places = {place for member, place in members if (member.upper(), place.image) == key}
     return places.pop() if len(places) == 1 else None
 
 

@@ -1,8 +1,7 @@
-"""Writes tables of comma-separated values; no other module does.
+"""Writes tables of comma-separated values for all of scanrack.
 
 A spreadsheet treats a cell that begins with `=`, `+`, `-` or `@` as a formula, which may read other files or
-access the network. Untrusted texts, such as names, descriptions and values of strings, never become a
-formula.
+access the network. So untrusted texts, such as names, descriptions and string values, never become formulas.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def cell(value: object) -> object:
-    """Return a cell value; text that a spreadsheet would treat as a formula gets a quote in front.
+    """Return the value of a cell, with a quote before a text that a spreadsheet would treat as a formula.
 
     >>> cell("=HYPERLINK(0)"), cell("+1"), cell("Motor"), cell(-1)
     ("'=HYPERLINK(0)", "'+1", 'Motor', -1)
@@ -34,7 +33,7 @@ def line_text(text: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as comma-separated values [RFC 4180], with no text that is a formula.
+    """Return rows as comma-separated values [RFC 4180]; texts in them are not formulas.
 
     >>> csv_text([["a", "=1"], [-1, "b, c"]]).splitlines()
     ["a,'=1", '-1,"b, c"']

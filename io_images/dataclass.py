@@ -1,8 +1,8 @@
-"""A `dataclass` decorator like the standard library's, whose methods are compiled when first looked up.
+"""A `dataclass` decorator like the standard library's that compiles methods on first use.
 
-The standard library compiles six methods when a class is defined, which took a tenth of the time
-of a short `scanrack run`; most of them are never called. It still finds the fields and the slots, and still
-makes each class that inherits fields or has an `InitVar`.
+The standard library compiles six methods when a class is defined. Most of them are never called, and
+compiling them took a tenth of the time of a short `scanrack run`. The standard library still finds the fields
+and slots, and it still makes classes that inherit fields or have an `InitVar`.
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Spot:
@@ -23,7 +23,7 @@ from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
 Method = Callable[..., Any]
-_whole: Any = dataclasses.dataclass
+_standard: Any = dataclasses.dataclass
 
 DEFAULTS = {"init": True, "repr": True, "eq": True, "order": False, "unsafe_hash": False, "frozen": False}
 """Options that determine the methods, with their defaults."""
@@ -31,20 +31,20 @@ DEFAULTS = {"init": True, "repr": True, "eq": True, "order": False, "unsafe_hash
 COMPARISONS = {"__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">="}
 
 
-class MadeLater:
-    """Placeholder of a method, which is compiled and replaces the placeholder when it is looked up.
+class CompiledOnUse:
+    """Placeholder of a method: looking it up compiles the method, which then replaces the placeholder.
 
     Args:
         cls: the class.
         name: name of the method.
-        compiled: returns the compiled method.
+        compiler: returns the compiled method.
     """
 
-    def __init__(self, cls: type[Any], name: str, compiled: Callable[[type[Any], str], Method]) -> None:
-        self._cls, self._name, self._compiled = cls, name, compiled
+    def __init__(self, cls: type[Any], name: str, compiler: Callable[[type[Any], str], Method]) -> None:
+        self._cls, self._name, self._compiler = cls, name, compiler
 
     def __get__(self, instance: object, owner: type[Any]) -> Any:
-        method = self._compiled(self._cls, self._name)
+        method = self._compiler(self._cls, self._name)
         method.__qualname__ = f"{self._cls.__qualname__}.{self._name}"
         setattr(self._cls, self._name, method)
         return method.__get__(instance, owner)
@@ -56,18 +56,19 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
     Args:
         options: as in the standard library.
     """
-    return (lambda cls: _made(cls, options)) if cls is None else _made(cls, options)
+    return (lambda cls: _lazy_class(cls, options)) if cls is None else _lazy_class(cls, options)
 
 
-def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
+def _lazy_class(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
+    """Return a dataclass with placeholders for methods that its author did not write."""
     if _is_special(cls):
-        return _whole(**options)(cls)  # type: ignore[no-any-return]
+        return _standard(**options)(cls)  # type: ignore[no-any-return]
     parameters = {**DEFAULTS, **options}
     attributes = dict(vars(cls))
     if "__eq__" in attributes and attributes["__hash__"] is None:  # set by Python, not by the author
         del attributes["__hash__"]
     cls.__doc__ = cls.__doc__ or cls.__name__  # otherwise `inspect` composes a signature
-    new_class: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
+    new_class: type[Any] = _standard(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
         setattr(new_class.__dataclass_params__, name, parameters[name])
     for name, method in _methods(new_class, parameters):
@@ -83,42 +84,47 @@ def _is_special(cls: type[Any]) -> bool:
     return inherits or "InitVar" in str(getattr(cls, "__annotations__", ""))
 
 
-def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
-    for option, name, make in _MADE_LATER:
-        if chosen[option]:
-            yield name, MadeLater(cls, name, make)
-    if chosen["unsafe_hash"] or (chosen["eq"] and chosen["frozen"]):
-        yield "__hash__", MadeLater(cls, "__hash__", _hash)
-    elif chosen["eq"]:
+def _methods(cls: type[Any], options: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
+    """Yield the names of the methods that options ask for, with the methods or their placeholders."""
+    for option, name, compiler in _COMPILERS:
+        if options[option]:
+            yield name, CompiledOnUse(cls, name, compiler)
+    if options["unsafe_hash"] or (options["eq"] and options["frozen"]):
+        yield "__hash__", CompiledOnUse(cls, "__hash__", _hash)
+    elif options["eq"]:
         yield "__hash__", None
-    if chosen["frozen"]:
+    if options["frozen"]:
         yield "__setattr__", _refusal(cls, "__setattr__", "assign to")
         yield "__delattr__", _refusal(cls, "__delattr__", "delete")
         if "__slots__" in vars(cls):
             yield from (("__getstate__", _getstate), ("__setstate__", _setstate))
 
 
-def _value_and_default(field: Field[Any], places: dict[str, Any]) -> tuple[str, str]:
-    """Return code for a field's value and its parameter's default; bind the names in it in `places`."""
+def _value_and_default(field: Field[Any], names: dict[str, Any]) -> tuple[str, str]:
+    """Return code for a field's value, and for its parameter's default; add the names in the code to `names`.
+
+    A default of "" means that the parameter is required.
+    """
     name = field.name
     if field.default is not MISSING:
-        places[f"default__{name}"] = field.default
+        names[f"default__{name}"] = field.default
         return name, f"default__{name}"
     if field.default_factory is not MISSING:
-        places[f"new__{name}"] = field.default_factory
+        names[f"new__{name}"] = field.default_factory
         return f"new__{name}() if {name} is missing__ else {name}", "missing__"
     return name, ""
 
 
 def _init(cls: type[Any], name: str) -> Method:
     frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
-    places: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
-    parameters: dict[bool, list[str]] = {False: ["self"], True: []}
+    names: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
+    positional, keyword_only = ["self"], ["*"]
     statements = []
     for field in fields(cls):
-        value, default = _value_and_default(field, places)
+        value, default = _value_and_default(field, names)
         if field.init:
-            parameters[bool(field.kw_only)].append(f"{field.name}={default}" if default else field.name)
+            parameters = keyword_only if field.kw_only else positional
+            parameters.append(f"{field.name}={default}" if default else field.name)
         else:
             value = f"new__{field.name}()" if default == "missing__" else default
         if field.init or default == "missing__" or (default and slots):
@@ -127,8 +133,8 @@ def _init(cls: type[Any], name: str) -> Method:
             )
     if hasattr(cls, "__post_init__"):
         statements.append("self.__post_init__()")
-    keyword_parameters = ["*", *parameters[True]] if parameters[True] else []
-    init = _compiled(cls, name, [*parameters[False], *keyword_parameters], statements or ["pass"], places)
+    all_parameters = positional + (keyword_only if len(keyword_only) > 1 else [])
+    init = _compiled(cls, name, all_parameters, statements or ["pass"], names)
     init.__annotations__ = {field.name: field.type for field in fields(cls) if field.init} | {"return": None}
     return init
 
@@ -158,7 +164,7 @@ def _compared(cls: type[Any], name: str, sign: str) -> Method:
     return _compiled(cls, name, ["self", "other"], statements)
 
 
-_MADE_LATER = (
+_COMPILERS = (
     *(("init", "__init__", _init), ("repr", "__repr__", _repr), ("eq", "__eq__", _eq)),
     *(("order", name, _comparison) for name in COMPARISONS),
 )
@@ -170,27 +176,34 @@ def _hash(cls: type[Any], name: str) -> Method:
     return _compiled(cls, name, ["self"], [f"return hash({_tuple('self', hashed)})"])
 
 
-def _tuple(of: str, compared: Iterable[Field[Any]]) -> str:
-    return f"({''.join(f'{of}.{field.name},' for field in compared)})"
+def _tuple(owner: str, tuple_fields: Iterable[Field[Any]]) -> str:
+    """Return code for the tuple of an object's fields."""
+    return f"({''.join(f'{owner}.{field.name},' for field in tuple_fields)})"
 
 
 def _compiled(
-    cls: type[Any], name: str, parameters: list[str], body: list[str], places: Mapping[str, object] = {}
+    cls: type[Any], name: str, parameters: list[str], body: list[str], names: Mapping[str, object] = {}
 ) -> Method:
-    """Compile a method in the module of its class; `places` has values for names that it uses."""
+    """Return a method, compiled in the module of its class.
+
+    Args:
+        parameters: code of each parameter.
+        body: lines of code.
+        names: values of further names in the code.
+    """
     lines = [
-        f"def making({', '.join(places)}):",
+        f"def making({', '.join(names)}):",
         f" def {name}({', '.join(parameters)}):",
         *(f"  {line}" for line in body),
         f" return {name}",
     ]
     compiled: dict[str, Any] = {}
     exec("\n".join(lines), vars(sys.modules[cls.__module__]), compiled)
-    return compiled["making"](**places)  # type: ignore[no-any-return]
+    return compiled["making"](**names)  # type: ignore[no-any-return]
 
 
 def _refusal(cls: type[Any], name: str, action: str) -> Method:
-    """Return the method that refuses to assign, or delete, a field of a frozen class."""
+    """Return the method that refuses to assign or to delete a field of a frozen class."""
     names = frozenset(field.name for field in fields(cls))
 
     def refuse(self: object, attribute: str, *value: object) -> None:
@@ -218,9 +231,9 @@ else:
 
 @contextmanager
 def of_libraries_too() -> Iterator[None]:
-    """Apply this to the dataclasses of libraries imported in a `with` block; pydantic and mcap have 70."""
+    """Use this decorator for libraries that a `with` block imports: pydantic and mcap have 70 dataclasses."""
     dataclasses.dataclass = dataclass
     try:
         yield
     finally:
-        dataclasses.dataclass = _whole
+        dataclasses.dataclass = _standard

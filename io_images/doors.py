@@ -1,9 +1,9 @@
 """Entry points for untrusted texts: the only callers of the TOML and JSON parsers.
 
-On some input, the bare parser takes disproportionate time and memory, or raises RecursionError. A text
-from a file has the limits of `text_limits`; a message is limited by its transport. The other entry points are
+The bare parsers need disproportionate time and memory for some input, or raise a RecursionError. A text from
+a file has the limits of `text_limits`; its transport limits a message. The other entry points are
 `rockwell.l5x.xml.document` for XML, `io_images.captures.packets` for captures, and `traces.read.reader` and
-`traces.repair` for traces; `tests/unit/tools/test_doors.py` finds parsers that are called elsewhere.
+`traces.repair` for traces. `tests/unit/tools/test_doors.py` finds parsers that are called elsewhere.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def toml_tables(text: str, kind: TextKind = TextKind.TOML) -> dict[str, Any]:
 
 
 def _fraction(text: str) -> Decimal:
-    """Return a number; if its exponent is too large for Decimal, return NaN, which is refused everywhere."""
+    """Return a number; return NaN, which all callers refuse, if its exponent is too large for Decimal."""
     try:
         return Decimal(text)
     except InvalidOperation:
@@ -46,17 +46,17 @@ def json_value(
     """Return the value of a JSON text.
 
     Args:
-        kind: kind of a text from a file, whose limits are checked; None for a message.
+        kind: the kind of a text from a file, to check its limits; None for a message.
         parse_float: as for `json.loads`.
         parse_constant: as for `json.loads`; if None, NaN and infinities are numbers.
 
     Raises:
         TextLimitError: the text exceeds the limits of its kind.
-        ValueError: the text is not JSON, or nested too deeply; a JSONDecodeError has the line.
+        ValueError: the text is not JSON (a JSONDecodeError with the line), or is nested too deeply.
     """
     if kind is not None:
         check_text(text if isinstance(text, str) else text.decode("utf-8"), kind)
     try:
         return json.loads(text, parse_float=parse_float, parse_constant=parse_constant)
     except RecursionError:
-        raise ValueError("it is nested too deep") from None
+        raise ValueError("it is nested too deeply") from None

@@ -1,7 +1,7 @@
-"""Names that a package imports when they are first used.
+"""Names that a package imports on first use.
 
-The package lists them as imports below `if TYPE_CHECKING:`. Type checkers read these lines, and so does this
-module: each name is written only once.
+The package lists them as imports below `if TYPE_CHECKING:`. Type checkers and this module both read these
+lines, so each name is written only once.
 """
 
 from __future__ import annotations
@@ -14,19 +14,18 @@ _IMPORT = re.compile(r"^    from (\S+) import (?:\(([^)]*)\)|(.+))$", re.MULTILI
 
 
 def homes_in(spec: ModuleSpec) -> dict[str, str]:
-    """Return the module of each name that a package lists, relative to it.
+    """Return the module of each name that a package lists, relative to the package.
 
     Args:
         spec: the package's `__spec__`.
     """
     # `get_data`, not `get_source`, which pytest's loader of a package with a plugin lacks
     text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
-    return {
-        name.strip(): module
-        for module, several, one_line in _IMPORT.findall(text)
-        for name in (several or one_line).split(",")
-        if name.strip().isidentifier()
-    }
+    modules: dict[str, str] = {}
+    for module, in_parentheses, in_line in _IMPORT.findall(text):
+        names = map(str.strip, (in_parentheses or in_line).split(","))
+        modules |= {name: module for name in names if name.isidentifier()}
+    return modules
 
 
 def listed_in(spec: ModuleSpec, name: str) -> object:
@@ -36,7 +35,7 @@ def listed_in(spec: ModuleSpec, name: str) -> object:
         spec: the package's `__spec__`.
 
     Raises:
-        AttributeError: the package does not list it.
+        AttributeError: the package does not list the name.
     """
     module_name = homes_in(spec).get(name)
     if module_name is None:
@@ -45,10 +44,10 @@ def listed_in(spec: ModuleSpec, name: str) -> object:
 
 
 def imported_from(module: str, name: str, package: str) -> object:
-    """Return a name of a module, or the module itself if the name is its own.
+    """Return a name of a module, or the module itself if that has the name.
 
     Raises:
-        AttributeError: there is no such module, or no such name in it.
+        AttributeError: the module does not exist, or does not have the name.
     """
     absent = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):

@@ -1,9 +1,9 @@
 """The image of 16-bit words that logic and a module exchange over the backplane.
 
-A 3601 exchanges eight words in each direction; another module has as many as its `ModuleWords` name.
-Words are signed in the PLC (INT); bits are numbered 0 to 15 from the least significant bit. An image is a
-view of its bytes, little-endian, so a rack can keep all of its images in one block of memory and a recorder
-can copy the block without an encoding step.
+A 3601 exchanges eight words in each direction; the `ModuleWords` of another module name its words. Words are
+signed in the PLC (INT). Bits are numbered 0 to 15 from the least significant bit. An image is a view of
+little-endian bytes, so a rack can keep all images in one block of memory, and a recorder can copy that block
+without encoding it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if sys.byteorder != "little":  # pragma: no cover - none of the supported machin
 
 
 def signed_word(value: int) -> int:
-    """Return a word, signed or unsigned (-32,768 to 65,535), as the PLC's signed word.
+    """Return a signed or unsigned word (-32,768 to 65,535) as a signed word.
 
     >>> signed_word(0x843E), signed_word(63)
     (-31682, 63)
@@ -48,8 +48,8 @@ def signed_word(value: int) -> int:
 class Image:
     """Signed words that logic, modules and recorders share: eight, or `size` words.
 
-    `raw` is the same memory as bytes (little-endian), `words` as signed integers. Both are live: writing one
-    changes the other. Index and iterate an image as its words; writing also accepts unsigned words.
+    `raw` is the memory as little-endian bytes, `words` the same memory as signed integers. Indexing and
+    iterating an image access its words; writing also accepts unsigned words.
 
     >>> image = Image([0x843E, 0x003F, 1])
     >>> image[0], image.bit(0, 15), bytes(image.raw[:4]).hex(), len(image)
@@ -60,12 +60,11 @@ class Image:
     Args:
         words: up to `size` words, -32,768 to 65,535 each; missing ones are 0.
         size: number of words, 1 to 250.
-        buffer: writable bytes, two per word, that the image views instead of its own memory; they set the
-            size.
+        buffer: writable bytes, two per word, that are the memory of the image; their number sets the size.
 
     Raises:
-        ValueError: there are more than `size` words, a word is out of range, or the size or buffer is
-            unsuitable.
+        ValueError: there are more than `size` words, a word is out of range, or the size or the buffer is
+            not allowed.
     """
 
     __slots__ = ("raw", "words")

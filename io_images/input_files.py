@@ -1,8 +1,8 @@
-"""Opens files that a user names; irregular and oversized files are refused.
+"""Opens files that a user names; refuses irregular and oversized files.
 
-Opening a FIFO would block, and `/dev/zero` has no end. A FIFO can't be read twice either, as rack files and
-programs are, so process substitution, `<(...)`, is refused. So is a link to a file with another suffix:
-messages quote unexpected text, which may be secret, as in `notes.rung -> /etc/shadow`.
+Opening a FIFO would block, and `/dev/zero` has no end. Rack files and programs are read twice, which is not
+possible with a FIFO, so process substitution, `<(...)`, is refused. A link to a file with another suffix is
+refused, because messages quote unexpected text, which may be secret: `notes.rung -> /etc/shadow`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _KINDS = {
 
 
 def open_input(path: Path) -> BinaryIO:
-    """Open a regular file for reading; raise an OSError with the reason in `strerror` if that fails."""
+    """Open a regular file for reading; raise an OSError with the reason in `strerror`."""
     if path.suffix and Path(realpath(path)).suffix.lower() != path.suffix.lower():
         raise OSError(errno.EINVAL, f"it is a link to a file that is not {path.suffix}", str(path))
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -48,7 +48,7 @@ _UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("_UNSAVED", default=Mappi
 
 @contextmanager
 def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Read these unsaved texts of an editor in place of the files with their paths."""
+    """Let `read_input` return these unsaved texts of an editor instead of the files with their paths."""
     token = _UNSAVED.set({realpath(path): text.encode() for path, text in texts.items()})
     try:
         yield

@@ -1,7 +1,7 @@
-"""How scanrack is installed today; all messages and pages take it from here.
+"""The commands that install scanrack, for all messages and pages.
 
-No package of that name is published yet. When it is, set `SOURCE` to "scanrack";
-`python -m tests.tools.generate` then updates the pages.
+The package is not published yet. When it is, set `SOURCE` to "scanrack"; `python -m tests.tools.generate`
+then updates the pages.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ SOURCE: str = "."
 
 
 def install_line(extra: str = "", tool: str = "pip") -> str:
-    """Return the command by which a tool installs scanrack, with an extra if one is given.
+    """Return the command that installs scanrack, with an extra if given.
 
-    It uses double quotes, which all shells have, including that of Windows.
+    It has double quotes, which all shells understand, including the one of Windows.
 
     >>> install_line(), install_line("plot")
     ('pip install .', 'pip install ".[plot]"')
@@ -22,7 +22,7 @@ def install_line(extra: str = "", tool: str = "pip") -> str:
 
 
 def how_to_install(extra: str = "") -> str:
-    """Return the command, and where to run it, for a message.
+    """Return the command that installs scanrack and its folder, for messages.
 
     >>> how_to_install("plot")
     'pip install ".[plot]" in a checkout of scanrack'

@@ -1,7 +1,7 @@
 """The places of module images in a rack's block of memory.
 
-Slot after slot, each with its output image and its input image, two bytes a word. The block ends with
-0 to 3 words of padding, so that the tags that follow it in a trace need none:
+Each slot has its output image and its input image, with two bytes per word. The block ends with 0 to 3 words
+of padding, so that the tags after it in a trace need no padding:
 
     byte  0        16       32       40       44    48
           slot 1   slot 1   slot 2   slot 2   pad
@@ -18,7 +18,7 @@ from .image import WORDS_MAX
 from .module_words import INPUT, ModuleWords
 
 ALIGNED_TO = 8
-"""The size of the block is a multiple of this number of bytes, the size of the widest tag."""
+"""The size of the block is a multiple of this number of bytes, which is the size of the widest tag."""
 
 
 class ImagePlaces(NamedTuple):
@@ -53,7 +53,7 @@ class MemoryLayout:
 
     Attributes:
         places: the places of the images by slot number, in the order of the block.
-        size: bytes of the block, its padding included.
+        size: bytes of the block, including padding.
     """
 
     places: Mapping[int, ImagePlaces]
@@ -61,7 +61,7 @@ class MemoryLayout:
 
     @property
     def words(self) -> int:
-        """Words of the block, its padding included."""
+        """Words of the block, including padding."""
         return self.size // 2
 
     @property
@@ -76,7 +76,7 @@ NO_MEMORY = MemoryLayout({}, 0)
 
 
 def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
-    """Return the layout of the block for slots, given as number and words in the order of the block.
+    """Return the layout of the block for the numbers and words of slots, in the order of the block.
 
     >>> from .module_words import PLAIN_WORDS, numbered
     >>> layout = memory_layout([(1, PLAIN_WORDS), (3, ModuleWords("Small", numbered(1), numbered(2)))])

@@ -1,9 +1,9 @@
 """Names of a module's words and bits, for the rack, addresses and traces.
 
-    outputs, inputs    the words of each image, by name; a module has as many words as names
+    outputs, inputs    the names of the words of each image; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-A module's record has both, see `runtime.modules.record`.
+`runtime.modules.record` has the record of a module that contains both.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class Quantity:
         image: "I" for the input image, "O" for the output image.
         word: its first word, from 0.
         words: 1 or 2.
-        unit: as text, such as "steps".
-        format: format of two words; None if the module's configuration selects it, which its events report.
-        counts: whether it changes by itself while the module moves.
+        unit: for example "steps".
+        format: format of two words; None if the configuration selects it, which the module's events report.
+        counts: whether it changes all the time while the axis moves.
     """
 
     name: str
@@ -63,9 +63,9 @@ class Modes:
     """The two modes of a module whose words have other meanings in configuration mode.
 
     Attributes:
-        live: mask of the bits of the status word that mean the same in either mode.
-        input: the word of the input image whose bit `CONFIGURES` is on in configuration mode; in the
-            output image it is word 0.
+        live: mask of the bits of the status word with the same meaning in both modes.
+        input: the word of the input image with the bit `CONFIGURES`, which is on in configuration mode; in
+            the output image it is word 0.
     """
 
     live: int
@@ -85,24 +85,23 @@ class ModuleWords:
     """Names of a module's words and bits.
 
     Attributes:
-        message: stem of its message types in a trace, letters and digits, the first one a capital.
+        message: prefix of its message types in a trace: letters and digits, beginning with a capital.
         outputs: names of the words from logic to module, in lower case, as many as the module has.
         inputs: names of the words from module to logic.
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
         profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
-        data_bits: size of the value Data in each image, 16 or 32 bits, from word 0 on: `Local:2:I.Data.3` is
-            one of the bits; 0 for an array of words.
-        terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
-        card: of a card: its catalog number, for its members in `cards`.
-        errors: names of the bits of its input image that report an error.
+        data_bits: size of the value Data in each image, 16 or 32 bits from word 0, with bits such as
+            `Local:2:I.Data.3`; 0 for an array of words.
+        terminals: of a card: mask of the terminals in each word of an image, from word 0.
+        card: of a card: catalog number, for the members in `cards`.
+        errors: names of the bits of the input image that report an error.
         quantities: the numbers in its words.
-        modes: of a module with a configuration mode; None for any other.
+        modes: the modes of a module with a configuration mode; None for other modules.
 
     Raises:
-        ValueError: the images lack a named bit or a quantity, or a group has two names for one
-            bit.
+        ValueError: a named bit or a quantity is outside of the images, or a bit has two names in a group.
     """
 
     message: str
@@ -120,12 +119,10 @@ class ModuleWords:
 
     def __post_init__(self) -> None:
         sizes = {"I": len(self.inputs), "O": len(self.outputs)}
-        for number in self.quantities:
-            if (
-                number.words not in (1, 2)
-                or not 0 <= number.word <= sizes.get(number.image, 0) - number.words
-            ):
-                raise ValueError(f"{self.message}: {number}: must be 1 or 2 words of image I or O")
+        for quantity in self.quantities:
+            last_word = sizes.get(quantity.image, 0) - quantity.words
+            if quantity.words not in (1, 2) or not 0 <= quantity.word <= last_word:
+                raise ValueError(f"{self.message}: {quantity}: must be 1 or 2 words of image I or O")
         for group, names in self.groups.items():
             _refuse_clashes(f"{self.message}: {group}", names, sizes)
 
@@ -138,7 +135,7 @@ class ModuleWords:
         return [quantity for quantity in self.quantities if (quantity.image in INPUT) == (image in INPUT)]
 
     def quantity(self, name: str) -> Quantity | None:
-        """Return the quantity with a name, such as the position; None if the module has none."""
+        """Return the quantity with a name such as "position"; None if the module lacks it."""
         return next((quantity for quantity in self.quantities if quantity.name == name), None)
 
     @property
@@ -147,17 +144,21 @@ class ModuleWords:
         return self.quantity("position") is not None
 
     def place(self, name: str) -> BitPlace | None:
-        """Return the place of a named bit of the input image; None if the module has no such bit."""
+        """Return the place of a named bit of the input image; None if the module lacks it."""
         places = (names[name] for names in self.groups.values() if name in names)
         return next((place for place in places if place.image in INPUT), None)
 
     def covered(self, image: str) -> set[int]:
-        """Return the words of an image that are shown as named bits, or as quantities of two words."""
-        long_quantities = (quantity for quantity in self.quantities_in(image) if quantity.words > 1)
-        words = {quantity.word + index for quantity in long_quantities for index in range(quantity.words)}
+        """Return the numbers of the words of an image that named bits or two-word quantities show."""
+        words: set[int] = set()
+        for quantity in self.quantities_in(image):
+            if quantity.words > 1:
+                words.update(range(quantity.word, quantity.word + quantity.words))
         if self.modes is not None:
-            named_bits = (place for names in self.groups.values() for place in names.values())
-            words |= {place.word for place in named_bits if (place.image in INPUT) == (image in INPUT)}
+            for names in self.groups.values():
+                words.update(
+                    place.word for place in names.values() if (place.image in INPUT) == (image in INPUT)
+                )
         return words
 
     def configures(self, image: str, words: Sequence[int]) -> bool:
@@ -165,7 +166,7 @@ class ModuleWords:
         return self.modes is not None and bool(words[self.modes.word(image)] >> CONFIGURES & 1)
 
     def live(self, image: str, word: int) -> int:
-        """Return the bits of a word that mean the same in either mode, as a mask."""
+        """Return the mask of the bits in a word that have the same meaning in both modes."""
         if self.modes is None:
             return 0xFFFF
         if word != self.modes.word(image):
@@ -182,7 +183,7 @@ class ModuleWords:
             )
 
     def terminals_instead(self, image: str, word: int, bit: int) -> str:
-        """Return the existing terminals, such as "inputs 0 to 7", if a bit is not a terminal; else ""."""
+        """Return a card's terminals, such as "inputs 0 to 7", if a bit is not a terminal; otherwise ""."""
         masks = self.terminals.get(image)
         if masks is None or (word < len(masks) and masks[word] >> bit & 1):
             return ""
@@ -190,28 +191,33 @@ class ModuleWords:
         return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
 
 
-def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
-    """Raise a ValueError if a bit is in no image, or has two names."""
+def _refuse_clashes(group: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
+    """Raise a ValueError if a bit of a group is in no image, or has two names.
+
+    Args:
+        group: for messages.
+        sizes: number of words by image.
+    """
     names_by_place: dict[BitPlace, str] = {}
     for name, place in names.items():
         if place.word not in range(sizes.get(place.image, 0)) or place.bit not in range(16):
             last_word = sizes.get(place.image, max(sizes.values())) - 1
             raise ValueError(
-                f"{where}.{name}: {place}: must be of image I or O, word 0 to {last_word}, bit 0 to 15"
+                f"{group}.{name}: {place}: must be of image I or O, word 0 to {last_word}, bit 0 to 15"
             )
         other_name = names_by_place.setdefault(place, name)
         if other_name != name:
             image = _IMAGES[place.image]
             raise ValueError(
-                f"{where}: {other_name} and {name} are both bit {place.bit} of {image} word {place.word}; "
+                f"{group}: {other_name} and {name} are both bit {place.bit} of {image} word {place.word}; "
                 f"free bits: {_free_bits(place.image, names.values())}"
             )
 
 
-def _free_bits(image: str, named: Collection[BitPlace]) -> str:
-    """Return as text the unnamed bits of the words that have named bits."""
+def _free_bits(image: str, named_bits: Collection[BitPlace]) -> str:
+    """Return the unnamed bits of the words with named bits, as text."""
     masks: dict[int, int] = {}
-    for place in named:
+    for place in named_bits:
         if place.image == image:
             masks[place.word] = masks.get(place.word, 0xFFFF) & ~(1 << place.bit)
     free_texts = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
@@ -248,7 +254,7 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
 
 
 def numbered(size: int) -> tuple[str, ...]:
-    """Return word0, word1, ... as names of nameless words; raise a ValueError for an illegal number."""
+    """Return word0, word1, ... as names of words; raise a ValueError for an illegal number of words."""
     return tuple(f"word{index}" for index in range(checked_size(size)))
 
 

@@ -1,6 +1,6 @@
 """Formats of numbers in two registers.
 
-    THOUSANDS        upper word: thousands, lower word: the rest; both negative for a negative value
+    THOUSANDS        upper word: thousands, lower word: remainder; both are negative for a negative value
     SIGN_MAGNITUDE   the same, but bit 15 of the upper word is the sign [3502 manual 1.0, page 1]
     BINARY           one signed 32-bit value, the high word first
     BINARY_LOW       the same, the low word first
@@ -63,7 +63,7 @@ class NumberFormat(Enum):
         return self._binary(first, second)
 
     def reported_all(self, first: NDArray[np.int16], second: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Return the values in columns of signed registers, as `reported` does for one value."""
+        """Return the values in columns of signed registers; see `reported`."""
         if self is NumberFormat.THOUSANDS:
             return join_reported_all(first, second)
         if self is NumberFormat.SIGN_MAGNITUDE:
@@ -88,7 +88,7 @@ class NumberFormat(Enum):
         return (high_word, low_word) if self is NumberFormat.BINARY else (low_word, high_word)
 
     def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Split many values as `split` does; only the low 16 bits of each word count.
+        """Split many values, see `split`; the results may have more bits than the 16 of a word.
 
         SIGN_MAGNITUDE is not supported, since no drive has it.
         """
@@ -98,7 +98,7 @@ class NumberFormat(Enum):
         return (high_words, values) if self is NumberFormat.BINARY else (values, high_words)
 
     def _pair(self, upper: int, lower: int) -> tuple[int, int]:
-        """Return a pair in the format THOUSANDS from two registers."""
+        """Return two registers in the format THOUSANDS."""
         return from_sign_magnitude(upper, lower) if self is NumberFormat.SIGN_MAGNITUDE else (upper, lower)
 
     def _binary(self, first: int, second: int) -> int:

@@ -1,10 +1,11 @@
 """Channels of analog cards: signals in V or mA, their raw numbers, and the range bits.
 
-    range          normal        converted          (the number is limited to this range)
+    range          normal        converted          (numbers are limited to this range)
     -10..10 V      -10 to 10     -10.5 to 10.5
-    4..20 mA       4 to 20       3.2 to 21          below 4 mA: under-range, as with an open circuit
+    4..20 mA       4 to 20       3.2 to 21          below 4 mA, as in an open circuit: under-range
 
-The over-range and under-range bits mean outside of the normal range; each also sets the channel's status bit.
+The over-range and under-range bits report a signal outside of the normal range; each also sets the channel's
+status bit.
 
 Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges and formats), page 3-3 (bits);
 1762-RM001C, I/O Configuration (1762-IF4); 1762-IN016D, pages 14 and 15 (1762-OF4); 1769-IN087A, page 15
@@ -40,7 +41,7 @@ SIGNAL_MAX = 30
 class SignalRange:
     """A signal range of a channel."""
 
-    name: str  # as in a rack file
+    name: str  # in rack files
     unit: str  # V or mA
     low: Fraction  # lower end of the normal range
     high: Fraction
@@ -49,11 +50,12 @@ class SignalRange:
 
     @property
     def landmarks(self) -> tuple[float, ...]:
-        """Test signals: ends and middle, just beyond the ends, and far beyond."""
+        """Test signals: ends and middle, just beyond the ends, and far beyond the ends."""
         step = (self.high - self.low) / 100
         middle_value = (self.low + self.high) / 2
         values = (self.low, self.high, middle_value, self.high + step, self.low - step)
-        return tuple(map(float, dict.fromkeys((*values, self.most, self.least, Fraction(0), self.most + 1))))
+        far_values = (self.most, self.least, Fraction(0), self.most + 1)
+        return tuple(map(float, dict.fromkeys((*values, *far_values))))
 
 
 def _range(unit: str, low: int, high: int, least: str, most: str) -> tuple[str, SignalRange]:
@@ -74,29 +76,29 @@ RANGES: Mapping[str, SignalRange] = dict(
 """The ranges by name, in the order of the cards' configuration bits."""
 
 
-def _raw(signal: Fraction, over: SignalRange) -> int:
+def _raw(signal: Fraction, signal_range: SignalRange) -> int:
     """Return the raw number, proportional to the signal; 32,767 is the end of the range."""
-    return int(signal / over.most * FULL_RAW)
+    return int(signal / signal_range.most * FULL_RAW)
 
 
-def _raw_12(signal: Fraction, over: SignalRange) -> int:
-    return floor(signal / over.most * STEPS_12) * 8
+def _raw_12(signal: Fraction, signal_range: SignalRange) -> int:
+    return floor(signal / signal_range.most * STEPS_12) * 8
 
 
-def _pid_12(signal: Fraction, over: SignalRange) -> int:
-    return floor(signal / over.most * STEPS_12) * 4
+def _pid_12(signal: Fraction, signal_range: SignalRange) -> int:
+    return floor(signal / signal_range.most * STEPS_12) * 4
 
 
-def _engineering(signal: Fraction, over: SignalRange) -> int:
+def _engineering(signal: Fraction, signal_range: SignalRange) -> int:
     return _nearest(signal * THOUSANDTHS)
 
 
-def _pid(signal: Fraction, over: SignalRange) -> int:
-    return _nearest((signal - over.low) / (over.high - over.low) * PID_FULL)
+def _pid(signal: Fraction, signal_range: SignalRange) -> int:
+    return _nearest((signal - signal_range.low) / (signal_range.high - signal_range.low) * PID_FULL)
 
 
-def _percent(signal: Fraction, over: SignalRange) -> int:
-    return _nearest((signal - over.low) / (over.high - over.low) * PERCENT_FULL)
+def _percent(signal: Fraction, signal_range: SignalRange) -> int:
+    return _nearest((signal - signal_range.low) / (signal_range.high - signal_range.low) * PERCENT_FULL)
 
 
 def _nearest(value: Fraction) -> int:
@@ -112,7 +114,10 @@ FORMATS: Mapping[str, Convert] = {
     "pid": _pid,
     "percent": _percent,
 }
-"""Data formats by name: proportional, V or mA times 1000, 0 to 16,383, 0 to 10,000."""
+"""Functions that convert a signal to a number, by data format.
+
+The numbers are proportional, thousandths of a V or mA, 0 to 16,383, or 0 to 10,000.
+"""
 
 FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
 """Data formats of a 1762-OF4, with 32,760 or 16,380 at the end of the range."""
@@ -120,7 +125,7 @@ FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
 
 @dataclass(frozen=True, slots=True)
 class Channel:
-    """A channel with a range."""
+    """A channel with a signal range and a data format."""
 
     range: SignalRange
     convert: Convert

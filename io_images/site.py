@@ -10,13 +10,13 @@ from .records import record
 
 @record
 class Site:
-    """A place in a program or a file; unknown parts are empty or None."""
+    """A place in a program or a file; unknown parts are "" or None."""
 
     program: str = ""
     routine: str = ""  # full name of the routine: `Main`, in a controller `\Program.Main`
-    rung: int | None = None  # number in it: of a rung, from 0; of a line, from 1; or of a chart's element
+    rung: int | None = None  # number of a rung, from 0; of a line, from 1; or of an element of a chart
     instruction: str = ""  # the instruction as text; in structured text, the statement
-    unit: str = "rung"  # what `rung` counts: "rung", "line", or "element" of a sequential function chart
+    unit: str = "rung"  # the unit that `rung` counts: "rung", "line", or "element" of a chart
     file: str = ""
     line: int | None = None  # line in the file, from 1
     column: int | None = None  # column in that line, from 1
@@ -26,7 +26,7 @@ class Site:
 
     @property
     def place(self) -> str:
-        """Its place in the routine: `rung 3`, `line 12`."""
+        """The place in the routine: `rung 3`, `line 12`."""
         return f"{self.unit} {self.rung}"
 
     @property
@@ -57,7 +57,12 @@ NOWHERE = Site()
 
 
 class SiteError(ValueError):
-    """An error in a user's text, with the reason, without its place, and the site of each mistake."""
+    """An error in a user's text.
+
+    Attributes:
+        reason: the text of the error without the place.
+        sites: the places of the mistakes.
+    """
 
     def __init__(self, text: str, *sites: Site) -> None:
         super().__init__(text)
@@ -65,7 +70,7 @@ class SiteError(ValueError):
 
     @classmethod
     def at(cls, site: Site, reason: str) -> Self:
-        """Return an error whose text is the file and line of a site, and the reason."""
+        """Return an error at a site; its text begins with file and line."""
         error = cls(f"{site.spot}: {reason}", site)
         error.reason = reason
         return error
@@ -77,7 +82,7 @@ class SiteError(ValueError):
 
 
 class SettingError(SiteError):
-    """The value of a key in a table, or of a parameter, is not allowed."""
+    """The value of a parameter, or of a key in a table, is not allowed."""
 
     def __init__(self, key: str, text: str) -> None:
         super().__init__(text, Site(key=key))
@@ -86,5 +91,6 @@ class SettingError(SiteError):
 def sites_of(error: BaseException | None) -> Iterator[Site]:
     """Yield the sites of an error, then the sites of its causes."""
     while error is not None:
-        yield from getattr(error, "sites", None) or filter(None, [getattr(error, "site", None)])
+        sites = getattr(error, "sites", None) or [getattr(error, "site", None)]
+        yield from filter(None, sites)
         error = error.__cause__

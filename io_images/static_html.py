@@ -1,4 +1,4 @@
-"""Static HTML pictures for notebooks, without scripts or external files, in the colors of the page."""
+"""Static HTML pictures for notebooks, without scripts and external files, in the colors of the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CELL = "padding:1px 8px;text-align:{}"
 
 
 def card(title: str, *parts: str) -> str:
-    """Return a frame with a title, given as text, and parts, given as HTML."""
+    """Return a frame with a title as text, and parts as HTML."""
     return f'<div style="{_CARD}"><b>{escape(title)}</b>{"".join(parts)}</div>'
 
 
@@ -22,29 +22,29 @@ def line(text: str) -> str:
 
 
 def chips(bits: Iterable[tuple[str, bool]]) -> str:
-    """Return the names of bits, with emphasis on bits that are on."""
+    """Return the names of bits; bits that are on are emphasized."""
     chips_html = (f'<span style="{_CHIP};{_ON if on else _OFF}">{escape(name)}</span>' for name, on in bits)
     return f"<div>{''.join(chips_html)}</div>"
 
 
 def rows(table: Iterable[Sequence[str]]) -> str:
-    """Return a table of texts; the first column is left-aligned, like names."""
-    row_cells = (
-        "".join(
+    """Return a table of texts; the first column is aligned left, the others right."""
+    html = []
+    for row in table:
+        cells = (
             f'<td style="{_CELL.format("right" if column else "left")}">{escape(cell)}</td>'
             for column, cell in enumerate(row)
         )
-        for row in table
-    )
-    return f"<table>{''.join(f'<tr>{cells}</tr>' for cells in row_cells)}</table>"
+        html.append(f"<tr>{''.join(cells)}</tr>")
+    return f"<table>{''.join(html)}</table>"
 
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
-    """Return numbers drawn as a line that fills the picture."""
+    """Return a picture with numbers as a line; `width` and `height` are pixels."""
     lowest, span = min(values), max(max(values) - min(values), 1)
-    across = width / max(len(values) - 1, 1)
+    x_step, y_step = width / max(len(values) - 1, 1), (height - 12) / span
     points = " ".join(
-        f"{index * across:.1f},{height - 6 - (value - lowest) * (height - 12) / span:.1f}"
+        f"{index * x_step:.1f},{height - 6 - (value - lowest) * y_step:.1f}"
         for index, value in enumerate(values)
     )
     return (

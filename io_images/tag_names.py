@@ -86,7 +86,7 @@ def _key_of_step(step: re.Match[str]) -> str:
 
 
 def in_scope(text: str, known: Iterable[str]) -> str:
-    r"""Return a name; if it lacks its program, the program is added.
+    r"""Return a name with its program, which is added if it is missing.
 
     >>> in_scope("Step.3", ["Run", r"\Main.Step"]), in_scope("Run", ["Run", r"\Main.Run"])
     ('\\Main.Step.3', 'Run')
@@ -129,7 +129,7 @@ def without_ranges(name: str) -> str:
     return _RANGES.sub("", name) if ".." in name else name
 
 
-def element_of(name: str, place: int) -> str:
+def element_of(name: str, index: int) -> str:
     """Return the name of an element of an array.
 
     >>> element_of("B", 34), element_of("Ps[0..2].Count", 1), element_of("Grid[0..1,0..2]", 5)
@@ -139,25 +139,25 @@ def element_of(name: str, place: int) -> str:
 
     Args:
         name: recorded name of the array.
-        place: flat index of the element.
+        index: index of the element, counted over all dimensions.
     """
     ranges = [(int(begin), int(end)) for begin, end in _RANGE.findall(name)]
     if not ranges:
-        return f"{name}[{place}]"
-    indices = []
+        return f"{name}[{index}]"
+    subscripts = []
     for first_index, last_index in reversed(ranges):
-        place, index = divmod(place, last_index - first_index + 1)
-        indices.append(str(first_index + index))
-    return _RANGE.sub(lambda _: indices.pop(), name)
+        index, offset = divmod(index, last_index - first_index + 1)
+        subscripts.append(str(first_index + offset))
+    return _RANGE.sub(lambda _: subscripts.pop(), name)
 
 
 class NamesByPattern:
     """Names, found by patterns with `*` and `?` that match a name, or its part before a dot or a subscript.
 
     >>> names = NamesByPattern(["Fill.ACC", "Fill.PRE", "Level"])
-    >>> names.places("Fill"), names.places("Fi"), names.places("*.acc"), names.places("*el")
+    >>> names.indexes("Fill"), names.indexes("Fi"), names.indexes("*.acc"), names.indexes("*el")
     ([0, 1], [], [], [2])
-    >>> NamesByPattern(["Fill.ACC"], fold=True).places("fill.acc")
+    >>> NamesByPattern(["Fill.ACC"], fold=True).indexes("fill.acc")
     [0]
 
     Args:
@@ -172,7 +172,7 @@ class NamesByPattern:
             for end in (*(part.start() for part in _PART_END.finditer(name)), len(name)):
                 self._by_part.setdefault(name[:end], []).append(index)
 
-    def places(self, pattern: str) -> list[int]:
+    def indexes(self, pattern: str) -> list[int]:
         """Return the indexes of the names that match, in order."""
         pattern = self._fold(pattern)
         if not {"*", "?"} & set(pattern):

@@ -1,8 +1,8 @@
 """Limits of untrusted texts, checked before a parser reads them.
 
-Some texts take a parser disproportionate time: a TOML key with many parts, nested brackets, a long run
-of blanks where a pattern tries each length. This check is linear, and refuses them. The size of a file is
-limited when it is read, see `input_files`.
+Some texts take a parser far more time than their size suggests: a TOML key with many parts, nested brackets,
+a long run of blanks where a pattern tries each length. This check takes time in proportion to the size, and
+refuses such texts. The size of a file is limited when it is read, see `input_files`.
 """
 
 from __future__ import annotations
@@ -60,13 +60,13 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.EXPORT: TextLimits(64 * MIB),
     TextKind.RESULT: TextLimits(256 * MIB, nesting=16),
 }
-"""Limits by language. Python and exports have their own limits, and are limited here only in size."""
+"""Limits by language. Here Python and exports are limited only in size; their parsers have further limits."""
 
 DIGITS_MAX = 4300
 """Maximum decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""
 _DIGITS = re.compile(r"[+-]?[0-9_]+")
 
-_REST = (
+_COUNTED_TOKENS = (
     r"|(?P<open>[\[({])|(?P<close>[\])}])|(?P<token>[\w$%\\+-]+)"
     r"|(?P<dot>[ \t]*\.[ \t]*)|(?P<blanks>[ \t\r]{2,})"
 )
@@ -78,7 +78,7 @@ _JSON = r"""(?P<string>"(?:[^"\\\n]++|\\.)*+"?)"""
 _HASH = r"(?P<comment>[#;][^\n]*)"
 
 
-_OWN: Mapping[TextKind, str] = {
+_COMMENTS_AND_STRINGS: Mapping[TextKind, str] = {
     TextKind.TOML: _TOML,
     TextKind.PLAN: _TOML,
     TextKind.RUNGS: _LOGIX,
@@ -95,9 +95,9 @@ _OWN: Mapping[TextKind, str] = {
 
 
 @cache
-def _pattern(own: str) -> re.Pattern[str]:
+def _pattern(comments_and_strings: str) -> re.Pattern[str]:
     """Return the pattern of comments, strings and counted tokens."""
-    return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
+    return re.compile(comments_and_strings.replace("\n", "") + _COUNTED_TOKENS, re.DOTALL)
 
 
 class TextLimitError(ValueError):
@@ -122,7 +122,7 @@ def check_text(text: str, kind: TextKind) -> None:
         raise TextLimitError(1, f"{kind} of more than {limits.size:,} characters")
     depth = parts = 0
     previous = None
-    for match in _pattern(_OWN[kind]).finditer(text):
+    for match in _pattern(_COMMENTS_AND_STRINGS[kind]).finditer(text):
         token = match.lastgroup
         if token == "open":
             depth += 1

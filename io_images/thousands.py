@@ -4,7 +4,7 @@ A value that needs more than 16 bits crosses the backplane as two words:
 
     value = 1000 * MSW + LSW
 
-The MSW carries the thousands, the LSW the ones, tens and hundreds; a negative
+The MSW has the thousands, the LSW the ones, tens and hundreds; a negative
 value makes both words negative independently [3601 manual r3.1, Module Overview].
 
     value     MSW   LSW
@@ -17,8 +17,8 @@ value makes both words negative independently [3601 manual r3.1, Module Overview
 Parameters that the PLC sends are checked: an LSW beyond 999 or words of
 opposite signs are illegal [chapter 5 notes 3 to 5; chapter 6, Command
 Error 4]. What the module reports is not limited to the parameter range: up to
-65,535,999 all 16 bits of the MSW carry the thousands, so it reads negative
-once it passes 7FFFh [chapter 6, Current Position].
+65,535,999 all 16 bits of the MSW are the thousands, so it is read as negative
+above 7FFFh [chapter 6, Current Position].
 """
 
 from __future__ import annotations
@@ -89,13 +89,13 @@ def join_thousands(msw: int, lsw: int) -> int:
     """
     if not is_legal_pair(msw, lsw):
         raise ValueError(
-            f"words ({msw}, {lsw}) are not a value: the LSW must lie in -999 to 999 and have the MSW's sign"
+            f"words ({msw}, {lsw}) are not a value: the LSW must be -999 to 999 and have the MSW's sign"
         )
     return 1000 * msw + lsw
 
 
 def split_reported(value: int) -> tuple[int, int]:
-    """Split a reported position or count into (MSW, LSW) words, wrapping as the module does.
+    """Split a reported position or count into (MSW, LSW) words; large values wrap, as in the module.
 
     The MSW is the low 16 bits of the signed thousands, the LSW the remainder
     with the sign of the value [chapter 6, Current Position].

@@ -37,7 +37,7 @@ DEFAULT_RUN = "10 s"
 
 _TIME = re.compile(rf"({_NUMBER})\s*({_UNIT})")
 _EXACT = Context(prec=100, traps=[Clamped, Inexact, InvalidOperation, Overflow])
-_WRITTEN = ("s", "ms", "µs", "ns")
+_UNITS_OF_TEXTS = ("s", "ms", "µs", "ns")
 
 
 def parse_time(text: str) -> int:
@@ -47,8 +47,8 @@ def parse_time(text: str) -> int:
     (0, 250000, 90000000000)
 
     Raises:
-        ValueError: there is no number or no unit, the time is no whole number of ns, or longer than
-            `LONGEST_NS`.
+        ValueError: the text is not a number and a unit, or the time is not a whole number of ns, or longer
+            than `LONGEST_NS`.
     """
     match = _TIME.fullmatch(str(text).strip())
     if match is None:
@@ -81,7 +81,7 @@ def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
     (250000, 600000000000, 100000)
 
     Raises:
-        SettingError: it is no whole number of ns, or longer than `LONGEST_NS`.
+        SettingError: it is not a whole number of ns, or longer than `LONGEST_NS`.
     """
     number = value if isinstance(value, Decimal) else Decimal(str(value))
     try:
@@ -101,12 +101,12 @@ def _whole_ns(number: Decimal, unit: str, name: str) -> int:
 
 
 def time_text(time_ns: int) -> str:
-    """Return a time as exact text, in the largest unit up to seconds not above it; `parse_time` can read it.
+    """Return a time as exact text for `parse_time`, in the largest of s, ms, µs and ns that is not longer.
 
     >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
     ('9.422 s', '250 µs', '400 ns', '0 s')
     """
-    unit = next((unit for unit in _WRITTEN if abs(time_ns) >= UNITS_NS[unit]), "s")
+    unit = next((unit for unit in _UNITS_OF_TEXTS if abs(time_ns) >= UNITS_NS[unit]), "s")
     return f"{_in_unit(time_ns, UNITS_NS[unit])} {unit}"
 
 

@@ -15,7 +15,7 @@ UNKNOWN = "unknown"
 def distribution_version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" if it is not installed.
 
-    The version of scanrack is the checkout's if its files are used, whatever is installed.
+    If scanrack's files are those of a checkout, its version is the checkout's, whatever is installed.
     `importlib.metadata` is used only for distributions in no folder of `sys.path`, as in a zip file.
 
     >>> distribution_version("no such distribution")
@@ -52,7 +52,7 @@ def own_project() -> dict[str, Any] | None:
 
 def _metadata_of(name: str) -> Iterator[str]:
     """Yield the paths of a distribution's metadata files, in the order of the search path."""
-    for folder in sys.path:  # noqa: TID251 - it stays as it is
+    for folder in sys.path:  # noqa: TID251 - it is only read
         try:
             entries = os.listdir(folder or ".")
         except OSError:  # it does not exist, or is not a folder

@@ -2,7 +2,7 @@
 
 Names, messages and metadata come from files and serial lines. An escape sequence in them could move
 the cursor, overwrite earlier output, or type at the prompt; an override of the writing
-direction reverses a name. Therefore a character without a glyph is printed as a Python escape.
+direction reverses a name. Therefore a character without a visible form is printed as a Python escape.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
 Clearing bit 9 alone (word 1 = 0100h) makes it drop BLEND_ACK and wait for the
 next block; clearing bit 8 as well ends the programming.
 
-Only words as written here can be read here. The module tolerates more (reading A-60).
+Only words that are written here can be read here; the module accepts more (reading A-60).
 """
 
 from __future__ import annotations
@@ -90,7 +90,10 @@ class BlendHeader:
     def to_image(self) -> Image:
         """Return the output image that transmits this block."""
         last_rate = self.final_deceleration | self.final_type.value << _TYPE_SHIFT
-        late_types, early_types = _pack(self.types[_TYPES_PER_WORD:]), _pack(self.types[:_TYPES_PER_WORD])
+        late_types, early_types = (
+            _packed_types(self.types[_TYPES_PER_WORD:]),
+            _packed_types(self.types[:_TYPES_PER_WORD]),
+        )
         return Image((0, PROGRAM_AND_TRANSMIT, self.segments, late_types, early_types, last_rate))
 
     @classmethod
@@ -101,7 +104,7 @@ class BlendHeader:
         type_pairs = words[4] | words[3] << 16
         types = tuple(acceleration_of(type_pairs >> 2 * index & 3) for index in range(words[2]))
         header = cls(types, words[5] & _RATE_MASK, acceleration_of(words[5] >> _TYPE_SHIFT))
-        _demand_exact(header.to_image(), image, "first block of a blend profile")
+        _require_equal(header.to_image(), image, "first block of a blend profile")
         return header
 
 
@@ -137,14 +140,14 @@ class BlendSegment:
         """Read the output image of a segment's block; raise a ValueError if it is not one."""
         words = image.words.tolist()
         segment = cls(join_thousands(words[2], words[3]), join_thousands(words[4], words[5]), words[6])
-        _demand_exact(segment.to_image(), image, "segment block of a blend profile")
+        _require_equal(segment.to_image(), image, "segment block of a blend profile")
         return segment
 
 
-def _pack(types: tuple[Acceleration, ...]) -> int:
+def _packed_types(types: tuple[Acceleration, ...]) -> int:
     return sum(kind.value << 2 * index for index, kind in enumerate(types))
 
 
-def _demand_exact(written: Image, image: Image, block: str) -> None:
+def _require_equal(written: Image, image: Image, block: str) -> None:
     if written != image:
-        raise ValueError(f"words {list(image)} are not a {block}: {list(written)} would be the nearest one")
+        raise ValueError(f"words {list(image)} are not a {block}: the nearest one is {list(written)}")

@@ -10,7 +10,7 @@
 
 `to_image` and `decode` are exact inverses. `decode` is strict: it
 refuses words that the module would refuse, and also words with bits that the module
-would overlook. `Parameters.read` accepts any words.
+would ignore. `Parameters.read` accepts any words.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ class Idle:
     def __post_init__(self) -> None:
         require_words("rest", self.rest, 7)
         if self.rest[0] & (_FOLLOWER | _BLEND | _STORE):
-            raise ValueError(f"word 1 of no command is {self.rest[0] & 0xFFFF:04X}h: bits 7 to 10 must be 0")
+            raise ValueError(
+                f"word 1 is {self.rest[0] & 0xFFFF:04X}h: without a command, bits 7 to 10 must be 0"
+            )
 
     def to_image(self) -> Image:
         """Return the output image, with no bit of the command MSW set."""

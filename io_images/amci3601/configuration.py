@@ -1,6 +1,6 @@
-"""The 3601's configuration: eight output words in configuration mode, and the rules for them.
+"""The 3601's configuration: eight output words in configuration mode, and their rules.
 
-    word  meaning                        legal
+    word  meaning                        legal values
     0     configuration bits MSW         `ConfigMsw`; bits 7, 11, 13, 14 are 0
     1     active level of inputs 0 to 5  1 active high (normally open); bits 6 to 15 are 0
     2, 3  starting speed in thousands    1 to 1,000,000 steps/s, LSW 0 to 999
@@ -65,17 +65,17 @@ class Configuration:
     Attributes:
         inputs_used: mask of `InputBit`, the evaluated inputs.
         active_high: mask of `InputBit`, the inputs that are active when energized. Bits of
-            unused inputs are legal and have no effect (reading A-14).
+            unused inputs are legal, but have no effect (reading A-14).
         backplane_proximity: command LSW bit 12 acts as home proximity.
         quadrature_encoder: an encoder is counted; required for marker homing.
         diagnostic_feedback: the module counts its own pulses; excludes the encoder.
         step_and_direction: pulse and direction outputs instead of CW and CCW pulses.
         marker_home: the encoder's marker pulse is home.
         starting_speed: 1 to 1,000,000 steps/s; every move begins and ends at it.
-        limits: limits of its module.
+        limits: limits of the module.
 
     Raises:
-        ValueError: a mask is out of range, or a rule of chapter 3 is broken for the newest firmware.
+        ValueError: a mask is out of range, or a rule of chapter 3 for the newest firmware is broken.
     """
 
     inputs_used: int
@@ -114,13 +114,12 @@ class Configuration:
     def from_image(
         cls, image: Image, firmware: Firmware = FW_4_1, limits: Limits = LIMITS_3601
     ) -> Configuration:
-        """Read an output image in configuration mode; raise a ValueError with the broken rules, if any."""
+        """Read an output image in configuration mode; raise a ValueError if it breaks rules."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: a configuration has bit 15 set")
-        _refuse(
-            check(words, firmware, limits), f"configuration {words[0] & 0xFFFF:04X}h/{words[1] & 0xFFFF:04X}h"
-        )
+        subject = f"configuration {words[0] & 0xFFFF:04X}h/{words[1] & 0xFFFF:04X}h"
+        _refuse(check(words, firmware, limits), subject)
         return cls(
             inputs_used=words[0] & ALL_INPUTS,
             active_high=words[1],
@@ -145,12 +144,12 @@ class Configuration:
         return self.quadrature_encoder or self.diagnostic_feedback
 
     def active_inputs(self, energized: int) -> int:
-        """Return the mask of used inputs that are active when the inputs `energized` are."""
+        """Return the mask of used inputs that are active, given the mask of energized inputs."""
         return ~(energized ^ self.active_high) & self.inputs_used
 
 
 def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601) -> tuple[str, ...]:
-    """Return the ids of the rules that a configuration breaks; none if it is valid.
+    """Return the ids of the rules that a configuration breaks; () if it is valid.
 
     Bit 15 of word 0, the mode flag, is ignored. Words may be signed or unsigned.
 
@@ -177,10 +176,11 @@ INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware, Limi
     ("CFG-11", lambda w, *_: any(w[4:8])),
     ("CFG-29", lambda w, fw, _: _capture_alone(w[0]) and not fw.capture_without_encoder),
 )
-"""Rules for configurations, in the manual's order [chapter 3, Invalid Configurations]."""
+"""Rules with functions that say if words break them [chapter 3, Invalid Configurations]."""
 
 
 def _all(word: int, mask: int) -> bool:
+    """Return whether all bits of a mask are set."""
     return word & mask == mask
 
 
@@ -188,6 +188,6 @@ def _capture_alone(word: int) -> bool:
     return _all(word, _CAPTURE) and not word & _ENCODER
 
 
-def _refuse(broken: tuple[str, ...], subject: str) -> None:
-    if broken:
-        raise ValueError(f"{subject} is invalid: {'; '.join(RULES[rule].clause for rule in broken)}")
+def _refuse(broken_rules: tuple[str, ...], subject: str) -> None:
+    if broken_rules:
+        raise ValueError(f"{subject} is invalid: {'; '.join(RULES[rule].clause for rule in broken_rules)}")

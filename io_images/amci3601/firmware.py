@@ -7,8 +7,8 @@
     3.1       96317         registration moves [chapter 4, Registration Move]
     4.1       04060162      encoder follower [chapter 4, Encoder Follower Function]
 
-The version decides; a serial number is only another way to name one. The new
-serial format has a leading zero and is compared as a number (reading A-67).
+A serial number is only another name for a version. Serial numbers of the new format have a leading zero and
+are compared as numbers (reading A-67).
 """
 
 from __future__ import annotations
@@ -33,8 +33,7 @@ class Firmware:
         """Return the version in a text such as "4.1", or for a serial number such as "serial 96317".
 
         Raises:
-            ValueError: it is neither one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1, nor a serial
-                number.
+            ValueError: the text is not a version (2.0, 2.1, 2.2, 3.1 or 4.1) or a serial number.
         """
         name, _, serial = text.strip().partition(" ")
         if name.lower() == "serial" and serial:
@@ -48,15 +47,15 @@ class Firmware:
 
     @classmethod
     def of_serial(cls, serial: int | str) -> Firmware:
-        """Return the factory version of modules with this serial number.
+        """Return the factory version of the module with a serial number.
 
-        Serials below 78769 may carry 2.0 or 2.1; the older one is returned.
+        Serial numbers below 78769 may have version 2.0 or 2.1; 2.0 is returned.
 
         >>> [str(Firmware.of_serial(serial)) for serial in (96316, 96317, "04060162")]
         ['2.2', '3.1', '4.1']
 
         Raises:
-            ValueError: it is not a positive decimal number.
+            ValueError: the serial number is not a positive decimal number.
         """
         number = int(serial) if str(serial).strip().isdecimal() else 0
         if number < 1:
@@ -70,22 +69,22 @@ class Firmware:
 
     @property
     def capture_without_encoder(self) -> bool:
-        """Whether capture stores the position if no encoder is configured (2.1)."""
+        """Whether capture works without a configured encoder, and stores the position (from 2.1)."""
         return self >= FW_2_1
 
     @property
     def micrologix(self) -> bool:
-        """Whether the module runs in a MicroLogix 1500 (2.2)."""
+        """Whether the module runs in a MicroLogix 1500 (from 2.2)."""
         return self >= FW_2_2
 
     @property
     def registration(self) -> bool:
-        """Whether it has registration moves and the minimum registration distance (3.1)."""
+        """Whether it has registration moves and the minimum registration distance (from 3.1)."""
         return self >= FW_3_1
 
     @property
     def follower(self) -> bool:
-        """Whether it has encoder follower mode (4.1)."""
+        """Whether it has encoder follower mode (from 4.1)."""
         return self >= FW_4_1
 
 
@@ -99,4 +98,4 @@ KNOWN = (FW_2_0, FW_2_1, FW_2_2, FW_3_1, FW_4_1)
 """The versions that the manual distinguishes, oldest first."""
 
 _SERIALS = ((4_060_162, FW_4_1), (96_317, FW_3_1), (78_769, FW_2_2))
-"""First serial number of a version, newest first."""
+"""The first serial number of each version, newest first."""

@@ -1,4 +1,4 @@
-"""Modules related to the 3601 that have its words in other places, or use another number format.
+"""Modules of the 3601 family with the words of a 3601 in other places, or with another number format.
 
 3601   status, status, position, position, encoder, encoder, captured, captured     thousands
 3401   status, status, position, position                          [3401 manual 2.0, page 34]
@@ -29,10 +29,10 @@ _NUMBERS_IN = ((2, 3), (4, 5), (6, 7))
 
 @dataclass(frozen=True, slots=True)
 class ImageForm:
-    """How a module of the family lays out the images of a 3601.
+    """The layout of a module's images, compared with a 3601's.
 
     Attributes:
-        inputs: names of its input words: a 3601's, or any other for a word that is always 0.
+        inputs: names of the input words, as of a 3601; any other name is a word that is always 0.
         numbers: the format of two-word values.
 
     Raises:
@@ -45,13 +45,13 @@ class ImageForm:
     def __post_init__(self) -> None:
         for name in WORDS_3601.inputs[:2]:
             if name not in self.inputs:
-                raise ValueError(f"inputs {list(self.inputs)}: {name} is missing, whose bits a module shows")
+                raise ValueError(f"inputs {list(self.inputs)}: {name} is missing; every module has it")
         if len(set(self.inputs)) < len(self.inputs):
-            raise ValueError(f"inputs {list(self.inputs)}: a name is there twice")
+            raise ValueError(f"inputs {list(self.inputs)}: a name occurs twice")
 
     @property
     def places(self) -> Mapping[int, int]:
-        """The place of each word of a 3601's inputs that the module has."""
+        """The numbers of the module's input words, by the number of the same word in a 3601."""
         return {
             word: self.inputs.index(name)
             for word, name in enumerate(WORDS_3601.inputs)
@@ -86,7 +86,7 @@ class ImageForm:
             modes=replace(profile.modes, input=places[0]) if profile.modes else None,
         )
 
-    def heard(self, outputs: Sequence[int]) -> list[int]:
+    def to_3601(self, outputs: Sequence[int]) -> list[int]:
         """Translate a module's signed output words to words of a 3601 with the same meaning."""
         words = list(outputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE:
@@ -94,7 +94,7 @@ class ImageForm:
                 words[msw], words[lsw] = from_sign_magnitude(words[msw], words[lsw])
         return words
 
-    def shown(self, inputs: Sequence[int]) -> list[int]:
+    def from_3601(self, inputs: Sequence[int]) -> list[int]:
         """Translate a 3601's signed input words to words of the module."""
         words = list(inputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE and not words[0] & _CONFIGURED:

@@ -1,4 +1,4 @@
-"""Motion commands [chapter 4]; the other commands, and the decoder of all, are in `command`."""
+"""Motion commands [chapter 4]; `command` has the other commands and the decoder of all commands."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Direction(IntEnum):
 
 
 class MoveKind(Enum):
-    """Meaning of a move's target."""
+    """The meaning of a move's target."""
 
     ABSOLUTE = CommandMsw.ABSOLUTE_MOVE.value
     RELATIVE = CommandMsw.RELATIVE_MOVE.value
@@ -47,7 +47,7 @@ class Move:
     Image([2, 0, -12, -345, 5, 0, 20, 10])
 
     Raises:
-        ValueError: a value out of range, or of another type.
+        ValueError: a value is out of range or has the wrong type.
     """
 
     kind: MoveKind
@@ -56,9 +56,9 @@ class Move:
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
     shape: Acceleration = Acceleration.CONSTANT
-    encoder: bool = False  # whether the target is in encoder counts; reaching it begins the stop
-    proximity: bool = False  # the backplane home proximity bit, ignored by a move
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
+    encoder: bool = False  # whether the target is in encoder counts; the ramp down begins at it
+    proximity: bool = False  # the backplane home proximity bit, which a move ignores
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of the module
 
     def __post_init__(self) -> None:
         require_member("kind", self.kind, MoveKind)
@@ -92,16 +92,16 @@ class Resume:
     """Continue a held move to its target.
 
     Raises:
-        ValueError: a value out of range, or of another type.
+        ValueError: a value is out of range or has the wrong type.
     """
 
     speed: int  # 1 to 1,000,000 steps/s
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
-    shape: Acceleration = Acceleration.CONSTANT  # not taken from the held move
-    proximity: bool = False  # the backplane home proximity bit, ignored by a move
+    shape: Acceleration = Acceleration.CONSTANT  # may differ from the held move's
+    proximity: bool = False  # the backplane home proximity bit, which a move ignores
     target_words: tuple[int, int] = (0, 0)  # words 2 and 3, ignored
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of the module
 
     def __post_init__(self) -> None:
         require_member("shape", self.shape, Acceleration)
@@ -131,18 +131,18 @@ class Resume:
 
 @dataclass(frozen=True, slots=True)
 class FindHome:
-    """Search for the home signal; the target is 0, without S-curves.
+    """Search for the home signal; the target is 0, and S-curves are not possible.
 
     Raises:
-        ValueError: a value out of range, or of another type.
+        ValueError: a value is out of range or has the wrong type.
     """
 
     direction: Direction  # first direction; it needs an end limit configured on that side
     speed: int  # 1 to 1,000,000 steps/s
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
-    proximity: bool = False  # the backplane home proximity bit; its rise slows to the starting speed
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
+    proximity: bool = False  # the backplane home proximity bit; when it rises, the axis slows down
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of the module
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -164,23 +164,23 @@ class FindHome:
 
 @dataclass(frozen=True, slots=True)
 class Manual:
-    """A manual move while its bit is set; with `registration`, a registration move.
+    """A manual move, as long as its bit is set; with `registration` a registration move.
 
     >>> Manual(Direction.CW, 5_000, 20, 10).to_image()
     Image([128, 0, 0, 0, 5, 0, 20, 10])
 
     Raises:
-        ValueError: a value out of range, or of another type.
+        ValueError: a value is out of range or has the wrong type.
     """
 
     direction: Direction
-    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp
-    acceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more
-    deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
+    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; without a ramp up to the starting speed
+    acceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed at least 1
+    deceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed at least 1
     registration: int = 0  # steps after the stop command, 0 to 8,388,607 (firmware 3.1)
     shape: Acceleration = Acceleration.CONSTANT
-    proximity: bool = False  # the backplane home proximity bit, ignored by a move
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
+    proximity: bool = False  # the backplane home proximity bit, which a move ignores
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of the module
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -213,7 +213,7 @@ class Manual:
 
 @dataclass(frozen=True, slots=True)
 class RunBlend:
-    """Run the stored blend profile in a `Direction`; all other words are 0."""
+    """Run the stored blend profile; all other words are 0."""
 
     direction: Direction
 
@@ -235,15 +235,15 @@ class Follower:
     """Encoder follower mode: steps are counts * multiplier / divisor (firmware 4.1).
 
     Raises:
-        ValueError: a value out of range, or of another type.
+        ValueError: a value is out of range or has the wrong type.
     """
 
-    direction: Direction | None  # CW with the encoder, CCW against it, None to rest in this mode
+    direction: Direction | None  # CW with the encoder, CCW against it, None to stand still in this mode
     multiplier: int  # 1 to 32,767
     divisor: int  # 1 to 32,767
     acceleration: int = 0  # 0 to 2000 steps/ms/s; 0 jumps to the new speed
-    deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
+    deceleration: int = 0  # 0 to 2000 steps/ms/s; 0 jumps to the new speed
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of the module
 
     def __post_init__(self) -> None:
         if self.direction is not None:

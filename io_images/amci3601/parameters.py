@@ -1,6 +1,6 @@
 """Output words 2 to 7 of command mode as numbers, and their ranges [chapter 5, notes 4 to 8].
 
-The minimum programmed speed is the starting speed of the module's configuration; here it is 1.
+The minimum programmed speed of a module is the configured starting speed; this file only checks 1.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousa
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """The largest values of a module's commands; by default a 3601's.
+    """The largest values of a module's commands, by default of a 3601.
 
-    Distances are limited only by the range of their words, `thousands.PARAMETER_MAX`.
+    The only limit of distances is the range of their words, `thousands.PARAMETER_MAX`.
 
     >>> Limits().takes_speed(1_000_001), Limits(speed=2_000_000).takes_speed(1_000_001)
     (False, True)
     """
 
-    speed: int = 1_000_000  # programmed or starting speed, steps/s, from 1; 0 means a one-shot manual move
+    speed: int = 1_000_000  # programmed or starting speed, steps/s, from 1; 0 is a one-shot manual move
     rate: int = 2_000  # acceleration or deceleration, steps/ms/s, from 1
 
     def takes_speed(self, speed: int | None) -> bool:
-        """Whether a speed (steps/s) is legal."""
+        """Return whether a speed is legal (steps/s)."""
         return speed is not None and 1 <= speed <= self.speed
 
     def takes_rate(self, rate: int) -> bool:
-        """Whether an acceleration or deceleration (steps/ms/s) is legal."""
+        """Return whether an acceleration or deceleration is legal (steps/ms/s)."""
         return 1 <= rate <= self.rate
 
 
@@ -39,7 +39,7 @@ LIMITS_3601 = Limits()
 
 
 def target_in_range(target: int | None) -> bool:
-    """Whether a target position is legal: -8,388,608 to 8,388,607 steps or counts."""
+    """Return whether a target position is legal: -8,388,608 to 8,388,607 steps or counts."""
     return target is not None and PARAMETER_MIN <= target <= PARAMETER_MAX
 
 
@@ -58,7 +58,7 @@ class Parameters:
 
     @classmethod
     def read(cls, words: Sequence[int]) -> Parameters:
-        """Read them from eight signed output words."""
+        """Read the parameters from eight signed output words."""
         return cls(_pair(words[2], words[3]), _pair(words[4], words[5]), words[6], words[7])
 
     @property
@@ -67,7 +67,7 @@ class Parameters:
         return target_in_range(self.target)
 
     def rates_in_range(self, limits: Limits) -> bool:
-        """Whether acceleration and deceleration are legal."""
+        """Return whether acceleration and deceleration are legal."""
         return limits.takes_rate(self.acceleration) and limits.takes_rate(self.deceleration)
 
 
@@ -80,16 +80,12 @@ def require(name: str, value: int, least: int, greatest: int) -> None:
 
 
 def require_member(name: str, value: object, kind: type[Enum]) -> None:
-    """Raise a ValueError unless `value` is a member of the enumeration."""
+    """Raise a ValueError unless a value is a member of the enumeration."""
     if not isinstance(value, kind):
-        raise ValueError(
-            f"{name} {value!r} is not allowed; choose from {', '.join(map(str, _members(kind)))}"
-        )
-
-
-def _members(kind: type[Enum]) -> list[str]:
-    return [f"{kind.__name__}.{member.name}" for member in kind]
+        choices = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
+        raise ValueError(f"{name} {value!r} is not allowed; choose from {choices}")
 
 
 def _pair(msw: int, lsw: int) -> int | None:
+    """Return the value of two words; None if they are no legal pair."""
     return join_thousands(msw, lsw) if is_legal_pair(msw, lsw) else None

@@ -8,10 +8,9 @@
     6     captured value MSW                  firmware, major
     7     captured value LSW                  firmware, minor
 
-Bit 15 of word 0 is the mode. Bits 11 and 13 to 15 and bit 6
-of the status LSW are reserved and read 0.
+Bit 15 of word 0 is the mode. Bits 6, 11 and 13 to 15 of the status LSW are reserved and read 0.
 
-`Status` and `ConfigurationStatus` are values of one image; `StatusView` reads its image at each access.
+`Status` and `ConfigurationStatus` are the values of one image; `StatusView` reads its image at each access.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ _LSW_FIELDS: _Fields = tuple((str(bit.name).lower(), bit.value) for bit in Statu
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Status:
-    """An input image in command mode; every field but the last three is a bit [chapter 6, Status Bits].
+    """An input image in command mode; all fields except the last three are bits [chapter 6, Status Bits].
 
     >>> status = Status.from_image(Image([0x4480, 0, -12, -345]))
     >>> status.move_complete, status.position_invalid, status.moving_cw, status.position
@@ -129,11 +128,11 @@ class ConfigurationStatus:
     ConfigurationStatus(mirror=(1086, 63, 1, 0), config_error=False, module_ok=True, firmware=...)
 
     Raises:
-        ValueError: the mirror does not have four words, or its first word has bits that are never mirrored.
+        ValueError: the first word of the mirror has bits that are never mirrored.
     """
 
     mirror: tuple[int, int, int, int]  # the configuration in words 0 to 3, without bits 13 to 15 of word 0
-    config_error: bool  # whether there is no valid configuration
+    config_error: bool  # whether the module has no valid configuration
     module_ok: bool
     firmware: Firmware
 
@@ -151,7 +150,7 @@ class ConfigurationStatus:
 
     @classmethod
     def from_image(cls, image: Image) -> ConfigurationStatus:
-        """Read an input image in configuration mode; raise a ValueError if it is not one."""
+        """Read an input image; raise a ValueError if it is not in configuration mode."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in command mode")
@@ -166,12 +165,15 @@ class ConfigurationStatus:
 
 
 def _bit(word: int, mask: int) -> bool:
-    # In configuration mode bits 0 to 12 mirror the configuration, so they are no status bits.
+    """Return a property that is true if a status bit is set; type checkers see a bool.
+
+    In configuration mode, bits 0 to 12 of word 0 mirror the configuration, so they are not status bits.
+    """
     checked_bits = mask if mask & LIVE_BITS else mask | _MODE
 
     def from_msw(view: StatusView) -> bool:
-        word: int = view._words[0]
-        return word & checked_bits == mask
+        msw: int = view._words[0]
+        return msw & checked_bits == mask
 
     def from_lsw(view: StatusView) -> bool:
         msw: int = view._words[0]
@@ -184,9 +186,9 @@ def _bit(word: int, mask: int) -> bool:
 class StatusView:
     """The status bits and values of an input image, read at each access.
 
-    The attributes have the names of the bits, as in traces and tag addresses. In
-    configuration mode, in which most of the image is a mirror, only MODE_CONFIG, MODULE_OK and
-    CONFIG_ERROR can be true, and position, encoder and captured mean nothing.
+    The attributes have the names of bits in traces and tag addresses. In configuration mode, most of the
+    image is a mirror: only MODE_CONFIG, MODULE_OK and CONFIG_ERROR can be true, and position, encoder and
+    captured have no meaning.
 
     >>> image = Image()
     >>> view = StatusView(image)
@@ -264,7 +266,7 @@ class StatusView:
 
 
 def view_with(further: Mapping[str, BitPlace]) -> type[StatusView]:
-    """Return the view class of a module with further status bits, which become attributes."""
+    """Return the view class of a module with further status bits as attributes."""
     if not further:
         return StatusView
     bits = {name: _bit(place.word, 1 << place.bit) for name, place in further.items()}

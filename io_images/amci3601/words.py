@@ -1,6 +1,6 @@
-"""What distinguishes a stepper module of the 3601's family: words, bits, errors, limits, rules.
+"""The profile of a stepper module of the 3601's family: words, bits, errors, limits, rules.
 
-Code that names words or bits, checks numbers, or quotes rules takes them from the `Profile` of the slot.
+Code that names words or bits, checks numbers, or quotes rules uses the `Profile` of the slot.
 """
 
 from __future__ import annotations
@@ -35,31 +35,32 @@ from .rules import RULES, Rule
 from .status import StatusView, view_with
 
 Broken = Callable[[Sequence[int], Parameters], bool]
-"""Function that returns whether a move breaks a rule, from its eight signed output words and its numbers."""
+"""Returns whether a move breaks a rule, from its eight signed output words and its parameters."""
 
-_KNOWN = flag_places("I", StatusMsw, StatusLsw)
+_PLACES_3601 = flag_places("I", StatusMsw, StatusLsw)
 _WORD = 0xFFFF
 _REFUSED = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile(ModuleWords):
-    """A module of the family: the 3601's words, possibly with more bits, other limits, and rules of its own.
+    """A module of the family: the words of a 3601, possibly with more bits, other limits and more rules.
 
     Attributes:
         limits: the largest values in its commands.
-        rules: its rules by id, including a 3601's.
-        further_refusals: by id, tests for rules of absolute and relative moves that a 3601 does not have.
-        untold: names of the command bits that its manual does not explain; each is refused by name.
-        further: places, by name, of its status bits beyond a 3601's, in the group "status".
-        further_errors: the errors among these, as a mask of `StatusBits`; Reset Errors clears them.
+        rules: its rules by id, including the rules of a 3601.
+        further_refusals: rules of absolute and relative moves that a 3601 lacks: id, and function that tests
+            a move.
+        untold: names of the command bits that its manual does not explain; the module refuses each by name.
+        further: places of the status bits that a 3601 lacks, by name.
+        further_errors: the errors among these bits, as a mask of `StatusBits`; Reset Errors clears them.
         refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
-        masks: its status bits by name, as masks of `StatusBits`.
-        view: class that reads an input image by the names of these bits.
+        masks: masks (`StatusBits`) of the status bits by name.
+        view: the class that reads an input image by the names of these bits.
 
     Raises:
-        ValueError: a status bit is outside of words 0 and 1, a 3601's bit is in another place, there are two
-            names for one bit, an error without a bit, or a refusal without a rule that sets a named bit.
+        ValueError: a status bit is outside of words 0 and 1, a bit of a 3601 is in another place, a bit has
+            two names, an error has no bit, or a refusal has no rule that sets a named bit.
     """
 
     limits: Limits = field(default=LIMITS_3601, compare=False)
@@ -79,12 +80,12 @@ class Profile(ModuleWords):
         for name in self.untold:
             if name not in self.groups["command"]:
                 raise ValueError(f"{self.message}: untold: no command bit {name!r}")
-        further_places = {name: place for name, place in status.items() if name not in _KNOWN}
+        further_places = {name: place for name, place in status.items() if name not in _PLACES_3601}
         masks = {name: 1 << 16 * place.word + place.bit for name, place in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further_places)
-        own_rules = {rule for rule, _ in self.further_refusals}
-        refusals = own_rules.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
-        for name, value in (
+        refusals = {rule for rule, _ in self.further_refusals}
+        refusals.update(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
+        for name, value in (  # `object.__setattr__`, because the class is frozen
             ("further", further_places),
             ("further_errors", errors),
             ("refusals", frozenset(refusals)),
@@ -96,22 +97,23 @@ class Profile(ModuleWords):
 
     def _check_status(self, status: Mapping[str, BitPlace]) -> None:
         for name, place in status.items():
-            if place.image != "I" or place.word not in (0, 1) or _KNOWN.get(name, place) != place:
-                must = _KNOWN.get(name, "in word 0 or 1 of image I")
-                raise ValueError(f"{self.message}: status.{name}: {place}: must be {must}")
+            if place.image != "I" or place.word not in (0, 1) or _PLACES_3601.get(name, place) != place:
+                allowed = _PLACES_3601.get(name, "in word 0 or 1 of image I")
+                raise ValueError(f"{self.message}: status.{name}: {place}: must be {allowed}")
         for name in self.errors:
             if name not in status:
                 raise ValueError(f"{self.message}: errors: no status bit {name!r}")
 
     def _check_refusals(self) -> None:
-        """Raise a ValueError for a refusal that a user of the module could not see."""
-        listed_bits = sum(self.masks.values())
+        """Raise a ValueError for a refusal that sets no status bit, or a bit without a name."""
+        named_bits = sum(self.masks.values())
         for rule, _ in self.further_refusals:
             if rule not in self.rules:
                 raise ValueError(f"{self.message}: further_refusals: no rule {rule!r} in rules")
             sets = int(self.rules[rule].if_broken or self.rules[rule].sets)
-            if not sets or sets & ~listed_bits:
-                bits = numbers_of([sets & ~listed_bits & _WORD, (sets & ~listed_bits) >> 16]) or "none"
+            unnamed = sets & ~named_bits
+            if not sets or unnamed:
+                bits = numbers_of([unnamed & _WORD, unnamed >> 16]) or "none"
                 raise ValueError(
                     f"{self.message}: rule {rule}: sets must be named status bits; without a name: {bits}"
                 )
@@ -128,8 +130,8 @@ class Profile(ModuleWords):
         """Return the names of the set status bits; see `bits.status_names`."""
         names = status_names(word0, word1)
         if self.further and not word0 & StatusMsw.MODE_CONFIG.value:
-            both = word0 & _WORD | (word1 & _WORD) << 16
-            names += [name for name in self.further if both & self.masks[name]]
+            status = word0 & _WORD | (word1 & _WORD) << 16
+            names += [name for name in self.further if status & self.masks[name]]
         return names
 
 
@@ -141,7 +143,7 @@ WORDS_3601 = Profile(
              "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
     inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
             "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
-    groups={"command": flag_places("O", CommandMsw, CommandLsw), "status": _KNOWN},
+    groups={"command": flag_places("O", CommandMsw, CommandLsw), "status": _PLACES_3601},
     profile=PROFILE_BITS,
     # chapter 6, Status Word MSW: bits 8, 9, 11, 12, 13
     errors=("HOME_INVALID", "INVALID_PROFILE", "INPUT_ERROR", "COMMAND_ERROR", "CONFIG_ERROR"),
@@ -168,7 +170,7 @@ def is_stepper(words: ModuleWords) -> TypeGuard[Profile]:
 def may_be_stepper(words: ModuleWords) -> bool:
     """Return whether a module belongs to the 3601's family, or has unnamed words.
 
-    A user's own 3601-compatible module need not name them.
+    A user's own 3601-compatible module need not name its words.
 
     >>> may_be_stepper(PLAIN_WORDS), is_stepper(PLAIN_WORDS)
     (True, False)
@@ -177,20 +179,20 @@ def may_be_stepper(words: ModuleWords) -> bool:
 
 
 def profile_of(words: ModuleWords) -> Profile:
-    """Return the profile of a module that may be a stepper; a module without names has a 3601's."""
+    """Return the profile of a module that may be a stepper; without names it has a 3601's profile."""
     return words if is_stepper(words) else WORDS_3601
 
 
 def family_facts(profile: Profile) -> dict[str, object]:
-    """Return the facts about a profile that a trace stores in addition to its words and bits."""
+    """Return the facts about a profile that a trace stores besides words and bits."""
     return {"errors": list(profile.errors), "speed": profile.limits.speed, "rate": profile.limits.rate}
 
 
 def recorded_profile(message: str, groups: Groups, facts: Mapping[str, Any]) -> Profile:
-    """Return the profile of a recorded module, with a 3601's rules; events have the text of its own rules.
+    """Return the profile of a recorded module, with a 3601's rules; events have the texts of other rules.
 
     Raises:
-        ValueError: `family_facts` does not write such facts.
+        ValueError: the facts are not facts of `family_facts`.
     """
     try:
         limits = Limits(int(facts["speed"]), int(facts["rate"]))

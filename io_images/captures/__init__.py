@@ -2,5 +2,5 @@
 
     file --packets.py--> packets --segments.py--> TCP segments --streams.py--> bytes in order, by connection
 
-Files may be hostile: every length is checked before use, and the amount of waiting data is limited.
+Files may be hostile: every length is checked before use, and the amount of buffered data is limited.
 """

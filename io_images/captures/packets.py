@@ -1,7 +1,7 @@
 """The packets of a capture file, pcap or pcapng, in the order of the file [draft-ietf-opsawg-pcap, -pcapng].
 
-A file ends within a packet if the capturing program was killed: its whole packets count, and
-`Capture.cut_off` says where they end. Any other error is a `CaptureError` with the place in the file.
+A file ends within a packet if the capturing program was killed. Complete packets are read, and
+`Capture.cut_off` is the offset of the incomplete one. Any other error is a `CaptureError` with its offset.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SECTION, INTERFACE, SIMPLE_PACKET, ENHANCED_PACKET = 0x0A0D0D0A, 1, 3, 6
 BYTE_ORDER_MAGIC = 0x1A2B3C4D
 OPTION_END, OPTION_TSRESOL, OPTION_TSOFFSET = 0, 9, 14
 PCAP_MAGICS = {0xA1B2C3D4: 1_000, 0xA1B23C4D: 1}
-"""Nanoseconds of a unit of time, by magic number."""
+"""The unit of time in ns, by magic number."""
 
 _US_DECIMALS = 6
 _DECIMALS_MAX, _BINARY_MAX = 19, 63
@@ -39,14 +39,14 @@ class Packet:
     """A packet as it was on the wire."""
 
     at_ns: int  # since 1970
-    link_type: int  # LINKTYPE number of its first bytes
-    data: bytes  # the captured part of it
-    cut: int = 0  # number of bytes that were not captured, because the frame exceeds the snap length
+    link_type: int  # LINKTYPE number of its first header
+    data: bytes  # the captured bytes
+    cut: int = 0  # number of bytes that were not captured, because the frame is longer than the snap length
 
 
 @dataclass(slots=True)
 class CutFrames:
-    """How many frames a capture cut, and at how many bytes.
+    """The number of frames that a capture cut, and their captured lengths.
 
     >>> cut = CutFrames()
     >>> cut.add(Packet(0, 1, bytes(68), cut=10)), cut.add(Packet(0, 1, bytes(68))), str(cut)
@@ -54,8 +54,8 @@ class CutFrames:
     """
 
     count: int = 0
-    least: int = 0  # bytes of the shortest frame
-    most: int = 0  # bytes of the longest frame
+    least: int = 0  # captured bytes of the shortest cut frame
+    most: int = 0  # captured bytes of the longest cut frame
 
     def add(self, packet: Packet) -> None:
         """Count a packet, if it was cut."""
@@ -72,11 +72,14 @@ class CutFrames:
 
 @dataclass(frozen=True, slots=True)
 class _Interface:
+    """A network interface of a pcapng section."""
+
     link_type: int
-    units_per_s: int
-    offset_s: int
+    units_per_s: int  # of time stamps
+    offset_s: int  # added to time stamps
 
     def at_ns(self, units: int) -> int:
+        """Return a time stamp in ns since 1970."""
         return self.offset_s * NS_PER_S + units * NS_PER_S // self.units_per_s
 
 
@@ -84,13 +87,13 @@ class Capture:
     """A capture file, open for reading.
 
     Attributes:
-        cut_off: place in the file where an unfinished last packet begins; None for a whole file.
-        cut_frames: counts the frames so far that were captured only in part.
+        cut_off: offset of an incomplete last packet; None for a complete file.
+        cut_frames: the frames captured only in part, so far.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
-        self._at = 0
+        self._offset = 0
         self.cut_off: int | None = None
         self.cut_frames = CutFrames()
 
@@ -99,11 +102,11 @@ class Capture:
 
         Raises:
             CaptureError: the file is not a capture, or a length or number in it is illegal.
-            OSError: it can't be read.
+            OSError: the file can't be read.
         """
         head = self._file.read(4)
         big, little = int.from_bytes(head, "big"), int.from_bytes(head, "little")
-        self._at = 4
+        self._offset = 4
         if big == SECTION:
             yield from map(self._counted, self._blocks())
         elif big in PCAP_MAGICS or little in PCAP_MAGICS:
@@ -118,32 +121,36 @@ class Capture:
         return packet
 
     def _read(self, size: int, begin: int) -> bytes:
-        """Read `size` bytes; at the end of the file, note the place and return b""."""
+        """Return `size` bytes of the packet or block at `begin`; b"" at the end of the file.
+
+        The end within a packet or block becomes `cut_off`.
+        """
         data = self._file.read(size)
-        self._at += len(data)
+        self._offset += len(data)
         if len(data) == size:
             return data
-        if self._at > begin:
+        if self._offset > begin:
             self.cut_off = begin
         return b""
 
     # -- pcap -------------------------------------------------------------------------------------
 
     def _records(self, order: str, unit_ns: int) -> Iterator[Packet]:
+        """Yield the packets of a pcap file; `order` is the byte order in the notation of `struct`."""
         head = self._read(20, 0)
         if not head:
             return
         link_type = Struct(f"{order}I").unpack_from(head, 16)[0] & 0xFFFF
         record = Struct(f"{order}IIII")
         while True:
-            begin = self._at
+            begin = self._offset
             fields = self._read(record.size, begin)
             if not fields:
                 return
             seconds, fraction, captured_bytes, sent_bytes = record.unpack(fields)
             if captured_bytes > PACKET_MAX:
                 raise CaptureError(
-                    f"byte {begin}: a packet of {captured_bytes:,} bytes; at most {PACKET_MAX:,}"
+                    f"byte {begin}: a packet of {captured_bytes:,} bytes; must be at most {PACKET_MAX:,}"
                 )
             data = self._read(captured_bytes, begin) if captured_bytes else b""
             if len(data) < captured_bytes:
@@ -154,7 +161,10 @@ class Capture:
     # -- pcapng -----------------------------------------------------------------------------------
 
     def _blocks(self) -> Iterator[Packet]:
-        byte_order, interfaces, kind, begin = "<", list[_Interface](), SECTION, 0
+        """Yield the packets of a pcapng file, after the type of the first block."""
+        byte_order = "<"
+        interfaces: list[_Interface] = []
+        kind, begin = SECTION, 0
         while True:
             length_bytes = self._read(4, begin)
             if not length_bytes:
@@ -164,7 +174,7 @@ class Capture:
                 head = self._read(4, begin)
                 if not head:
                     return
-                byte_order, interfaces = _order(head, begin), []
+                byte_order, interfaces = _byte_order(head, begin), []
             body = self._body(Struct(f"{byte_order}I").unpack(length_bytes)[0], len(head), byte_order, begin)
             if body is None:
                 return
@@ -176,29 +186,34 @@ class Capture:
                 yield _enhanced(body, byte_order, begin, interfaces)
             elif kind == SIMPLE_PACKET:
                 raise CaptureError(f"byte {begin}: a packet without a time; it needs enhanced packet blocks")
-            begin = self._at
+            begin = self._offset
             kind_bytes = self._read(4, begin)
             if not kind_bytes:
                 return
             kind = int.from_bytes(kind_bytes, "little" if byte_order == "<" else "big")
 
-    def _body(self, length: int, read: int, order: str, begin: int) -> bytes | None:
-        """Return the rest of a block, without its second length; None at the end of the file."""
-        if length % 4 or not 12 + read <= length <= BLOCK_MAX:
-            limits = f"must be a multiple of 4, {12 + read} to {BLOCK_MAX:,}"
+    def _body(self, length: int, bytes_read: int, order: str, begin: int) -> bytes | None:
+        """Return the rest of a block, without the length at its end; None at the end of the file.
+
+        Args:
+            length: bytes of the block, including its type and both lengths.
+            bytes_read: bytes after the first length that have been read.
+        """
+        if length % 4 or not 12 + bytes_read <= length <= BLOCK_MAX:
+            limits = f"must be a multiple of 4, {12 + bytes_read} to {BLOCK_MAX:,}"
             raise CaptureError(f"byte {begin}: a block of {length:,} bytes; {limits}")
-        data = self._read(length - 8 - read, begin)
+        data = self._read(length - 8 - bytes_read, begin)
         if not data:
             return None
         end_length = Struct(f"{order}I").unpack(data[-4:])[0]
         if end_length != length:
             raise CaptureError(
-                f"byte {begin}: a block of {length:,} bytes that ends as one of {end_length:,}"
+                f"byte {begin}: a block has the length {length:,} at its beginning, {end_length:,} at its end"
             )
         return data[:-4]
 
 
-def _order(magic: bytes, begin: int) -> str:
+def _byte_order(magic: bytes, begin: int) -> str:
     for byte_order in "<>":
         if Struct(f"{byte_order}I").unpack(magic)[0] == BYTE_ORDER_MAGIC:
             return byte_order
@@ -207,7 +222,7 @@ def _order(magic: bytes, begin: int) -> str:
 
 def _interface(body: bytes, order: str, begin: int) -> _Interface:
     if len(body) < 8:
-        raise CaptureError(f"byte {begin}: an interface of {len(body)} bytes; it has 8 at least")
+        raise CaptureError(f"byte {begin}: an interface of {len(body)} bytes; must be at least 8")
     link_type = Struct(f"{order}H").unpack_from(body)[0]
     units, offset_s, offset = 10**_US_DECIMALS, 0, 8
     option = Struct(f"{order}HH")
@@ -235,10 +250,10 @@ def _units(resolution: int, begin: int) -> int:
 def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface]) -> Packet:
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
-        raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
+        raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; must be at least {head.size}")
     number, high_time, low_time, captured_bytes, sent_bytes = head.unpack_from(body)
     if number >= len(interfaces):
-        raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
+        raise CaptureError(f"byte {begin}: a packet of interface {number}; must be below {len(interfaces)}")
     if captured_bytes > min(PACKET_MAX, len(body) - head.size):
         data_room = len(body) - head.size
         raise CaptureError(

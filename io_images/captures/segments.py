@@ -1,8 +1,7 @@
 """TCP segments in packets: link layer, IPv4 or IPv6, TCP.
 
-Anything but TCP is skipped; nothing is refused. A segment in a frame that the capture cut has the fields of
-its header, but no data. IP fragments are skipped: Modbus and the frames of controllers are shorter
-than any path's MTU.
+Packets without TCP are skipped; nothing is refused. A segment in a cut frame has the fields of its header,
+but no data. IP fragments are skipped: Modbus and the frames of controllers are shorter than any path's MTU.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from ipaddress import ip_address
 from struct import Struct
+from typing import NamedTuple
 
 from .packets import Packet
 
@@ -26,7 +26,7 @@ SYN, FIN, RST, ACK = 0x02, 0x01, 0x04, 0x10
 ETHERNET, NULL, LOOP, SLL, SLL2 = 1, 0, 108, 113, 276
 RAW = (12, 14, 101, 228, 229)
 KIND_AT = {ETHERNET: (12, 14), SLL: (14, 16), SLL2: (0, 20)}
-"""By link type: offset of the packet's type, and offset of the packet."""
+"""By link type: the offset of the protocol's number, and the offset of the packet."""
 
 _KIND = Struct(">H")
 _IPV4 = Struct(">BxHxxHxBxx4s4s")
@@ -47,81 +47,92 @@ class Segment:
     sequence: int  # number of its first byte
     flags: int
     data: bytes
-    acknowledged: int | None = None  # number of the next byte that the sender expects from the other end
-    cut: bool = False  # whether the capture lacks some of its data, so that `data` is empty
+    acknowledged: int | None = None  # number of the next byte that the sender expects; None without ACK
+    cut: bool = False  # whether the capture lacks some of its data; then `data` is empty
 
 
 def segment_in(packet: Packet) -> Segment | None:
-    """Return the TCP segment in a packet; None for anything else."""
-    network_at = _network_at(packet)
-    if network_at is None or network_at >= len(packet.data):
+    """Return the TCP segment in a packet; None for other packets."""
+    ip_offset = _ip_offset(packet)
+    captured_bytes = len(packet.data)
+    if ip_offset is None or ip_offset >= captured_bytes:
         return None
-    version = packet.data[network_at] >> 4
-    size = len(packet.data) + packet.cut
-    network = {4: _ipv4, 6: _ipv6}.get(version)
-    payload = network(packet.data, network_at, size) if network is not None else None
+    frame_bytes = captured_bytes + packet.cut
+    version = packet.data[ip_offset] >> 4
+    payload: _Payload | None = None
+    if version == 4:
+        payload = _ipv4(packet.data, ip_offset, frame_bytes)
+    elif version == 6:
+        payload = _ipv6(packet.data, ip_offset, frame_bytes)
     if payload is None:
         return None
-    source_address, target, begin, end = payload
-    captured_bytes = len(packet.data)
-    if min(end, captured_bytes) - begin < _TCP.size or end > captured_bytes + packet.cut:
+    begin, end = payload.begin, payload.end
+    if min(end, captured_bytes) - begin < _TCP.size or end > frame_bytes:
         return None
     source_port, target_port, sequence, next_sequence, offset, flags = _TCP.unpack_from(packet.data, begin)
-    data_at = begin + 4 * (offset >> 4)
-    if not begin + 20 <= data_at <= end:
+    data_begin = begin + 4 * (offset >> 4)
+    if not begin + 20 <= data_begin <= end:
         return None
-    end_points = (_text(source_address), source_port), (_text(target), target_port)
-    data = packet.data[data_at:end] if end <= captured_bytes else b""
-    acknowledged = next_sequence if flags & ACK else None
     return Segment(
-        packet.at_ns, *end_points, sequence, flags, data, acknowledged, end > max(captured_bytes, data_at)
+        packet.at_ns,
+        (str(ip_address(payload.source)), source_port),
+        (str(ip_address(payload.target)), target_port),
+        sequence,
+        flags,
+        packet.data[data_begin:end] if end <= captured_bytes else b"",
+        next_sequence if flags & ACK else None,
+        end > max(captured_bytes, data_begin),
     )
 
 
-def _text(address: bytes) -> str:
-    return str(ip_address(address))
-
-
-def _network_at(packet: Packet) -> int | None:
-    """Return the offset of the IP packet; None if there is none."""
+def _ip_offset(packet: Packet) -> int | None:
+    """Return the offset of the IP packet; None for another protocol."""
     if packet.link_type in RAW:
         return 0
     if packet.link_type in (NULL, LOOP):
         return 4
     if packet.link_type not in KIND_AT:
         return None
-    kind_at, begin = KIND_AT[packet.link_type]
+    kind_offset, begin = KIND_AT[packet.link_type]
     for _ in range(VLANS_MAX):
         if len(packet.data) < begin:
             return None
-        kind = _KIND.unpack_from(packet.data, kind_at)[0]
+        kind = _KIND.unpack_from(packet.data, kind_offset)[0]
         if kind not in VLANS or packet.link_type == SLL2:
             return begin if kind in (IPV4, IPV6) else None
-        kind_at, begin = begin + 2, begin + 4
+        kind_offset, begin = begin + 2, begin + 4
     return None
 
 
-Found = tuple[bytes, bytes, int, int]
-"""Source, target, and offsets of the beginning and the end of TCP."""
+class _Payload(NamedTuple):
+    """The TCP part of an IP packet, as offsets, and the packet's addresses."""
+
+    source: bytes
+    target: bytes
+    begin: int
+    end: int  # 0 in the length field of IP means that the network card sets it later: then of the frame
 
 
-def _ipv4(data: bytes, at: int, size: int) -> Found | None:
-    if len(data) - at < _IPV4.size:
+def _ipv4(data: bytes, offset: int, frame_bytes: int) -> _Payload | None:
+    if len(data) - offset < _IPV4.size:
         return None
-    head, total_bytes, fragment, protocol, source_address, target = _IPV4.unpack_from(data, at)
-    begin = at + 4 * (head & 0xF)
-    end = at + total_bytes if total_bytes else size  # 0 means that the network card segments it later
-    is_whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
-    return (source_address, target, begin, end) if protocol == TCP and is_whole and begin >= at + 20 else None
-
-
-def _ipv6(data: bytes, at: int, whole: int) -> Found | None:
-    if len(data) - at < _IPV6.size:
+    head, total_bytes, fragment, protocol, source, target = _IPV4.unpack_from(data, offset)
+    begin = offset + 4 * (head & 0xF)
+    end = offset + total_bytes if total_bytes else frame_bytes
+    is_fragment = bool(fragment & 0x3FFF)  # the flag "more fragments", or an offset
+    if protocol != TCP or is_fragment or begin < offset + 20:
         return None
-    _, size, next_header, source_address, target = _IPV6.unpack_from(data, at)
-    begin, end = at + 40, at + 40 + size if size else whole
+    return _Payload(source, target, begin, end)
+
+
+def _ipv6(data: bytes, offset: int, frame_bytes: int) -> _Payload | None:
+    if len(data) - offset < _IPV6.size:
+        return None
+    _, payload_bytes, next_header, source, target = _IPV6.unpack_from(data, offset)
+    begin = offset + 40
+    end = begin + payload_bytes if payload_bytes else frame_bytes
     for _ in range(EXTENSIONS_MAX):
         if next_header not in EXTENSIONS or begin + 2 > min(end, len(data)):
             break
         next_header, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
-    return (source_address, target, begin, end) if next_header == TCP else None
+    return _Payload(source, target, begin, end) if next_header == TCP else None

@@ -1,10 +1,10 @@
-"""Puts the bytes of TCP connections in order: retransmitted bytes occur once, and early bytes wait.
+"""Puts the bytes of TCP connections in order; repeated bytes are dropped, and early bytes wait.
 
     segments   |1..8|      |17..24|9..16|   |9..16|
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
-Bytes that the capture missed or cut are a gap, which the other end reveals: its next segment
-acknowledges them. Otherwise the bytes after a gap are passed on when too many are waiting.
+Bytes that the capture missed or cut are a gap. A gap ends when the other end acknowledges later bytes, or
+when too many bytes are waiting behind it.
 """
 
 from __future__ import annotations
@@ -16,9 +16,11 @@ from dataclasses import dataclass, field
 from .segments import SYN, End, Segment
 
 CONNECTIONS_MAX = 1024
-"""Maximum directions of connections followed at once; a new one replaces the one silent the longest."""
+"""Maximum directions of connections that are followed; a new one replaces the longest idle one."""
 
 WAITING_MAX = 64
+"""Maximum segments that wait in a direction."""
+
 WAITING_BYTES_MAX = 1 << 20
 _RING, _HALF = 1 << 32, 1 << 31
 
@@ -36,19 +38,21 @@ class Chunk:
 
 @dataclass(slots=True)
 class _Direction:
-    next: int | None = None  # sequence number of the next byte
+    """One direction of a connection."""
+
+    next: int | None = None  # sequence number of the next byte; None before the first one
     waiting: dict[int, tuple[int, bytes]] = field(default_factory=dict)  # time and bytes by sequence number
-    fresh: bool = True
-    lacking: bool = False  # whether the bytes before the next one are missing
-    passed_ns: int = 0  # time of the bytes before the next one
+    after_gap: bool = True  # whether the next chunk is after a gap, or the first one
+    gap_counted: bool = False  # whether the gap before the next byte is counted
+    passed_ns: int = 0  # time of the bytes before the next byte
 
 
 class Streams:
     """Puts the bytes of many connections in order.
 
     Attributes:
-        repeated: number of repeated bytes so far.
-        gaps: number of places so far with missing bytes.
+        repeated: number of repeated bytes, so far.
+        gaps: number of gaps, so far.
     """
 
     def __init__(self) -> None:
@@ -56,7 +60,7 @@ class Streams:
         self.repeated = self.gaps = 0
 
     def chunks(self, segments: Iterable[Segment]) -> Iterator[Chunk]:
-        """Yield the bytes of segments as soon as they are in order; at the end, yield bytes after gaps."""
+        """Yield the bytes of segments as soon as they are in order; at the end, the bytes after gaps."""
         latest_ns = 0
         for segment in segments:
             latest_ns = max(latest_ns, segment.at_ns)
@@ -64,7 +68,7 @@ class Streams:
         for key, direction in self._directions.items():
             while direction.waiting:
                 self._skip_gap(direction)
-                yield from self._taken(key, direction)
+                yield from self._take_chunks(key, direction)
 
     def _add(self, segment: Segment, at_ns: int) -> Iterator[Chunk]:
         key = segment.source, segment.target
@@ -83,27 +87,24 @@ class Streams:
         if direction.next is None:  # the capture began after the connection
             direction.next = first_byte
         if segment.data:
-            self._keep(direction, first_byte, at_ns, segment.data)
-            yield from self._taken(key, direction)
-            while _too_much(direction):
+            self._store(direction, first_byte, at_ns, segment.data)
+            yield from self._take_chunks(key, direction)
+            while _is_full(direction):
                 self._skip_gap(direction)
-                yield from self._taken(key, direction)
+                yield from self._take_chunks(key, direction)
 
     def _acknowledge(self, key: tuple[End, End], expected: int) -> Iterator[Chunk]:
-        """Yield the waiting bytes in a direction up to `expected`, which the other end has acknowledged."""
+        """Yield the waiting bytes in a direction before `expected`: the other end has received them all."""
         direction = self._directions.get(key)
         while direction and direction.next is not None and 0 < _ahead(expected, direction.next) < _HALF:
-            if any(
-                _ahead(expected, first_byte) < _HALF
-                for first_byte in direction.waiting
-                if first_byte != expected
-            ):
+            if any(0 < _ahead(expected, first_byte) < _HALF for first_byte in direction.waiting):
                 self._skip_gap(direction)
             else:
-                self._miss(direction, expected)
-            yield from self._taken(key, direction)
+                self._note_gap(direction, expected)
+            yield from self._take_chunks(key, direction)
 
-    def _keep(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
+    def _store(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
+        """Store bytes that wait, without the ones that are already taken."""
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # the data begin before the next byte
@@ -113,7 +114,7 @@ class Streams:
         if len(data) > len(direction.waiting.get(first, (0, b""))[1]):
             direction.waiting[first] = at_ns, data
 
-    def _taken(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
+    def _take_chunks(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
         """Yield the waiting bytes that are now in order; bytes completed at the same time are one chunk."""
         data, next_sequence = bytearray(), direction.next or 0
         while direction.waiting:
@@ -135,32 +136,31 @@ class Streams:
             yield self._chunk(key, direction, data)
 
     def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
-        is_fresh, direction.fresh, direction.lacking = direction.fresh, False, False
-        return Chunk(direction.passed_ns, *key, bytes(data), is_fresh)
+        after_gap, direction.after_gap, direction.gap_counted = direction.after_gap, False, False
+        return Chunk(direction.passed_ns, *key, bytes(data), after_gap)
 
     def _skip_gap(self, direction: _Direction) -> None:
-        self._miss(direction, _nearest(direction.waiting, direction.next or 0))
+        """Go on with the first waiting bytes."""
+        self._note_gap(direction, _nearest(direction.waiting, direction.next or 0))
 
-    def _miss(self, direction: _Direction, until: int) -> None:
-        """Note that the bytes before a sequence number are missing."""
-        direction.next = until
-        self.gaps += not direction.lacking
-        direction.fresh = direction.lacking = True
+    def _note_gap(self, direction: _Direction, end: int) -> None:
+        """Go on at a sequence number; the bytes before it are missing."""
+        direction.next = end
+        self.gaps += not direction.gap_counted
+        direction.after_gap = direction.gap_counted = True
 
 
 def _ahead(number: int, following: int) -> int:
-    """Return how far a sequence number is ahead of the next one; half of the ring or more means behind."""
+    """Return how far a sequence number is ahead of another; from `_HALF` on it is behind."""
     return (number - following) % _RING
 
 
 def _nearest(waiting: Iterable[int], following: int) -> int:
-    """Return the first of the waiting sequence numbers; numbers before `following` come before later ones."""
+    """Return the first of the waiting sequence numbers; numbers before `following` count as earlier."""
     return min(waiting, key=lambda number: (number - following + _HALF) % _RING)
 
 
-def _too_much(direction: _Direction) -> bool:
-    waiting_chunks = direction.waiting
-    return (
-        len(waiting_chunks) > WAITING_MAX
-        or sum(len(data) for _, data in waiting_chunks.values()) > WAITING_BYTES_MAX
-    )
+def _is_full(direction: _Direction) -> bool:
+    """Return whether too many segments or bytes are waiting."""
+    waiting_bytes = sum(len(data) for _, data in direction.waiting.values())
+    return len(direction.waiting) > WAITING_MAX or waiting_bytes > WAITING_BYTES_MAX

@@ -1,4 +1,4 @@
-"""Bits of the words, at their places in the SMD family; a model's row moves bits that it has elsewhere."""
+"""Bits of the words, at their places in the SMD family; the row of a model has its other places."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
     word 0    command bits          4, 5    programmed speed
     word 1    modifiers             6, 7    acceleration, deceleration
-    2, 3      target, distance      8, 9    motor current, jerk; in a registration move its minimum distance
+    2, 3      target, distance      8, 9    motor current, jerk; minimum distance of a registration move
 
 A drive ignores the words that a command does not use [17 p. 80].
 """
@@ -23,7 +23,7 @@ TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """Ten output words, as a model of the family reads them in a number format."""
+    """Ten output words, read as a model of the family reads them."""
 
     words: tuple[int, ...]  # unsigned
     model: Model
@@ -48,7 +48,7 @@ class DriveCommand:
 
     @cached_property
     def modifiers(self) -> Modifier:
-        """The modifiers that are on and that the model has."""
+        """The modifiers of the model that are on."""
         return Modifier(self.words[1]) & self.model.modifiers
 
     @property
@@ -58,7 +58,7 @@ class DriveCommand:
 
     @property
     def reserved_modifiers(self) -> int:
-        """The bits of word 1 that are on and mean nothing to the model."""
+        """The bits of word 1 that are on, but have no meaning for the model."""
         return self.words[1] & ~self.model.modifiers.value
 
     @property
@@ -105,7 +105,7 @@ class DriveCommand:
         registers = self.modifiers & Modifier.REGISTRATION_MOVE
         return 0 if registers or not self.model.jerk else self.words[9]
 
-    def ranges_hold(self, starting_speed: int) -> bool:
+    def is_in_range(self, starting_speed: int) -> bool:
         """Return whether speed, rates and jerk are within their ranges [EDS; SD p. 55]."""
         limits, speed = self.model.limits, self.speed
         return (
@@ -116,8 +116,6 @@ class DriveCommand:
         )
 
     @property
-    def current_holds(self) -> bool:
-        """Whether a selected motor current is within its range."""
-        lowest, highest = self.model.limits.current
-        is_allowed = lowest <= self.current <= highest and self.current % self.model.limits.current_step == 0
-        return is_allowed or not self.selects_current
+    def current_is_legal(self) -> bool:
+        """Whether the motor current is within its range, or not selected."""
+        return not self.selects_current or self.model.limits.takes_current(self.current)

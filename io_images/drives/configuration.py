@@ -1,4 +1,4 @@
-"""The words of configuration mode, and what makes them invalid.
+"""The words of configuration mode, and the rules that valid words keep.
 
     word       SMD family                                ANF2
     0, 1       bits (`Settings`)                         bits of a 3601's configuration
@@ -25,7 +25,7 @@ from .bits import InputFunction, Settings
 from .models import WORDS, Layout, Model
 
 RESERVED = 0b0001_0011_1100_0000
-"""Nameless bits of configuration word 0: 6 to 9, and 12 [EDS]."""
+"""Bits of configuration word 0 without a name: 6 to 9, and 12 [EDS]."""
 
 INDEXED = 1 << 6
 """The input that starts an indexed move, in masks of active inputs; not a bit of `InputBit`."""
@@ -48,14 +48,14 @@ ANF2_USED = (0b1, 0b10, 0b100, 0b1_1000, 0b110_0000)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Build:
-    """A unit: its encoder, and how it reads configuration bits whose documentation is unknown.
+    """The build of a drive: its encoder, and its interpretation of undocumented configuration bits.
 
     Attributes:
         encoder: whether it has an encoder.
-        input_codes: code of each of `InputFunction` [reading R-01].
-        low_word_first: whether Binary_Endian at 0 means the low word first [reading R-02].
-        save_bit: bit of configuration word 1 that saves to flash [reading R-06].
-        read_back_bit: bit of configuration word 1 that shows the current configuration [reading R-06].
+        input_codes: the code of each `InputFunction` [reading R-01].
+        low_word_first: whether Binary_Endian = 0 selects the low word first [reading R-02].
+        save_bit: the bit of configuration word 1 that saves to flash [reading R-06].
+        read_back_bit: the bit of configuration word 1 that requests the current configuration [reading R-06].
     """
 
     encoder: bool = True
@@ -81,7 +81,7 @@ class DriveConfiguration:
         words: the words as they were written, unsigned.
         roles: mask of the function of each input, see `ROLES`.
         active_high: whether each input is active when it is energized.
-        stall_detection: whether a shaft that does not follow stops a move.
+        stall_detection: whether a move stops if the shaft does not follow.
         output_format: format of the numbers that the host writes.
         input_format: format of the numbers that the host reads.
         starting_speed: steps/s.
@@ -109,12 +109,12 @@ class DriveConfiguration:
 
     @property
     def diagnostic_feedback(self) -> bool:
-        """Whether it counts its own steps: always False, since no drive does."""
+        """Whether it counts its own steps: no drive does."""
         return False
 
     @property
     def homing(self) -> HomingKind:
-        """The homing of a 3601 with the same signals."""
+        """The kind of homing of a 3601 with the same signals."""
         return HomingKind.HOME_SWITCH_PROXIMITY if self.backplane_proximity else HomingKind.HOME_SWITCH
 
     def active(self, levels: int) -> tuple[int, int]:
@@ -136,7 +136,7 @@ class ConfigurationRule:
     """A row of the list of invalid configurations.
 
     Attributes:
-        broken: returns whether unsigned words of configuration mode break the rule on a unit.
+        broken: returns whether unsigned words of configuration mode break the rule.
     """
 
     id: str
@@ -146,18 +146,19 @@ class ConfigurationRule:
     reading: tuple[str, ...] = ()
 
 
-def _twice(words: Sequence[int], _model: Model, build: Build) -> bool:
+def _repeats_function(words: Sequence[int], _model: Model, build: Build) -> bool:
     first_function, second_function = build.functions(words)
     return first_function is second_function and first_function is not InputFunction.GENERAL_PURPOSE
 
 
-def _start(words: Sequence[int], model: Model) -> int | None:
-    binary = model.layout is Layout.ANF2
-    return (NumberFormat.BINARY if binary else NumberFormat.THOUSANDS).join(words[2], words[3])
+def _starting_speed(words: Sequence[int], model: Model) -> int | None:
+    """Return the starting speed, steps/s; None if the words have no value."""
+    format = NumberFormat.BINARY if model.layout is Layout.ANF2 else NumberFormat.THOUSANDS
+    return format.join(words[2], words[3])
 
 
-def _starts_badly(words: Sequence[int], model: Model, _build: Build) -> bool:
-    start = _start(words, model)
+def _has_wrong_starting_speed(words: Sequence[int], model: Model, _build: Build) -> bool:
+    start = _starting_speed(words, model)
     return start is None or not 1 <= start <= model.limits.starting_speed
 
 
@@ -165,16 +166,16 @@ def _stalls_without_encoder(words: Sequence[int], _model: Model, _build: Build) 
     return bool(words[0] & Settings.STALL_DETECTION) and not words[0] & Settings.USE_ENCODER
 
 
-def _bad_current(words: Sequence[int], model: Model, _build: Build) -> bool:
-    limits = model.limits
-    return _outside(words[8], limits.current) or words[8] % limits.current_step != 0
+def _has_wrong_current(words: Sequence[int], model: Model, _build: Build) -> bool:
+    return not model.limits.takes_current(words[8])
 
 
-def _outside(value: int, ends: tuple[int, int]) -> bool:
-    return not ends[0] <= value <= ends[1]
+def _outside(value: int, limits: tuple[int, int]) -> bool:
+    lowest, highest = limits
+    return not lowest <= value <= highest
 
 
-# One row of the table is one row here; the formatter would spread each over many lines.
+# One row per rule; the formatter would spread each over many lines.
 # fmt: off
 SMD_RULES: tuple[ConfigurationRule, ...] = (
     ConfigurationRule("CFG-01", "SD p. 55, Invalid Configurations 1; EDS",
@@ -182,9 +183,9 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         lambda words, model, build: bool(words[0] & RESERVED), ("R-07",)),
     ConfigurationRule("CFG-02", "SD p. 55; EDS Param3",
         "The starting speed is outside its range, or its lower word exceeds 999.",
-        _starts_badly, ("R-04", "R-07")),
+        _has_wrong_starting_speed, ("R-04", "R-07")),
     ConfigurationRule("CFG-03", "SD p. 55, Invalid Configurations 3", "Two inputs have one function.",
-        _twice, ("R-01", "R-07")),
+        _repeats_function, ("R-01", "R-07")),
     ConfigurationRule("CFG-04", "EDS Param4", "The motor steps per turn are outside their range.",
         lambda words, model, build: _outside(words[4], model.limits.steps_per_turn), ("R-07",)),
     ConfigurationRule("CFG-05", "SD p. 55, Invalid Configurations 5",
@@ -197,7 +198,7 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
     ConfigurationRule("CFG-08", "EDS Param6", "The idle current is outside its range.",
         lambda words, model, build: _outside(words[7], (0, model.limits.idle_percent)), ("R-07",)),
     ConfigurationRule("CFG-09", "EDS Param7", "The motor current is outside its range.",
-        _bad_current, ("R-07",)),
+        _has_wrong_current, ("R-07",)),
     ConfigurationRule("CFG-10", "EDS Assem110", "Word 5 or word 9 is not 0.",
         lambda words, model, build: bool(words[5] or words[9]), ("R-05",)),
 )
@@ -219,7 +220,7 @@ RULES: tuple[ConfigurationRule, ...] = (*SMD_RULES, *ANF2_RULES[1:])
 
 
 def configuration_rules(model: Model) -> tuple[ConfigurationRule, ...]:
-    """Return the rows for a model's configuration words."""
+    """Return the rules for a model's configuration words."""
     return ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
 
 
@@ -242,7 +243,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
     (1234, 'binary', (1, 4))
     """
     words = tuple(words)
-    start = _start(words, model)
+    start = _starting_speed(words, model)
     assert start is not None
     if model.layout is Layout.ANF2:
         used_roles = [
@@ -282,7 +283,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
-    """Return ten words as the flash stores them: unsigned, without the requests in word 1."""
+    """Return ten words as the flash stores them: unsigned, without the request bits in word 1."""
     flash_words = [word & 0xFFFF for word in words[:WORDS]]
     flash_words[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
     return tuple(flash_words)

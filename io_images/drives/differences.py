@@ -1,8 +1,7 @@
 """Differences between a 3601 and a networked drive: a row for each bit or word with another meaning.
 
-A row has the bits on the 3601 (image, word, mask), their meaning there, what the drive does with them, and
-what to write instead. Sources are pages of the drive's manuals, or readings (R-nn) where these are silent.
-Bits that are in no row mean the same on both.
+A row has the bits, their meanings on a 3601 and on the drive, and a replacement. Sources are pages of the
+drive's manuals, or readings (R-nn) where the manuals are silent. Bits in no row mean the same on both.
 """
 
 from __future__ import annotations
@@ -23,16 +22,16 @@ _WORDS = {CommandMsw: ("O", 0), CommandLsw: ("O", 1), StatusMsw: ("I", 0), Statu
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A bit or word of a 3601 that means something else on a drive.
+    """A bit or word of a 3601 with another meaning on a drive.
 
     Attributes:
-        id: such as "D-02".
-        bits: its bits on a 3601.
+        id: for example "D-02".
+        bits: the bits on a 3601.
         on_3601: their meaning on a 3601.
         on_drive: their meaning on the drive.
-        write: what to write instead.
+        write: the replacement on the drive.
         source: page or reading.
-        layouts: layouts of the words of the models to which the row applies.
+        layouts: the layouts of words to which the row applies.
     """
 
     id: str
@@ -49,7 +48,7 @@ class Difference:
         return _WORDS[type(self.bits)]
 
     def names(self, bits_used: int) -> str:
-        """Return the names on a 3601, such as "RESET_ERRORS", of the bits that are in use."""
+        """Return the names on a 3601, such as "RESET_ERRORS", of the bits that a mask contains."""
         return ", ".join(str(bit.name) for bit in type(self.bits) if bit & self.bits & bits_used)
 
 
@@ -65,7 +64,7 @@ MOVES = (
 _HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
 _INPUTS = StatusLsw.IN_CCW_LIMIT | StatusLsw.IN_CAPTURE | StatusLsw.IN_EXTERNAL | StatusLsw.IN_HOME
 
-# One row of the table is one row here; the formatter would spread each over many lines.
+# One row per difference; the formatter would spread each over many lines.
 # fmt: off
 DIFFERENCES: tuple[Difference, ...] = (
     # command word 0
@@ -169,7 +168,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "an input", "is not known of this drive", "the limits in bits 3 and 4", "ANF2src", _ANF2),
 )
 # fmt: on
-"""The rows, in order of the words."""
+"""All rows, in order of the words."""
 
 CONFIGURATION = (
     "the configuration words of a 3601",
@@ -177,9 +176,9 @@ CONFIGURATION = (
     "the drive's own configuration, ten words",
     "EDS; SMD p. 59",
 )
-"""Differences of every drive's configuration: meaning on a 3601, on the drive, what to write, source."""
+"""The difference of the configuration: meaning on a 3601, meaning on every drive, replacement, source."""
 
 
 def differences(model: Model) -> Iterator[Difference]:
-    """Yield the rows that apply to a model."""
+    """Yield the differences of a model."""
     return (row for row in DIFFERENCES if model.layout in row.layouts)

@@ -1,8 +1,8 @@
 """The models of the family: a row for each, with its words, bits, ranges and functions.
 
-Models differ only by their rows. Sources of the rows: SMD and EDS for the SMD models; the
-manual of the SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2 the registers that the
-drivers of EPICS use, since only the title pages of their manuals are known.
+Models only differ by their rows. Sources of the rows: SMD and EDS for the SMD models; the manuals of the
+SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2 the registers that the drivers of
+EPICS use, since only the title pages of their manuals are available.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..number_formats import NumberFormat
 from .bits import CommandBit, Modifier, StatusBit
 
 WORDS = 10
-"""Registers of an axis in each direction [SMD p. 59]."""
+"""Words of an axis in each direction [SMD p. 59]."""
 
 
 class Layout(Enum):
@@ -30,18 +30,23 @@ class Layout(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """Ranges of parameters, from least to greatest value."""
+    """Ranges of parameters."""
 
-    speed: int = 2_999_999  # steps/s, from the starting speed on [SD p. 55; EDS]
+    speed: int = 2_999_999  # steps/s, from the starting speed [SD p. 55; EDS]
     starting_speed: int = 1_999_999  # steps/s, from 1 [EDS; reading R-07]
     rate: int = 5_000  # steps/ms/s, from 1 [EDS; SD p. 55]
     jerk: int = 5_000  # from 0 [SMD p. 46]
-    current: tuple[int, int] = (10, 34)  # 0.1 A [EDS]
-    current_step: int = 1
-    steps_per_turn: tuple[int, int] = (200, 32_767)  # [EDS]
+    current: tuple[int, int] = (10, 34)  # lowest and highest, 0.1 A [EDS]
+    current_step: int = 1  # 0.1 A
+    steps_per_turn: tuple[int, int] = (200, 32_767)  # lowest and highest [EDS]
     counts_per_turn: int = 4_096  # x4 counts, from 0 [EDS; reading R-27]
     idle_percent: int = 100  # from 0 [EDS]
     homing_timeout_s: int = 300  # ANF2 only
+
+    def takes_current(self, current: int) -> bool:
+        """Return whether a motor current is legal, 0.1 A."""
+        lowest, highest = self.current
+        return lowest <= current <= highest and current % self.current_step == 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,20 +54,20 @@ class Model:
     """A model of the family.
 
     Attributes:
-        name: as in rack files and commands.
-        title: as the vendor writes it.
-        layout: of the configuration words.
+        name: its name in rack files and commands.
+        title: the vendor's name.
+        layout: the layout of the configuration words.
         axes: maximum axes in a stack.
         limits: ranges of its parameters.
-        terminals: its inputs in order, if they have fixed functions; none for a model whose
-            configuration gives two inputs their functions.
-        moved_commands: bits of command word 0 at other places than in the SMD family; 0 for a bit that it
-            lacks, and whose command is refused.
-        modifiers: bits of command word 1 that it has; a command with any other bit is refused.
-        moved_status: status bits at other places; 0 for a bit that it lacks.
+        terminals: the inputs with fixed functions, in order; () if the configuration selects the functions
+            of two inputs.
+        moved_commands: bits of command word 0 that are not at the place of the SMD family; 0 for a bit that
+            it lacks, so that it refuses the command.
+        modifiers: bits of command word 1 that it has; it refuses a command with another bit.
+        moved_status: status bits that are not at the place of the SMD family; 0 for a bit that it lacks.
         number_format: the fixed format of its numbers; None if the configuration selects it.
-        current_keys: bits of command word 1 that must be on, and bits that must be off, for a current in the
-            command.
+        current_keys: bits of command word 1 that must be on, and bits that must be off, if word 8 is the
+            motor current.
         enable_bit: whether the driver needs its enable bit in every command.
         jerk: whether word 9 is the jerk of a move.
         flash: whether it keeps its configuration without power.
@@ -111,7 +116,7 @@ class Model:
 
     @property
     def runs_blends(self) -> bool:
-        """Whether it has the commands of a blend."""
+        """Whether it has commands for blends."""
         return self.moved_commands.get(CommandBit.RUN_ASSEMBLED_MOVE) != 0
 
     def command_bits(self, word_0: int) -> CommandBit:
@@ -131,10 +136,12 @@ class Model:
 
     def status_words(self, status: int) -> tuple[int, int]:
         """Return the two status words of status bits at the places of the SMD family."""
-        for bit, bit_place in self.moved_status.items():
+        moved = 0
+        for bit, mask in self.moved_status.items():
             if status & bit:
-                status = status & ~bit.value | bit_place << 32
-        status = status & 0xFFFF_FFFF | status >> 32
+                status &= ~bit.value
+                moved |= mask
+        status |= moved
         return status & 0xFFFF, status >> 16
 
 
@@ -173,7 +180,7 @@ _QUANTITIES = (
     Quantity("motor_current", "O", 8, 1, "0.1 A"),
     Quantity("jerk", "O", 9, 1, "% per 10 ms"),
 )
-"""Registers 2 to 9 in command mode [EDS; SMD p. 59]."""
+"""The numbers in words 2 to 9 in command mode [EDS; SMD p. 59]."""
 
 _ERRORS = (
     "INPUT_ERROR",
@@ -186,7 +193,7 @@ _ERRORS = (
 
 
 def _places(image: str, masks: Iterable[tuple[IntFlag, int]]) -> dict[str, BitPlace]:
-    """Return the places of bits whose masks cover two words; the second word begins at bit 16."""
+    """Return the places of bits by name, from masks of two words; the second word begins at bit 16."""
     return {str(bit.name): BitPlace(image, *divmod(mask.bit_length() - 1, 16)) for bit, mask in masks if mask}
 
 

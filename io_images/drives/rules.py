@@ -1,4 +1,4 @@
-"""What a drive refuses or reports: a row for each rule, with its page and the bits that it sets."""
+"""The rules by which a drive refuses commands or reports errors: one row each, with page and status bits."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ class DriveRule:
     Attributes:
         id: prefix and number, such as "CMD-04".
         section: source and page.
-        text: what is wrong, or what has happened.
-        sets: the status bits.
-        reading: readings on which it is based.
+        text: the error or event.
+        sets: the status bits that it sets.
+        reading: ids of the readings behind it.
     """
 
     id: str
@@ -34,7 +34,7 @@ class DriveRule:
     reading: tuple[str, ...] = ()
 
 
-# One row of the table is one row here; the formatter would spread each over many lines.
+# One row per rule; the formatter would spread each over many lines.
 # fmt: off
 ROWS: tuple[DriveRule, ...] = (
     # configuration mode
@@ -83,7 +83,7 @@ ROWS: tuple[DriveRule, ...] = (
         _INPUT | StatusBit.CONNECTION_LOST, ("R-22",)),
     DriveRule("INP-06", "ANF2 README", "A home search has run out of its time.",
         _INPUT | _POSITION, ("R-44",)),
-    # what makes the position invalid
+    # causes of an invalid position
     DriveRule("POS-01", "17 p. 82", "The unit has powered up.", _POSITION, ("R-09",)),
     DriveRule("POS-02", "SMD p. 83", "A motion was cut by Immediate Stop.", _POSITION),
     DriveRule("POS-03", "17 p. 82", "A motion was cut by the emergency stop input.", _POSITION),
@@ -100,11 +100,11 @@ ROWS: tuple[DriveRule, ...] = (
 # fmt: on
 
 RULES: Mapping[str, DriveRule] = {row.id: row for row in ROWS}
-"""The rules by number."""
+"""The rules by id."""
 
 
 def rules_of(model: Model) -> list[DriveRule]:
-    """Return the rules that a model can report, for its configuration words and its status bits."""
+    """Return the rules that a model can report with its configuration words and status bits."""
     other_ids = {row.id for row in CONFIGURATION_RULES} - {row.id for row in configuration_rules(model)}
-    lacks = sum(bit for bit, place in model.moved_status.items() if not place)
-    return [row for row in ROWS if row.id not in other_ids and row.sets & ~lacks]
+    missing_bits = sum(bit for bit, mask in model.moved_status.items() if not mask)
+    return [row for row in ROWS if row.id not in other_ids and row.sets & ~missing_bits]

@@ -1,4 +1,4 @@
-"""The status of a drive, with its own names of bits."""
+"""The status of a drive, with the drive's names of bits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..module_words import BitPlace
 from .models import MODELS, Model
 
 NumberReader = Callable[[Sequence[int], int], int]
-"""Function that returns the number in two words of an image, from the index of the first word."""
+"""Returns the number in two words of an image, given the index of the first word."""
 
 
 class DriveStatusView(StatusView):
@@ -56,27 +56,32 @@ def status_view(image: Image, model: Model, number: NumberReader) -> DriveStatus
 
 @cache
 def _view_of(model_name: str) -> type[DriveStatusView]:
-    """Return the view class with a model's bits; bits of a 3601 that the model lacks are not attributes."""
+    """Return the view class with a model's bits; bits of a 3601 that the model lacks raise an error."""
     model = MODELS[model_name]
     properties = {name: _bit(place) for name, place in model.words.groups["status"].items()}
-    lacking = {name: _missing(name, model) for name in StatusView._names if name not in properties}
+    missing = {name: _missing(name, model) for name in StatusView._names if name not in properties}
     names = {"__slots__": (), "_names": tuple(properties)}
-    return type("DriveStatusView", (DriveStatusView,), {**lacking, **properties, **names})
+    return type("DriveStatusView", (DriveStatusView,), {**missing, **properties, **names})
 
 
-def _bit(at: BitPlace) -> property:
-    """Return a property for a status bit; in configuration mode only bit 15 of word 0 is not a mirror."""
-    is_mode_bit = at.word == 0 and at.bit == 15
+def _bit(place: BitPlace) -> property:
+    """Return a property for a status bit; in configuration mode all bits but the mode bit are off.
+
+    The words mirror the configuration then, except for the mode bit, which is bit 15 of word 0.
+    """
+    is_mode_bit = place.word == 0 and place.bit == 15
 
     def is_on(view: StatusView) -> bool:
-        return (is_mode_bit or view._words[0] >= 0) and bool(view._words[at.word] >> at.bit & 1)
+        return (is_mode_bit or view._words[0] >= 0) and bool(view._words[place.word] >> place.bit & 1)
 
     return property(is_on)
 
 
 def _missing(name: str, model: Model) -> property:
+    """Return a property that raises an AttributeError with the model's bits."""
+
     def refuse(_view: StatusView) -> NoReturn:
         bits = ", ".join(model.words.groups["status"])
-        raise AttributeError(f"{name} is not a status bit of the {model.title}; bits are {bits}")
+        raise AttributeError(f"{name} is not a status bit of the {model.title}; choose from {bits}")
 
     return property(refuse)

@@ -1,12 +1,12 @@
-"""Translates the words of a 3601, which axes and motion blocks write, to those of a drive, and back.
+"""Translates words of a 3601, which axes and motion blocks write, to words of a drive, and back.
 
-An axis uses the commands and the status bits of a 3601; this module translates them for a drive. A table has
-a row for each bit with the same meaning; the methods translate the rest.
+An axis uses the commands and status bits of a 3601. A table has a row for each bit with the same meaning on a
+drive; the methods translate everything else.
 
     to the drive     commands, blend handshake, format of numbers, S-curve as a jerk, enable bit
     from the drive   status bits, number format, configuration mode, blend handshake
 
-The blocks of `USE axis3601` do the same in rungs, see `ladder/files/drive_blocks.py`.
+The blocks of `USE axis3601` translate in rungs, see `ladder/files/drive_blocks.py`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .models import MODELS, Layout, Model
 Bit = TypeVar("Bit", CommandBit, StatusBit)
 
 HEADER = -1
-"""Word 7 of a blend profile's first block; in a segment's block, word 7 is the deceleration."""
+"""Word 7 of a blend profile's first block; word 7 of a segment's block is the deceleration."""
 
 COMMANDS: Mapping[int, CommandBit] = {
     CommandMsw.ABSOLUTE_MOVE: CommandBit.ABSOLUTE_MOVE,
@@ -44,7 +44,7 @@ COMMANDS: Mapping[int, CommandBit] = {
     CommandMsw.RUN_BLEND_CW: CommandBit.RUN_ASSEMBLED_MOVE,
     CommandMsw.RUN_BLEND_CCW: CommandBit.RUN_ASSEMBLED_MOVE,
 }
-"""Commands of the drive by bit of a 3601's command word 0."""
+"""Command bits of the drive, by bit of a 3601's command word 0."""
 
 STATUS: Mapping[int, StatusBit] = {
     StatusMsw.MOVING_CW: StatusBit.MOVING_CW,
@@ -62,16 +62,16 @@ STATUS: Mapping[int, StatusBit] = {
     StatusMsw.CONFIG_ERROR: StatusBit.CONFIG_ERROR,
     StatusMsw.MODULE_OK: StatusBit.MODULE_OK,
 }
-"""Status bits of the drive by bit of a 3601's status word 0."""
+"""Status bits of the drive, by bit of a 3601's status word 0."""
 
 UNFIT = StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
-"""Status bits that end a command, and that a 3601 does not have."""
+"""Status bits that end a command, but that a 3601 lacks."""
 
 PARTS = {CommandLsw.S_CURVE.value: 1, (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value: 3}
-"""By shape: the time of a change of speed at peak rate only, divided by the time in which the rate rises."""
+"""By shape: the time of a change of speed at peak rate, divided by the time in which the rate rises."""
 
 JERK_SCALE = 100_000
-"""A rate in steps/ms/s reaches its peak in 100 / jerk seconds."""
+"""The jerk of 1 % per 10 ms reaches the peak rate in 100 s; a rate of 1 step/ms/s is 1,000 steps/s/s."""
 
 _SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
 _JOGS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
@@ -93,8 +93,8 @@ class DriveTranslation:
 
     Attributes:
         configuration: the ten words that `configure` sends, unsigned.
-        unfit: whether the drive last reported a stall or a fault of its driver.
-        enabled: whether it last reported that it is enabled.
+        unfit: whether the last status had a stall or a fault of the driver.
+        enabled: whether the driver was enabled in the last status.
 
     Args:
         model: model of the drive.
@@ -105,7 +105,7 @@ class DriveTranslation:
         self.model = model
         self.limits = Limits(model.limits.speed, model.limits.rate)
         self.configuration = tuple(word & 0xFFFF for word in configuration)
-        self._set = configuration_of(self.configuration, model)
+        self._configuration = configuration_of(self.configuration, model)
         self._commands = _places(COMMANDS, model.moved_commands)
         self._statuses = _places(STATUS, model.moved_status)
         functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
@@ -115,9 +115,9 @@ class DriveTranslation:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the words sent, and the stored minimum distance."""
-        self._minimum = 0
-        self._words: Sequence[int] = (0,) * 8  # a 3601's words, as last sent
+        """Forget the last words, and the stored minimum distance."""
+        self._minimum_distance = 0  # of registration moves, steps
+        self._words: Sequence[int] = (0,) * 8  # the last output words, of a 3601
         self.unfit, self.enabled = False, True
 
     # -- from the drive
@@ -125,11 +125,11 @@ class DriveTranslation:
     @property
     def starting_speed(self) -> int:
         """Starting speed of the configuration, steps/s."""
-        return self._set.starting_speed
+        return self._configuration.starting_speed
 
     def number(self, inputs: Sequence[int], first: int) -> int:
         """Return the number in input words `first` and `first + 1`."""
-        return self._set.input_format.join(inputs[first], inputs[first + 1]) or 0
+        return self._configuration.input_format.join(inputs[first], inputs[first + 1]) or 0
 
     def status(self, inputs: Sequence[int]) -> list[int]:
         """Translate the drive's ten input words to the eight of a 3601, signed."""
@@ -140,17 +140,14 @@ class DriveTranslation:
         bits = word0 | word1 << 16
         self.unfit = bool(bits & UNFIT) and self.model.layout is Layout.SMD
         self.enabled = not self.model.enable_bit or bool(bits & StatusBit.DRIVE_ENABLED)
-        msw = sum(reported for reported, bit in self._statuses if bits & bit)
+        msw = sum(bit for bit, drive_bit in self._statuses if bits & drive_bit)
         lsw = StatusLsw.IN_CAPTURE.value if word1 & self._capture else 0
         if self._acknowledges(bits):
             lsw |= StatusLsw.BLEND_ACK.value
-        if self._set.input_format is NumberFormat.THOUSANDS:
+        if self._configuration.input_format is NumberFormat.THOUSANDS:
             return [msw, lsw, *inputs[2:8]]
-        return [
-            msw,
-            lsw,
-            *(word for word_index in (2, 4, 6) for word in split_reported(self.number(inputs, word_index))),
-        ]
+        position, encoder, captured = (self.number(inputs, first) for first in (2, 4, 6))
+        return [msw, lsw, *split_reported(position), *split_reported(encoder), *split_reported(captured)]
 
     def status_names(self, inputs: Sequence[int]) -> list[str]:
         """Return the names of the status bits that are on."""
@@ -158,7 +155,7 @@ class DriveTranslation:
         return [name for name, place in names.items() if inputs[place.word] >> place.bit & 1]
 
     def _acknowledges(self, bits: int) -> bool:
-        """Return whether the drive has accepted the current block of a blend profile, as BLEND_ACK means."""
+        """Return the BLEND_ACK bit: whether the drive has accepted the current block of a blend profile."""
         if not bits & StatusBit.ASSEMBLED_MODE or self.model.layout is not Layout.SMD:
             return False
         waits = bool(bits & StatusBit.WAITING_FOR_SEGMENT)
@@ -175,16 +172,16 @@ class DriveTranslation:
             return [signed_word(word) for word in self.configuration]
         target = 1000 * words[2] + words[3]
         if words[1] & CommandLsw.STORE_MIN_REG:
-            self._minimum = target
+            self._minimum_distance = target
         registers = bool(words[0] & _JOGS and target)
-        split_number = self._set.output_format.split
+        split_number = self._configuration.output_format.split
         outputs = [
-            signed_word(sum({bit for own_bit, bit in self._commands if words[0] & own_bit})),
+            signed_word(sum({drive_bit for bit, drive_bit in self._commands if words[0] & bit})),
             0,
             *split_number(target),
             *split_number(1000 * words[4] + words[5]),
             *words[6:8],
-            *(split_number(self._minimum) if registers else (0, self._jerk(words))),
+            *(split_number(self._minimum_distance) if registers else (0, self._jerk(words))),
         ]
         if self.model.layout is Layout.SMD:
             outputs[0] |= self._programming(words)
@@ -213,7 +210,7 @@ class DriveTranslation:
     def _jerk(self, words: Sequence[int]) -> int:
         """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
         shape_parts = PARTS.get(words[1] & _SHAPE, 0)
-        change = 1000 * words[4] + words[5] - self._set.starting_speed
+        change = 1000 * words[4] + words[5] - self._configuration.starting_speed
         if not shape_parts or change <= 0:
             return 0
         jerk = JERK_SCALE * shape_parts * min(words[6], words[7]) // change
@@ -221,5 +218,5 @@ class DriveTranslation:
 
 
 def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:
-    """Return the rows with the bits at a model's places; a bit that it lacks is 0."""
-    return tuple((int(row_bit), int(moved.get(bit, bit))) for row_bit, bit in rows.items())
+    """Return each bit of a 3601 with the model's bit; a bit that the model lacks is 0."""
+    return tuple((int(bit), int(moved.get(drive_bit, drive_bit))) for bit, drive_bit in rows.items())

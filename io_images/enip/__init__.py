@@ -5,5 +5,6 @@
 | `codes.py` | numbers of types, services, statuses |
 | `frames.py` | frames of the encapsulation and their items |
 | `paths.py` | paths of requests: names, subscripts, numbers |
-| `listing.py` | a server's tags and their types, and the layout of both in bytes |
+| `io_frames.py` | paths and packets of class 1 connections |
+| `listing.py` | the tags of a server, with their types and bytes |
 """

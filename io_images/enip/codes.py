@@ -74,10 +74,9 @@ PORT = 44_818
 
 
 class CipRefusedError(ValueError):
-    """The request gets an error status as reply."""
+    """The reply to the request is an error status."""
 
     def __init__(self, status: int, *more: int) -> None:
-        super().__init__(
-            f"status {status:02X}h {' '.join(f'{extra_word:04X}h' for extra_word in more)}".rstrip()
-        )
-        self.status, self.more = status, more
+        statuses = [f"{status:02X}h", *(f"{extended_status:04X}h" for extended_status in more)]
+        super().__init__(f"status {' '.join(statuses)}")
+        self.status, self.more = status, more  # general status, extended statuses

@@ -10,7 +10,7 @@ import struct
 HEAD = struct.Struct("<HHII8sI")
 
 COMMAND_MOST = 0x1FF
-"""Largest number of a command; a larger one is noise."""
+"""Largest number of a command; a larger one is not a frame."""
 
 NO_ADDRESS, CONNECTED_ADDRESS, UNCONNECTED_DATA, CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
 """Types of items."""
@@ -19,7 +19,7 @@ _ITEMS_MOST = 4
 
 
 def items_in(body: bytes) -> list[tuple[int, bytes]]:
-    """Return the items in a body, as type and data; none if the body is damaged."""
+    """Return the type and data of each item in a body; [] if the body is damaged."""
     items: list[tuple[int, bytes]] = []
     if len(body) < 8:
         return items

@@ -1,11 +1,11 @@
 """Bytes of class 1 connections: path of the open request, and packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
 
-Path of an open request: an electronic key, class and instance of the configuration assembly, the consumed
-and the produced assembly, configuration data.
+The path of an open request has an electronic key, class and instance of the configuration assembly, the
+consumed and the produced assembly, and configuration data:
 
     34 04 ...  20 04 24 6E  2C 96  2C 64  80 08 ...
 
-Packet over UDP: two items, connection and count of packets; data after a sequence count.
+A packet over UDP has two items: connection and packet count; sequence count and data.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .codes import BAD_SEGMENT, CipRefusedError
 
 SEQUENCED_ADDRESS, IO_DATA = 0x8002, 0x00B1
 SOCKET_TO_TARGET, SOCKET_TO_ORIGINATOR = 0x8000, 0x8001
-"""Items with the socket addresses at which the target, and the originator, receive packets."""
+"""Items with the socket address at which the target or the originator receives packets."""
 
 IO_PORT = 2222
 """UDP port of class 1 packets."""
@@ -34,10 +34,10 @@ _INTERNET = 2
 class IoPath:
     """The content of the path in an open request."""
 
-    key: tuple[int, ...]  # vendor, device type, product code, major revision and flag, minor; or empty
-    numbers: dict[str, int]  # class and instance
-    points: tuple[int, ...]
-    data: bytes | None  # of the configuration; None if there are none
+    key: tuple[int, ...]  # vendor, device type, product code, major revision and flag, minor; () without
+    numbers: dict[str, int]  # of `class` and `instance`
+    points: tuple[int, ...]  # the connection points: consumed and produced assembly
+    data: bytes | None  # of the configuration; None without
 
 
 def io_path(data: bytes) -> IoPath:
@@ -48,10 +48,10 @@ def io_path(data: bytes) -> IoPath:
     ({'class': 4, 'instance': 110}, (150, 100), b'\x00\x04')
 
     Raises:
-        CipRefusedError: it is not such a path.
+        CipRefusedError: the data are not a path of an open request.
     """
     key: tuple[int, ...] = ()
-    numbers_by_name: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     points: list[int] = []
     settings: bytes | None = None
     offset = 0
@@ -70,13 +70,13 @@ def io_path(data: bytes) -> IoPath:
             if _LOGICAL[kind & ~1] == "point":
                 points.append(value)
             else:
-                numbers_by_name[_LOGICAL[kind & ~1]] = value
+                numbers[_LOGICAL[kind & ~1]] = value
         elif not 0 < kind < 0x10:  # a port: part of the route to this device
             raise CipRefusedError(BAD_SEGMENT)
         offset += size
     if offset != len(data):
         raise CipRefusedError(BAD_SEGMENT)
-    return IoPath(key, numbers_by_name, tuple(points), settings)
+    return IoPath(key, numbers, tuple(points), settings)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +84,9 @@ class IoPacket:
     """A packet of data.
 
     Attributes:
-        connection: its number at the receiver.
-        count: count of packets, 32 bits.
-        sequence: count of data, 16 bits; the same number means the same data.
+        connection: the receiver's number of the connection.
+        count: packet count, 32 bits.
+        sequence: sequence count of the data, 16 bits; it only changes with the data.
     """
 
     connection: int
@@ -106,7 +106,7 @@ class IoPacket:
 
 
 def io_packet(datagram: bytes) -> IoPacket | None:
-    r"""Read a datagram; return None if it is not a packet of data.
+    r"""Return the packet in a datagram; None for another datagram.
 
     >>> io_packet(IoPacket(1, 2, 3, b"\4\0").encoded()) == IoPacket(1, 2, 3, b"\4\0")
     True
@@ -114,21 +114,21 @@ def io_packet(datagram: bytes) -> IoPacket | None:
     if len(datagram) < _HEAD.size + 2:
         return None
     item_count, kind, size, connection, number, data_type, length = _HEAD.unpack_from(datagram)
-    if (item_count, kind, size, data_type) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
-        datagram
-    ) - _HEAD.size:
+    if (item_count, kind, size, data_type) != (2, SEQUENCED_ADDRESS, 8, IO_DATA):
+        return None
+    if length != len(datagram) - _HEAD.size:
         return None
     (sequence,) = struct.unpack_from("<H", datagram, _HEAD.size)
     return IoPacket(connection, number, sequence, datagram[_HEAD.size + 2 :])
 
 
 def socket_item(port: int) -> tuple[int, bytes]:
-    """Return the item with a target's UDP port; its address is that of the TCP connection."""
+    """Return the item with a target's UDP port; the address is the one of the TCP connection."""
     return SOCKET_TO_TARGET, _SOCKET.pack(_INTERNET, port, bytes(4))
 
 
 def port_in(items: list[tuple[int, bytes]]) -> int:
-    """Return the UDP port at which an originator receives packets; the usual port if no item has one."""
+    """Return the UDP port at which an originator receives packets; by default 2222."""
     for kind, data in items:
         if kind == SOCKET_TO_ORIGINATOR and len(data) == _SOCKET.size:
             return int(_SOCKET.unpack(data)[1])

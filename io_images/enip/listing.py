@@ -1,4 +1,4 @@
-"""The tags that a server offers, with their types, and the layout of both in bytes, as clients see them."""
+"""The tags of a server with their types, and their places in bytes, as clients see them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Part:
 
 @dataclass(frozen=True)
 class StructuredKind:
-    """A structure; two are equal if all their fields are."""
+    """A structure; structures with equal fields are equal."""
 
     name: str
     size: int  # bytes
@@ -65,7 +65,7 @@ Kind = PlainKind | StructuredKind
 
 
 class ExternalAccess(StrEnum):
-    """What clients may do with a tag [1756-PM004, External Access]; values are as in an L5X."""
+    """The access of clients to a tag [1756-PM004, External Access]; the values are the texts of an L5X."""
 
     READ_WRITE = "Read/Write"
     READ_ONLY = "Read Only"
@@ -115,16 +115,19 @@ class ListedTag:
 
 
 def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
-    """Return the part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`; "" for the whole tag.
+    """Return the smallest part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`.
 
-    If several elements or members contain the bytes, the part is their array or structure.
+    "" is the whole tag. Bytes of several elements or members are in the array or structure of these.
 
     Args:
-        keep: mask of the bits in these bytes that do not count.
+        offset: of the bytes in the tag.
+        size: number of bytes.
+        keep: mask of the bits in these bytes that do not count; b"" if all bits count.
         files: whether the tag is a data file, with parts such as `:3`, `:3/5`, `:0.PRE`, or `.0` of an image.
     """
     kind, dims = _in_words(tag.kind, tag.dims)
-    path, mask = "", int.from_bytes(keep or bytes(size), "little") ^ (1 << 8 * size) - 1
+    path = ""
+    mask = int.from_bytes(keep or bytes(size), "little") ^ (1 << 8 * size) - 1  # of bits that count
     is_bit = mask.bit_count() == 1
     while True:
         if dims:
@@ -139,7 +142,8 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
             part = _part_with(kind, offset, size, mask)
             if part is None:
                 return path
-            path, (kind, dims) = f"{path}.{part.name}", _in_words(part.kind, part.dims)
+            path += f".{part.name}"
+            kind, dims = _in_words(part.kind, part.dims)
             offset -= part.offset
             if part.bit is not None:
                 return path
@@ -164,12 +168,12 @@ def _subscripts(number: int, dims: Sequence[int]) -> str:
 
 
 def _bit(mask: int, offset: int) -> int:
-    """Return the number of a mask's only bit, counted from `offset` bytes before the mask."""
+    """Return the number of a mask's only bit, if the mask begins at a byte offset."""
     return 8 * offset + mask.bit_length() - 1
 
 
 def _part_with(kind: StructuredKind, offset: int, size: int, mask: int) -> Part | None:
-    """Return the member that contains some bytes of a structure; None if no single member does."""
+    """Return the member that contains some bytes of a structure; None if they are in several members."""
     for part in kind.by_name.values():
         if part.bit is not None:
             if mask.bit_count() == 1 and _bit(mask, offset) == 8 * part.offset + part.bit:
@@ -198,7 +202,7 @@ class ListedAlias:
 
 @dataclass(frozen=True)
 class Listing:
-    """All tags that a server offers.
+    """All tags of a server.
 
     Attributes:
         files: whether the tags are data files of an SLC 500 or MicroLogix.
@@ -216,13 +220,12 @@ class Listing:
 
 
 def patched(old: bytes, data: bytes, keep: bytes) -> bytes:
-    r"""Return bytes overwritten by others; bits in `keep` are not changed.
+    r"""Return `data`, with the bits in the mask `keep` taken from `old`.
 
     >>> patched(b"\x0f", b"\x80", b"\x7f").hex()
     '8f'
     """
     if not keep:
         return data
-    return bytes(
-        new & ~mask & 0xFF | old_byte & mask for old_byte, new, mask in zip(old, data, keep, strict=True)
-    )
+    old_bits, new_bits, mask = (int.from_bytes(part, "little") for part in (old, data, keep))
+    return (new_bits & ~mask | old_bits & mask).to_bytes(len(data), "little")

@@ -11,7 +11,7 @@ from .codes import BAD_SEGMENT, SYMBOL, CipRefusedError
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A symbol that is given by number instead of by name."""
+    """A symbol by its number instead of its name."""
 
     number: int
 
@@ -21,7 +21,7 @@ PathStep = str | int | Instance
 
 
 PROGRAM = "Program:"
-"""Start of the name of a program's scope."""
+"""Prefix of a program's name in paths."""
 
 _PART = re.compile(r"(?P<name>[^.\[\]]+)(?:\[(?P<places>\d{1,9}(?:,\d{1,9}){0,2})\])?")
 
@@ -33,7 +33,7 @@ def steps_of(text: str) -> list[PathStep]:
     (['Recipe', 'Steps', 2, 'Time'], ['Program:Main', 'Run'])
 
     Raises:
-        ValueError: it is not a name.
+        ValueError: the text is not a name.
     """
     if text.startswith("\\"):
         text = PROGRAM + text[1:]
@@ -70,7 +70,7 @@ def parse_path(data: bytes) -> Path:
     ['Run', 7]
 
     Raises:
-        CipRefusedError: it is not a path.
+        CipRefusedError: the data are not a path.
     """
     path, offset = Path(), 0
     while offset < len(data):
@@ -89,21 +89,25 @@ def parse_path(data: bytes) -> Path:
     return path
 
 
-def _symbolic(path: Path, data: bytes, at: int) -> int:
-    size = data[at + 1] if at + 1 < len(data) else 0
-    text = data[at + 2 : at + 2 + size]
+def _symbolic(path: Path, data: bytes, offset: int) -> int:
+    """Add the steps of a name at an offset to a path; return the offset after it."""
+    size = data[offset + 1] if offset + 1 < len(data) else 0
+    begin = offset + 2
+    text = data[begin : begin + size]
     if not size or len(text) < size or not text.isascii():
         raise CipRefusedError(BAD_SEGMENT)
     path.steps.extend(split_name(text.decode("ascii")))
-    return at + 2 + size + size % 2
+    return begin + size + size % 2
 
 
-def _logical(path: Path, data: bytes, at: int) -> int:
-    size = 1 << (data[at] & 3)
-    start = at + (1 if size == 1 else 2)
+def _logical(path: Path, data: bytes, offset: int) -> int:
+    """Add the number at an offset to a path; return the offset after it."""
+    size = 1 << (data[offset] & 3)
+    start = offset + (1 if size == 1 else 2)
     if start + size > len(data):
         raise CipRefusedError(BAD_SEGMENT)
-    value, segment = int.from_bytes(data[start : start + size], "little"), _LOGICAL[data[at] & 0xFC]
+    value = int.from_bytes(data[start : start + size], "little")
+    segment = _LOGICAL[data[offset] & 0xFC]
     if segment == "element":
         path.steps.append(value)
     else:

@@ -1,8 +1,7 @@
 """The PCL601 as data: registers, terminals, command codes, error bits and serial messages.
 
-Each row of the manual is one literal row here; sections in brackets are
-the manual's. There is no time and no I/O. Stored programs have their own package,
-`program`.
+Each row of the manual is one row here; brackets contain sections of the manual. This package has no time and
+no I/O. Stored programs are in the package `program`.
 """
 
 from .commands import NEEDS_IDLE, Code

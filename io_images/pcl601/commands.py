@@ -37,4 +37,4 @@ NEEDS_IDLE = frozenset(
         Code.RUN_PROGRAM,
     }
 )
-"""Codes refused with the busy error during motion."""
+"""Codes that are refused with the busy error during motion."""

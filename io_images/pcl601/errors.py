@@ -1,7 +1,7 @@
 """The error code register, bit by bit [Section 5, Error Codes].
 
-Values add up; `!`, command code 10 and a reset clear all errors. No error
-locks the controller.
+The register is the sum of all errors; `!`, command code 10 and a reset clear it. No error locks the
+controller.
 """
 
 from __future__ import annotations

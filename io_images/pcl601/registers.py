@@ -1,8 +1,7 @@
 """The PCL601's 38 data registers, in the order of the memory map [Appendix 1].
 
-A value of 32 bits takes two registers, with the low word at the lower address, and
-its range is printed once, so the table below has 32 rows, one per value. 4x
-reference n is address n - 1 in a frame.
+A 32-bit value has two registers, with the low word at the lower address. The manual prints its range once, so
+the table has 32 rows, one per value. 4x reference n is address n - 1 in a frame.
 """
 
 from __future__ import annotations
@@ -56,20 +55,20 @@ class Row:
     """One row of the memory map."""
 
     register: Register
-    reference: int  # 4x reference of its (low) word, from 1
-    words: int  # registers, 1 or 2
+    reference: int  # 4x reference of its only or low word, from 1
+    words: int  # number of registers, 1 or 2
     low: int
     high: int
     default: int  # after power-up and reset
     meaning: str  # the manual's name, with the unit
-    ascii: str = ""  # the AA ASCII command that writes or reads it, or ""
+    ascii: str = ""  # the AA ASCII command that writes or reads it; "" without one
     writable: bool = True  # whether it is Read/Write in the map
     locked: bool = False  # whether it is read-only during motion
     kept: bool = False  # whether it is non-volatile
 
     @property
     def address(self) -> int:
-        """Address of the (low) word in a frame."""
+        """Address of its only or low word in a frame."""
         return self.reference - 1
 
     def allows(self, value: int) -> bool:
@@ -127,14 +126,14 @@ ROWS: dict[Register, Row] = {row.register: row for row in MAP}
 """The rows by value."""
 
 WORDS: tuple[tuple[Row, int], ...] = tuple((row, word) for row in MAP for word in range(row.words))
-"""Row at each address, with 0 for its low or only word, and 1 for its high word."""
+"""The row at each address, with 0 for its only or low word, and 1 for its high word."""
 
 WORD_COUNT = len(WORDS)
 """Registers in the map."""
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text, from four characters, else as a number.
+    """Return the firmware version: the text of its four characters, or a number if they are no text.
 
     >>> firmware_text(0x312E3030), firmware_text(0x00000102)
     ('1.00', '00000102h')
@@ -144,7 +143,7 @@ def firmware_text(value: int) -> str:
 
 
 def word_of(value: int, word: int) -> int:
-    """Return the low (0) or high (1) word of a value; negative ones in two's complement.
+    """Return the low (0) or high (1) word of a value in two's complement.
 
     >>> word_of(-3000, 0), word_of(-3000, 1)
     (62536, 65535)
@@ -153,7 +152,7 @@ def word_of(value: int, word: int) -> int:
 
 
 def with_word(row: Row, value: int, word: int, bits: int) -> int:
-    """Return a value with one of its words replaced, as a signed value if the range is signed.
+    """Return a value with its low (0) or high (1) word replaced; two words are a signed value.
 
     >>> with_word(ROWS[Register.POSITION], 62536, 1, 0xFFFF)
     -3000

@@ -26,8 +26,8 @@ VERSION_TEXT = "PCL601 1.00"
 class Action(Enum):
     """The effect of a command with parameters."""
 
-    SET = auto()  # write a register; without parameters, carry out the row's code, if it has one
-    DO = auto()  # carry out the row's code; takes no parameters
+    SET = auto()  # write a register; without parameters, execute the row's code if it has one
+    DO = auto()  # execute the row's code; no parameters are allowed
     HOME = auto()
     DIRECTION = auto()
     ANALOG_POSITION = auto()
@@ -47,7 +47,7 @@ class Command:
     """One row of the command summary."""
 
     name: str  # its one or two characters
-    form: str  # as the manual prints it
+    form: str  # its notation in the manual
     meaning: str  # the manual's name
     action: Action
     register: Register | None = None
@@ -108,4 +108,4 @@ VERIFY: dict[str, Register] = {
     for command in COMMANDS
     if command.register is not None and command.name != "P"
 } | {"EP": Register.ENCODER_POSITION, "F": Register.BUSY, "+": Register.DIRECTION}
-"""Registers that V can show [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""
+"""Registers that V reads [Verify]; L, O, `:` and `;` are not registers, and V can't read P."""

@@ -1,4 +1,4 @@
-"""Inputs and outputs: the terminals, and their bits in each interface.
+"""The terminals of inputs and outputs, and their bits in each interface.
 
     interface                   a grounded input            open or high
     Modbus 1x and 3x, IR        1 (active)                  0
@@ -27,10 +27,10 @@ LIMIT_INPUTS = (
 INPUTS = (*GENERAL_INPUTS, *LIMIT_INPUTS)
 
 HARD_LIMITS = {1: "hard_plus", -1: "hard_minus"}
-"""Hard limit inputs by direction of motion, since limits are directional [Hard Limit Inputs]."""
+"""Hard limit inputs by the direction of motion that they stop [Hard Limit Inputs]."""
 
 SOFT_LIMITS = {1: "soft_plus", -1: "soft_minus"}
-"""Soft limit inputs by direction of motion [Soft Limit Inputs]."""
+"""Soft limit inputs by the direction of motion that they stop [Soft Limit Inputs]."""
 
 JOG_INPUTS = {1: "jog_plus", -1: "jog_minus"}
 """Jog inputs by direction of motion [Jog Inputs]."""
@@ -47,10 +47,10 @@ OUTPUT_BITS = 16
 """Bits of the outputs' register; the upper eight read 0."""
 
 ON_FLY_OUTPUT = 1 << 0
-"""Output 1: output on the fly."""
+"""Output 1 is the output on the fly."""
 
 RETRIES_OUTPUT = 1 << 7
-"""Output 8: encoder retries exhausted."""
+"""Output 8 is on when all encoder retries have failed."""
 
 ON_FLY_PULSE_NS = 50_000
 """Output 1 is on for 50 µs at each position [Output on the fly]."""

@@ -1,4 +1,4 @@
 """The PMC006x3s as data: frames, instructions, status bits, user programs.
 
-Sections in brackets are those of the manual V0.1.0 (2023-09-19).
+Brackets contain sections of the manual V0.1.0 (2023-09-19).
 """

@@ -3,10 +3,9 @@
     command   A5  address  instruction  d0 d1 d2 d3  sum        host to controller
     reply     A5  7A       address      d0 d1 d2 d3  sum        controller to host
 
-The data are 32 bits, signed, low byte first: 12345678h is sent as 78 56 34 12.
-The manual calls this "big-end mode", but its examples are little-endian. The sum is
-that of the preceding seven bytes, without carry. A reply does not name its
-instruction; the host matches replies to commands by order.
+The data are 32 bits, signed, low byte first: 12345678h is sent as 78 56 34 12. The manual calls this "big-end
+mode", but its examples are little-endian. The last byte is the sum of the others without carry. A reply does
+not name its instruction; the host matches replies to commands by order.
 """
 
 from __future__ import annotations
@@ -92,15 +91,15 @@ def decode(frame: bytes) -> Frame | None:
 class Framer:
     """Finds the frames in a stream of bytes.
 
-    Bytes before a head are skipped. If eight bytes have a wrong sum, the first is dropped and the rest is
-    searched again, so that a valid frame after noise is found.
+    Bytes before a head are skipped. If eight bytes have a wrong sum, only the first byte is skipped, so that
+    a valid frame after noise is found.
     """
 
-    __slots__ = ("_bytes", "passed_over")
+    __slots__ = ("_bytes", "skipped")
 
     def __init__(self) -> None:
         self._bytes = bytearray()
-        self.passed_over = 0  # number of skipped bytes so far
+        self.skipped = 0  # number of skipped bytes, so far
 
     def __len__(self) -> int:
         """Return the number of bytes in an unfinished frame."""
@@ -113,22 +112,22 @@ class Framer:
         while self._seek_head():
             frame = decode(bytes(self._bytes[:FRAME_BYTES]))
             if frame is None:
-                self._pass_over(1)
+                self._skip(1)
             else:
                 frames.append(frame)
                 del self._bytes[:FRAME_BYTES]
         return frames
 
     def drop(self) -> None:
-        """Drop an unfinished frame, as after a silence."""
-        self._pass_over(len(self._bytes))
+        """Skip an unfinished frame, for example after a silence."""
+        self._skip(len(self._bytes))
 
     def _seek_head(self) -> bool:
         """Skip bytes before a head; return whether eight bytes follow."""
         head = self._bytes.find(HEAD)
-        self._pass_over(len(self._bytes) if head < 0 else head)
+        self._skip(len(self._bytes) if head < 0 else head)
         return len(self._bytes) >= FRAME_BYTES
 
-    def _pass_over(self, count: int) -> None:
-        self.passed_over += count
+    def _skip(self, count: int) -> None:
+        self.skipped += count
         del self._bytes[:count]

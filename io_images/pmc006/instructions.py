@@ -1,13 +1,8 @@
-"""The instructions of a PMC006x3s, with one row each, as in the manual's summary table [4.2].
+"""The instructions of a PMC006x3s, one row each, as in the manual's summary table [4.2].
 
-`Kind.SET` instructions write a parameter, `Kind.READ` instructions return a value, and
-`Kind.ACTION` instructions start an action. A parameter of `ParameterStorage.SAVED` is written to the
-EEPROM by `t` and restored at power-up, a parameter of `ParameterStorage.EEPROM` is written
-there at once, and one of `ParameterStorage.VOLATILE` has its default after every power-up.
-
-A value outside its range is refused with error 6 (reading: the manual names no
-error for it); 0 reads the value of a parameter whose range does not include 0
-[4.1.1: "some setting instructions can write 0 to read the function"].
+A value outside of its range is refused with error 6 (reading: the manual names no error). If the range of a
+parameter does not include 0, the data 0 read its value [4.1.1: "some setting instructions can write 0 to read
+the function"].
 """
 
 from __future__ import annotations
@@ -18,13 +13,13 @@ from typing import Any
 
 INT32_MAX = 0x7FFFFFFF
 MICROSTEPS = (0, 2, 4, 8, 16, 32, 64, 128)
-"""Microstepping settings; 0 means full steps [4.3.2]."""
+"""Microstepping settings; 0 is full steps [4.3.2]."""
 
 ENCODER_CPRS = (200, 400, 500, 600, 800, 1000, 1024, 1200, 1600)
 """Encoder counts per revolution [4.3.10, which prints 1000 twice]."""
 
 ACCELERATIONS_PPS2 = (0, 77440, 48410, 27170, 21510, 14080, 10460, 6915, 5210)
-"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 means no ramp."""
+"""Acceleration in steps/s/s by coefficient [4.3.3]; coefficient 0 is no ramp."""
 
 
 SHORT_MOVE_STEPS = 256
@@ -34,28 +29,28 @@ SHORT_MOVE_STEPS = 256
 class Kind(Enum):
     """The effect of an instruction."""
 
-    SET = "set"
-    READ = "read"
+    SET = "set"  # writes a parameter
+    READ = "read"  # returns a value
     ACTION = "action"
 
 
 class ParameterStorage(Enum):
-    """Storage of a parameter."""
+    """The storage of a parameter."""
 
-    VOLATILE = "volatile"
-    SAVED = "saved by t"
-    EEPROM = "EEPROM"
+    VOLATILE = "volatile"  # it has its default after every power-up
+    SAVED = "saved by t"  # the instruction t writes it to the EEPROM; power-up restores it
+    EEPROM = "EEPROM"  # it is written to the EEPROM at once
 
 
 @dataclass(frozen=True, slots=True)
 class InstructionRow:
     """One row of the summary table."""
 
-    char: str  # the instruction's byte as the manual writes it
-    name: str  # this project's name for it, and for its parameter
+    char: str  # the instruction's byte in the notation of the manual
+    name: str  # scanrack's name of it, and of its parameter
     kind: Kind
     meaning: str
-    low: int | None = None  # lowest value, None where the data are ignored
+    low: int | None = None  # lowest value; None if the data are ignored
     high: int | None = None  # highest value
     values: tuple[int, ...] = ()  # all allowed values, if they are not a range
     unit: str = ""
@@ -82,7 +77,7 @@ class InstructionRow:
 
     @property
     def allowed(self) -> str:
-        """The allowed values as text, "" where the data are ignored."""
+        """The allowed values as text; "" if the data are ignored."""
         if self.values:
             return ", ".join(str(value) for value in self.values)
         return "" if self.low is None else f"{self.low} to {self.high}"

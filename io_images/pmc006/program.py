@@ -1,4 +1,4 @@
-"""User programs of a PMC006x3s: the twenty instructions, and their text form [5].
+"""User programs of a PMC006x3s: the 20 instructions, and their text form [5].
 
     DIR  0 1        # forward
     CNTC 0          # one instruction per line: OP option data
@@ -8,10 +8,9 @@
     CMP  1 3
     JNE  0 2
 
-The manual has no text form, since its tool shows a table; this one is the project's.
-It does not explain the options of WAIT and CMP either: "refer to the
-tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are our readings; the manual's
-table (1-7 and 1-6) takes precedence over its text ("9 options").
+The text form is scanrack's, since the vendor's tool shows a table. The manual does not explain the options of
+WAIT and CMP: "refer to the tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are readings. The
+manual's table (1-7 and 1-6) takes precedence over its text ("9 options").
 """
 
 from __future__ import annotations
@@ -35,9 +34,9 @@ class UserOp:
     name: str
     meaning: str
     options: tuple[int, int] = (0, 0)  # first and last option
-    data: tuple[int, int] | None = None  # first and last value of the data, or None
+    data: tuple[int, int] | None = None  # first and last value of the data; None without data
     values: tuple[int, ...] = ()  # all allowed data, if they are not a range
-    usual: tuple[int, int] | None = None  # the manual's range; other accepted values get a warning
+    usual: tuple[int, int] | None = None  # the manual's range; other allowed values get a warning
 
     @property
     def allowed_data(self) -> str:
@@ -91,14 +90,14 @@ SPELLINGS = {"CNTI": "CNT1"}
 
 @dataclass(frozen=True, slots=True)
 class UserInstruction:
-    """A line of a user program: `op` of `USER_OPS`, its port, condition or value, and data (0 if none)."""
+    """A line of a user program."""
 
-    op: str
-    option: int
-    data: int
+    op: str  # name in `USER_OPS`
+    option: int  # port or condition, 0 if it has none
+    data: int  # 0 if it has none
 
     def __str__(self) -> str:
-        """Return its line in the text form."""
+        """Return the line in the text form."""
         data = "" if USER_OPS[self.op].data is None else f" {self.data}"
         return f"{self.op} {self.option}{data}"
 
@@ -108,7 +107,7 @@ class UserProgram:
     """A user program with the assembler's warnings."""
 
     lines: tuple[UserInstruction, ...] = ()  # up to `MAX_LINES`
-    warnings: tuple[str, ...] = ()  # values beyond the manual's table, each with its line of text
+    warnings: tuple[str, ...] = ()  # about values beyond the manual's table
 
 
 def assemble(text: str) -> UserProgram:
@@ -144,8 +143,8 @@ def _instruction(words: list[str]) -> UserInstruction:
         close_names = difflib.get_close_matches(name, USER_OPS, n=1)
         hint = f"; did you mean {close_names[0]}?" if close_names else f"; choose from {', '.join(USER_OPS)}"
         raise ValueError(f"{words[0]} is not a user instruction{hint}")
-    words_least = 1 if op.data is None else 3
-    if not words_least <= len(words) <= 3:
+    least_words = 1 if op.data is None else 3
+    if not least_words <= len(words) <= 3:
         raise ValueError(f"{' '.join(words)}: {name} takes an option and data, as in {_example(op)}")
     option = _number(name, "option", words[1]) if len(words) > 1 else 0
     if not op.options[0] <= option <= op.options[1]:

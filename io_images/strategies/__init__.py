@@ -6,11 +6,11 @@
     @given(images.output_images(starting_speed=1000))
     def test_my_gateway_passes_words_on(image): ...
 
-The rule of this package: every strategy states its validity (legal, breaking exactly one named rule, or
-anything), the rule table and the classes of `amci3601` define validity, and the first value of
-every list is the plainest, so that a failing example shrinks to a natural one.
+Every strategy of this package states which words it returns: legal words, words that break exactly one rule,
+or any words. The rule table and the classes of `amci3601` define validity. The first value of every list is
+the plainest, so that a failing example shrinks to a natural one.
 
-Only tests and searches import it; nothing else in `io_images` needs Hypothesis.
+Only tests and searches import this package; nothing else in `io_images` needs Hypothesis.
 
 >>> from hypothesis import find
 >>> find(moves(1000), lambda move: True).to_image()

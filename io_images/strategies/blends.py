@@ -70,14 +70,14 @@ def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.Searc
 @cache
 def _headers(most: int) -> st.SearchStrategy[tuple[int, int, Acceleration]]:
     """Return a strategy of number of segments, final deceleration and its type."""
-    return pick(_together, range(SEGMENTS_MIN, most + 1), SEGMENT_RATES, tuple(Acceleration))
+    return pick(_as_tuple, range(SEGMENTS_MIN, most + 1), SEGMENT_RATES, tuple(Acceleration))
 
 
-def _together(*values: Any) -> tuple[Any, ...]:
+def _as_tuple(*values: Any) -> tuple[Any, ...]:
     return values
 
 
-_LEGS = pick(_together, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
+_SEGMENT_CHOICES = pick(_as_tuple, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
 """A segment's type, speed as a multiple of the starting speed, rate, and length, if that is enough."""
 
 
@@ -87,19 +87,19 @@ def _profile(draw: st.DrawFn, starting_speed: int, most: int) -> BlendProfile:
     types: list[Acceleration] = []
     segments: list[BlendSegment] = []
     for number in range(1, count + 1):
-        kind, times, rate, length = draw(_LEGS)
+        acceleration, multiple, rate, length = draw(_SEGMENT_CHOICES)
         previous_speed = segments[-1].speed if segments else starting_speed
-        speed = min(SEGMENT_SPEED_MAX, starting_speed * times)
+        speed = min(SEGMENT_SPEED_MAX, starting_speed * multiple)
         speed += bool(segments) and speed == previous_speed
-        shortest = _ramp(previous_speed, speed, rate)
+        shortest = _ramp_steps(previous_speed, speed, rate)
         if number == count:
-            shortest += _ramp(speed, starting_speed, final_deceleration)
-        types.append(kind)
+            shortest += _ramp_steps(speed, starting_speed, final_deceleration)
+        types.append(acceleration)
         segments.append(BlendSegment(max(shortest, length), speed, rate))
     return BlendProfile(BlendHeader(tuple(types), final_deceleration, final_type), tuple(segments))
 
 
-def _ramp(before: int, after: int, rate: int) -> int:
+def _ramp_steps(before: int, after: int, rate: int) -> int:
     """Return enough steps for a change of speed: twice v**2 / 2a plus a margin."""
     return abs(after * after - before * before) // (1000 * rate) + 10
 
@@ -152,28 +152,29 @@ def faulty_blends(
     require("starting_speed", starting_speed, 2, START_MAX)
     unknown_rules = [rule for rule in rules if rule not in BLEND_FAULTS]
     if unknown_rules:
-        raise ValueError(f"rule {unknown_rules[0]!r} is none of blend programming: {', '.join(BLEND_FAULTS)}")
+        raise ValueError(f"rule {unknown_rules[0]!r} is unknown: choose from {', '.join(BLEND_FAULTS)}")
     rule_choices = st.sampled_from(tuple(rules) or (*BLEND_FAULTS, ""))
     return st.tuples(blend_profiles(starting_speed, most=most), rule_choices).flatmap(
-        lambda both: _spoiled(both[0].blocks(), both[1], starting_speed)
+        lambda drawn: _with_fault(drawn[0].blocks(), drawn[1], starting_speed)
     )
 
 
-def _spoiled(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchStrategy[FaultyBlend]:
+def _with_fault(blocks: list[Image], rule: str, starting_speed: int) -> st.SearchStrategy[FaultyBlend]:
     if not rule:
         return st.just(FaultyBlend(blocks[:-1], rule))
     if rule == "PRF-06":
-        return st.just(FaultyBlend(_with(blocks, _same_speed(blocks)), rule))
+        return st.just(FaultyBlend(_damaged(blocks, _same_speed(blocks)), rule))
     if rule == "CMD-05":
-        return st.just(FaultyBlend(_with(blocks, _too_slow(starting_speed)), rule))
-    return _WAYS[rule].map(lambda way: FaultyBlend(_with(blocks, way), rule))
+        return st.just(FaultyBlend(_damaged(blocks, _too_slow(starting_speed)), rule))
+    return _DAMAGES[rule].map(lambda damage: FaultyBlend(_damaged(blocks, damage), rule))
 
 
-_WAYS = {rule: st.sampled_from(ways) for rule, ways in BLEND_FAULTS.items() if ways}
+_DAMAGES = {rule: st.sampled_from(damages) for rule, damages in BLEND_FAULTS.items() if damages}
 
 
-def _with(blocks: Sequence[Image], way: _Damage) -> list[Image]:
-    spoiled = [block.copy() for block in blocks]
-    for index, word in way.words.items():
-        spoiled[way.block][index] = word
-    return spoiled
+def _damaged(blocks: Sequence[Image], damage: _Damage) -> list[Image]:
+    """Return copies of the blocks, one of them with replaced words."""
+    copies = [block.copy() for block in blocks]
+    for index, word in damage.words.items():
+        copies[damage.block][index] = word
+    return copies

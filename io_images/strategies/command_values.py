@@ -1,4 +1,4 @@
-"""Common values of commands, and boundary values; the plainest come first."""
+"""Common values of commands, and boundary values; the simplest come first."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..amci3601 import KNOWN, Acceleration, Firmware
 from ..amci3601.parameters import LIMITS_3601
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 STARTING_SPEEDS = (1000, 200, 4000, 50, 333, 1)
 """Starting speeds, steps/s."""
@@ -26,17 +26,17 @@ DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETE
 """Distances of short, long, triangular, empty and the longest moves, steps."""
 
 
-def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
+def pick(make: Callable[..., Result], *lists: Sequence[Any]) -> st.SearchStrategy[Result]:
     """Return a strategy of `make` applied to one value of each list, in a single draw.
 
-    Hypothesis takes time for each draw. Here a byte selects each value, so that it shrinks toward the first
-    value of each list; no list may have more than 256 values.
+    Each draw takes Hypothesis time, so the draw is one text of bytes, and each byte selects a value. Examples
+    shrink toward the first value of each list. No list may have more than 256 values.
     """
 
-    def made(drawn: bytes) -> Made:
+    def from_bytes(drawn: bytes) -> Result:
         return make(*(values[len(values) * byte // 256] for values, byte in zip(lists, drawn, strict=True)))
 
-    return st.binary(min_size=len(lists), max_size=len(lists)).map(made)
+    return st.binary(min_size=len(lists), max_size=len(lists)).map(from_bytes)
 
 
 def starting_speeds() -> st.SearchStrategy[int]:

@@ -80,7 +80,7 @@ def manual_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
 
 
 def registration_moves(starting_speed: int) -> st.SearchStrategy[Manual]:
-    """Return a strategy of registration moves (firmware 3.1); some are too short to stop in."""
+    """Return a strategy of registration moves (firmware 3.1); some are shorter than the distance to stop."""
     distances = st.sampled_from([3000, 300, 20_000, 1]) | st.integers(1, 1_000_000)
     return st.builds(
         lambda direction, speed, pair, steps, shape: Manual(direction, speed, pair[0], pair[1], steps, shape),
@@ -106,10 +106,10 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
     """Return a strategy of all legal commands of a firmware version."""
-    minimum = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
+    stored_minimums = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
     newer_commands: list[st.SearchStrategy[Command]] = []
     if firmware.registration:
-        newer_commands += [registration_moves(starting_speed), minimum]
+        newer_commands += [registration_moves(starting_speed), stored_minimums]
     if firmware.follower:
         newer_commands.append(followers())
     return st.one_of(

@@ -57,21 +57,24 @@ _OTHER_BITS = pick(
     (*[PLAIN_INPUTS] * INPUTS, *range(INPUTS)),
     (*[ALL_INPUTS] * INPUTS, *range(INPUTS)),
 )
-"""Encoder, diagnostic feedback, stepper outputs, a limit in use, inputs in use and their levels."""
+"""Encoder, diagnostic feedback, step outputs, limits if no other is used, used inputs and their levels."""
 
 
 @st.composite
 def _configuration(
-    draw: st.DrawFn, firmware: Firmware, kinds: st.SearchStrategy[HomingKind], starts: st.SearchStrategy[int]
+    draw: st.DrawFn,
+    firmware: Firmware,
+    homing_kinds: st.SearchStrategy[HomingKind],
+    speeds: st.SearchStrategy[int],
 ) -> Configuration:
     """Draw all parts, even unused ones, since Hypothesis treats examples with fewer draws as simpler."""
-    switch, proximity, marker = draw(kinds).value
-    has_encoder, feedback, steps, some_limits, inputs_used, active_high = draw(_OTHER_BITS)
+    switch, proximity, marker = draw(homing_kinds).value
+    has_encoder, feedback, step_outputs, default_limits, inputs_used, active_high = draw(_OTHER_BITS)
     encoder = marker or has_encoder
     feedback = feedback and not encoder
     inputs_used = inputs_used & ~HOME | switch * HOME
     if not inputs_used & LIMITS:
-        inputs_used |= some_limits
+        inputs_used |= default_limits
     if not encoder and not firmware.capture_without_encoder:
         inputs_used &= ~CAPTURE
     return Configuration(
@@ -80,9 +83,9 @@ def _configuration(
         backplane_proximity=proximity,
         quadrature_encoder=encoder,
         diagnostic_feedback=feedback,
-        step_and_direction=feedback or steps,
+        step_and_direction=feedback or step_outputs,
         marker_home=marker,
-        starting_speed=draw(starts),
+        starting_speed=draw(speeds),
     )
 
 
@@ -102,7 +105,8 @@ def faulty_configurations(
     for rule in rules:
         if rule not in breakable:
             raise ValueError(
-                f"rule {rule!r} is broken by no configuration of firmware {firmware}: {', '.join(breakable)}"
+                f"no configuration of firmware {firmware} breaks only rule {rule!r}: "
+                f"choose from {', '.join(breakable)}"
             )
     return st.sampled_from(rules or breakable).flatmap(lambda rule: _breaking(rule, firmware))
 
@@ -114,9 +118,9 @@ def _can_break(rule: str, firmware: Firmware) -> bool:
 @cache
 def _breaking(rule: str, firmware: Firmware) -> st.SearchStrategy[FaultyConfiguration]:
     base = configurations(firmware, homing=BASES.get(rule, HomingKind.HOME_SWITCH))
-    broken_words = st.tuples(base, FAULTS[rule]).map(lambda both: _with(tuple(both[0].to_image()), both[1]))
-    alone_broken = broken_words.filter(lambda words: check(words, firmware) == (rule,))
-    return alone_broken.map(lambda words: FaultyConfiguration(Image(words), rule))
+    faulty_words = st.builds(_with_fault, base, FAULTS[rule])
+    words_of_one_fault = faulty_words.filter(lambda words: check(words, firmware) == (rule,))
+    return words_of_one_fault.map(lambda words: FaultyConfiguration(Image(words), rule))
 
 
 class _Fault(NamedTuple):
@@ -127,7 +131,8 @@ class _Fault(NamedTuple):
     words: Mapping[int, int] = {}
 
 
-def _with(words: tuple[int, ...], fault: _Fault) -> tuple[int, ...]:
+def _with_fault(configuration: Configuration, fault: _Fault) -> tuple[int, ...]:
+    words = tuple(configuration.to_image())
     msw = signed_word(words[0] & 0xFFFF & ~fault.clear | fault.set)
     return tuple(fault.words.get(index, word) for index, word in enumerate((msw, *words[1:])))
 
@@ -167,4 +172,4 @@ FAULTS: dict[str, st.SearchStrategy[_Fault]] = {
 """Ways to break each rule of `INVALID_CONFIGURATIONS`."""
 
 BASES = dict.fromkeys(("CFG-04", "CFG-09", "CFG-10"), HomingKind.MARKER_HOME_SWITCH)
-"""Homing kind for rules that can't be broken singly with a home switch."""
+"""Homing kind for rules that can't be broken alone with a home switch."""

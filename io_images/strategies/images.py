@@ -5,7 +5,7 @@
     hostile      any command bits, with boundary numbers
     any          eight words
 
-`output_images` mixes them in this order, so that a failing example shrinks toward the plausible.
+`output_images` mixes them in this order, so that a failing example shrinks toward a plausible one.
 """
 
 from __future__ import annotations
@@ -76,7 +76,9 @@ _ANY_NUMBERS = pick(lambda *words: words, *[EDGES] * 6)
 
 def hostile_images() -> st.SearchStrategy[Image]:
     """Return a strategy of images with any command bits (not the mode bit) and boundary numbers."""
-    return st.builds(lambda commands, rest: Image((*commands, *rest)), _ANY_COMMANDS, _ANY_NUMBERS)
+    return st.builds(
+        lambda command_words, numbers: Image((*command_words, *numbers)), _ANY_COMMANDS, _ANY_NUMBERS
+    )
 
 
 def any_images() -> st.SearchStrategy[Image]:

@@ -12,8 +12,8 @@ Reset Errors, so that an earlier mistake does not lock the module, and ends with
     4             HOLD        a completion or error bit is set, or 20 s have passed
     5             0           4 ms have passed
 
-Every draw is one of fewer than 100 values. Into larger ranges, Hypothesis mixes constants of 100 and more
-that it finds in the loaded modules; these draws do not depend on such constants.
+Every draw is one of fewer than 100 values. From larger ranges, Hypothesis also draws constants of 100 and
+more that it finds in the loaded modules; these draws do not depend on such constants.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ IDLE = Showing(Idle().to_image())
 RESET = (Showing(ResetErrors().to_image()), IDLE)
 
 DIRECTIONS = tuple(Direction)
-TIMES_STARTING_SPEED = (5, 2, 10, 1)
+SPEED_MULTIPLES = (5, 2, 10, 1)
 RATE_PAIRS = ((100, 50), (1000, 1000), (20, 10))
 STEPS = (1000, 300, -700, 5000, 20, -3000, 1)
 RUN_MS = (20, 100, 4, 400)
@@ -128,13 +128,13 @@ def configuring(starting_speed: int = 1000) -> Act:
 
 
 def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Act]:
-    """Return a strategy of acts on a configured axis, the plainest first.
+    """Return a strategy of acts on a configured axis, the simplest first.
 
     There are waits, moves with and without a hold, homing, manual moves, presets, blend moves, and mistakes;
     from firmware 3.1 on also registration moves, and from 4.1 on the encoder follower.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
-    speeds = tuple(starting_speed * times for times in TIMES_STARTING_SPEED)
+    speeds = tuple(starting_speed * multiple for multiple in SPEED_MULTIPLES)
     kinds = [_waits(), _moves(speeds), _homes(speeds), _held_moves(speeds), _blends(speeds)]
     kinds += [_manuals(speeds), _presets(), st.just(configuring(starting_speed)), _mistakes(starting_speed)]
     if firmware.registration:
@@ -151,11 +151,11 @@ def sequences(
     require("most", most, 1, 99)
     configuration = configuring(starting_speed)
     return st.lists(acts(starting_speed, firmware), min_size=1, max_size=most).map(
-        lambda rest: [configuration, *rest]
+        lambda further_acts: [configuration, *further_acts]
     )
 
 
-# -- the kinds ------------------------------------------------------------------------------------
+# -- kinds of acts ----------------------------------------------------------------------------------
 
 
 def _one_of(values: Sequence[int]) -> st.SearchStrategy[int]:
@@ -192,7 +192,7 @@ def _held_moves(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
             showings += [IDLE, waiting(Resume(speed, 100, 50).to_image())]
         return acting("held move", *showings)
 
-    far = st.builds(
+    long_moves = st.builds(
         _move_of,
         st.just(MoveKind.RELATIVE),
         st.sampled_from((5000, -5000)),
@@ -200,7 +200,7 @@ def _held_moves(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
         st.sampled_from(RATE_PAIRS),
         st.sampled_from(SHAPES),
     )
-    return st.builds(held, far, _one_of(RUN_MS), _one_of(speeds), st.booleans())
+    return st.builds(held, long_moves, _one_of(RUN_MS), _one_of(speeds), st.booleans())
 
 
 def _homes(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
@@ -236,8 +236,8 @@ def _manuals(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
 
 
 def _registrations(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
-    def registration(image: Image, ms: int, least: int) -> Act:
-        store = Showing(StoreMinimumRegistration(least).to_image())
+    def registration(image: Image, ms: int, minimum_steps: int) -> Act:
+        store = Showing(StoreMinimumRegistration(minimum_steps).to_image())
         return acting("registration move", store, IDLE, Showing(image, ms), waiting(_released(image)))
 
     images = st.builds(

@@ -54,8 +54,8 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 def _writes() -> st.SearchStrategy[bytes]:
     """Return a strategy of writes to registers other than commands, the address and behavior selectors."""
-    quiet_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
-    writable_rows = [row for row in quiet_rows if row.high > 1]
+    harmless_rows = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
+    writable_rows = [row for row in harmless_rows if row.high > 1]
 
     def write(row: Row) -> st.SearchStrategy[bytes]:
         return st.integers(row.low, row.high).map(lambda value: _write(row, value))
@@ -105,15 +105,15 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
     """Return a frame with one defect: a wrong bit, a byte lost, doubled or added, or the end cut off."""
     frame = draw(frames)
     position = draw(st.integers(0, len(frame) - 1))
-    how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
-    if how == "bit":
+    defect = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
+    if defect == "bit":
         wrong_byte = frame[position] ^ 1 << draw(st.integers(0, 7))
         return frame[:position] + bytes((wrong_byte,)) + frame[position + 1 :]
-    if how == "lost":
+    if defect == "lost":
         return frame[:position] + frame[position + 1 :]
-    if how == "doubled":
+    if defect == "doubled":
         return frame[:position] + frame[position : position + 1] + frame[position:]
-    if how == "added":
+    if defect == "added":
         return frame[:position] + bytes((draw(st.integers(0, 255)),)) + frame[position:]
     return frame[: max(position, 1)]
 

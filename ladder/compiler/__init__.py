@@ -1,9 +1,9 @@
 """The compiler: one Python function per routine.
 
-The memory's cells become variables of the function, so a tag costs what a variable costs. The compiler
+The memory's cells become variables of the function, so that a tag is as fast as a variable. The compiler
 decides addresses, widths, ranges and which conversions can overflow. The rung condition is a Python
-expression, kept in a variable only where it is used more than once. Line numbers of the function are those of
-the rungs' file, so that an error in a scan points there.
+expression, stored in a variable only if it is used more than once. The functions have the line numbers of the
+rungs' file, so that an error in a scan refers to it.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "s
 
 
 FUNCTIONS_KEPT = 256
-"""Functions with cached code: an edit leaves most functions unchanged, and programs share libraries."""
+"""Maximum functions with cached code: most are unchanged by an edit, and programs share libraries."""
 
 
 def source_of(lowered: LoweredProgram) -> str:
@@ -45,8 +45,8 @@ class ObservedScanner(NamedTuple):
     """A compiled program that notes power and applies forces."""
 
     bind: Callable[[Engine, Mapping[str, Any]], Callable[[int], object]]  # a `Scanner` with more variables
-    places: int  # length of the list of noted power
-    readings: Sequence[Reading]  # how to read the places of each noted line, see `truth_of`
+    note_count: int  # length of the list of noted power
+    readings: Sequence[Reading]  # how to read the notes of each noted line, see `truth_of`
 
 
 def scanner_of(lowered: LoweredProgram) -> Scanner:
@@ -67,7 +67,7 @@ def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> Ob
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
         namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
         for name in text_names:
-            namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), held=observation.forced)
+            namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), forced=observation.forced)
         functions: dict[str, FunctionType] = {}
         for code in codes:
             closure = tuple(engine.memory.cells[name] for name in code.co_freevars)
@@ -90,7 +90,7 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
     assert engine.scheduler is not None
 
     def run(name: str, at_ns: int) -> None:
-        before, engine.now_ns = engine.now_ns, at_ns
+        scan_ns, engine.now_ns = engine.now_ns, at_ns
         function = functions.get(name)
         try:
             if function is None:
@@ -98,18 +98,18 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
             else:
                 function(at_ns, ())
         finally:
-            engine.now_ns = before
+            engine.now_ns = scan_ns
 
     engine.scheduler.scan(now_ns, run)
 
 
 def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) -> CodeType:
-    """Compile a function with the line numbers of its file; LadderError if it is too large for Python."""
+    """Compile a function with the line numbers of its file; raise a LadderError if it is too large."""
     text, lines = unit
-    if not observation.held:
+    if not observation.forced_variables:
         return _cached(text, tuple(lines), file)
     tree = ast.parse(text)
-    ForceInserter(observation.held).visit(tree)
+    ForceInserter(observation.forced_variables).visit(tree)
     return _compiled(tree, lines, file)
 
 
@@ -117,12 +117,12 @@ def _compiled(source: str | ast.Module, lines: Sequence[int], file: str) -> Code
     try:
         module = compile(source, file, "exec")
     except (MemoryError, RecursionError):
-        raise LadderError(f"{file}: a statement has too many branches to be compiled: divide it") from None
-    return relocated(_inside(_inside(module)), lines)
+        raise LadderError(f"{file}: a statement has too many branches to compile; divide it") from None
+    return relocated(_inner_code(_inner_code(module)), lines)
 
 
 _cached = lru_cache(FUNCTIONS_KEPT)(_compiled)
 
 
-def _inside(code: CodeType) -> CodeType:
+def _inner_code(code: CodeType) -> CodeType:
     return next(constant for constant in code.co_consts if isinstance(constant, CodeType))

@@ -13,7 +13,7 @@ _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 
 
 class _AlarmText(MemberText):
-    """What ALMD and ALMA have in common."""
+    """The common steps of ALMD and ALMA."""
 
     def copy(self, names: Iterable[str], operands: Iterable[Resolved]) -> None:
         """Write operands to the parameters of these names."""
@@ -27,13 +27,13 @@ class _AlarmText(MemberText):
         self.set(**{f"~{name}": program, f"Oper{name}": False})
         return request
 
-    def switch(self, on: str, off: str, state: str) -> None:
-        """Write a state that requests set and clear."""
-        with self.block(f"if {self[f'Prog{off}']} or {self[f'Oper{off}']}:"):
+    def switch(self, set_request: str, clear_request: str, state: str) -> None:
+        """Write a state with requests that set and clear it."""
+        with self.block(f"if {self[f'Prog{clear_request}']} or {self[f'Oper{clear_request}']}:"):
             self.set(**{state: False})
-        with self.block(f"elif {self[f'Prog{on}']} or {self[f'Oper{on}']}:"):
+        with self.block(f"elif {self[f'Prog{set_request}']} or {self[f'Oper{set_request}']}:"):
             self.set(**{state: True})
-        self.set(**{f"Oper{on}": False, f"Oper{off}": False})
+        self.set(**{f"Oper{set_request}": False, f"Oper{clear_request}": False})
 
     def lasts(self, active: str) -> str:
         """Write the timing of a condition; return a variable that is true if it has lasted long enough."""
@@ -114,14 +114,14 @@ def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
         _write_level(alarm, name, alarm.keep(f"{stays} or {beyond[name]} and {starts}"), acknowledged)
 
 
-def _write_level(alarm: _AlarmText, name: str, on: str, acknowledged: str) -> None:
+def _write_level(alarm: _AlarmText, name: str, in_alarm: str, acknowledged: str) -> None:
     required = alarm["AckRequired"]
-    with alarm.block(f"if {on} and not {alarm[f'{name}InAlarm']}:"):
+    with alarm.block(f"if {in_alarm} and not {alarm[f'{name}InAlarm']}:"):
         alarm.set(**{f"{name}Acked": f"not {required}"})
     with alarm.block(f"if {acknowledged} or not {required}:"):
         alarm.set(**{f"{name}Acked": True})
-    alarm.set(**{f"{name}InAlarm": on})
-    alarm.set(**{f"{name}InAlarmUnack": f"{on} and not {alarm[f'{name}Acked']}"})
+    alarm.set(**{f"{name}InAlarm": in_alarm})
+    alarm.set(**{f"{name}InAlarmUnack": f"{in_alarm} and not {alarm[f'{name}Acked']}"})
 
 
 def _write_rates(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
@@ -134,5 +134,5 @@ def _write_rates(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
         alarm.set(**{"~sampled_ns": "now", "~sample": alarm["In"]})
     for name, rate in (("ROCPos", alarm["ROC"]), ("ROCNeg", f"-{alarm['ROC']}")):
         limit = alarm[f"{name}Limit"]
-        on = alarm.keep(f"not {disabled} and {period} > 0 and {limit} > 0 and {rate} >= {limit}")
-        _write_level(alarm, name, on, acknowledged)
+        in_alarm = alarm.keep(f"not {disabled} and {period} > 0 and {limit} > 0 and {rate} >= {limit}")
+        _write_level(alarm, name, in_alarm, acknowledged)

@@ -1,4 +1,4 @@
-"""GSV in Python text: the interpreter computes the bytes of an attribute, `Spec.fetch`; lines store them."""
+"""GSV in Python text: `Spec.fetch` returns the bytes of an attribute, and the lines store them."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def write_gsv(
     elif has_elements(rungs, target) and target.type.is_integer:
         data = values.keep(fetched)
         elements = ElementText(rungs, target)
-        place = f"{elements.row}, {elements.at}, {elements.left}"
-        line(f"store_bytes({place}, {target.type.code!r}, {size_of(target.type)}, {data})")
+        row_text = f"{elements.row}, {elements.at}, {elements.left}"
+        line(f"store_bytes({row_text}, {target.type.code!r}, {size_of(target.type)}, {data})")
     elif isinstance(target, Place) and target.type.is_integer and not rungs.writer.mask(target.leaf):
         code, size = target.type.code, size_of(target.type)
         values.assign(target, f"first_of({fetched}, {code!r}, {size}, {values.read(target)})")

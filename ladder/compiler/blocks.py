@@ -1,7 +1,7 @@
 """Function blocks of process control in Python text: a call with the values of all members.
 
-__1 = fetched(7, (Loop_EnableIn, Loop_PV, ...))       the step of the block computes with these
-Loop_PV = __1[1]                                      and returns them, in the same order
+__1 = fetched(7, (Loop_EnableIn, Loop_PV, ...))       the block's function gets the values of all members
+Loop_PV = __1[1]                                      and returns the new ones, in the same order
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
     arguments = f"({', '.join(block[name] for name in names)})"
     call = ", ".join([str(rungs.values.site), arguments, *([f"frame={frame}"] if frame else [])])
     outputs = rungs.values.keep(f"fetched({call})")
-    block.set(**{name: f"{outputs}[{place}]" for place, name in enumerate(names)})
+    block.set(**{name: f"{outputs}[{index}]" for index, name in enumerate(names)})
 
 
 def names_of(kind: Structure) -> tuple[str, ...]:

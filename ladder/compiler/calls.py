@@ -3,10 +3,10 @@
     addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
     addon_MIXER_LOGIC_at(now, frame, base, ...)
 
-Most instances are their own tags, at the beginning of their list: no offset is added. The second function
-is for instances in arrays, in structures and in other instances; it is written on demand.
-`left` counts the elements up to the end of the array; `bit` is the mask of a bit of an integer, None
-for whole values; only InOuts that get a bit in some call have it.
+Most instances are separate tags, at the beginning of their list, without an offset. The second function is
+for instances in arrays, structures and other instances; it is written on demand. `left` is the number of
+elements to the end of the array. `bit` is the mask of a bit of an integer, None for whole values; only InOuts
+that get a bit in some call have it.
 """
 
 from __future__ import annotations
@@ -32,42 +32,39 @@ def write_call(values: ValueWriter, routine: str, call: AddOnCall) -> None:
     """Write the call of an add-on routine."""
     writer = values.writer
     bits = writer.lowered.frames[call.name].bits
-    frame, base = _handed(values, call.instance)[:2]
+    frame, base, _, _ = _argument(values, call.instance)
     based = base != "0"
-    parts = ["now", frame, base] if based else ["now", frame]
+    arguments = ["now", frame, base] if based else ["now", frame]
     for name, operand in call.handed.items():
-        handed = _handed(values, operand)
-        parts += handed if name in bits else handed[:3]
+        argument = _argument(values, operand)
+        arguments += argument if name in bits else argument[:3]
     writer.called.add((routine, based))
-    writer.line(f"try: {function_name(routine, based=based)}({', '.join(parts)})")
+    writer.line(f"try: {function_name(routine, based=based)}({', '.join(arguments)})")
     writer.line(f"except LadderFault as fault: fault.called_by(site[{values.site}]); raise")
 
 
 def function_name(routine: str, *, based: bool) -> str:
-    """Return the name of an add-on routine's function; with `based`, the function that takes an offset."""
+    """Return the name of an add-on routine's function; with `based`, of the function with an offset."""
     return f"addon_{routine.replace('.', '_')}{'_at' if based else ''}"
 
 
-def _handed(values: ValueWriter, operand: Place | Group) -> list[str]:
+def _argument(values: ValueWriter, operand: Place | Group) -> tuple[str, str, str, str]:
     """Return text for the list, offset, remaining elements and bit mask of an argument."""
     leaf = first_leaf(operand)
     texts = subscripts_kept(values, operand)
     if isinstance(operand, Group) and isinstance(operand.type, Structure):
         spot = values.writer.layout.byte_spot(operand.path)
         if spot is not None:
-            return [spot.ident, values.placed(spot, leaf, texts), _left(values, leaf, texts, operand), "None"]
+            left = _elements_left(values, leaf, texts, operand)
+            return spot.ident, values.placed(spot, leaf, texts), left, "None"
     elif values.is_packed(leaf):
         byte, mask = values.byte_of(leaf, texts)
-        return [values.writer.name(leaf), values.keep(byte), "1", values.keep(mask)]
-    return [
-        values.writer.name(leaf),
-        values.offset(leaf, texts),
-        _left(values, leaf, texts, operand),
-        _mask(values, leaf, operand),
-    ]
+        return values.writer.name(leaf), values.keep(byte), "1", values.keep(mask)
+    offset, left = values.offset(leaf, texts), _elements_left(values, leaf, texts, operand)
+    return values.writer.name(leaf), offset, left, _mask(values, leaf, operand)
 
 
-def _left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
+def _elements_left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
     """Return text for the number of elements from an operand to the end of its array."""
     if leaf.root not in ("", OWN) and operand.path.upper() == leaf.root:
         length = values.writer.handed(leaf.root)[2]
@@ -77,11 +74,13 @@ def _left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operand: Place 
     dims = operand.array
     strides = row_strides(dims, 1)
     last = texts[len(texts) - len(dims) :]
-    fixed = sum(int(text) * stride for text, stride in zip(last, strides, strict=True) if text.isdigit())
-    terms = [
-        f" - {text} * {stride}" for text, stride in zip(last, strides, strict=True) if not text.isdigit()
-    ]
-    return f"{count_of(dims) - fixed}{''.join(terms)}"
+    left, computed = count_of(dims), ""
+    for text, stride in zip(last, strides, strict=True):
+        if text.isdigit():
+            left -= int(text) * stride
+        else:
+            computed += f" - {text} * {stride}"
+    return f"{left}{computed}"
 
 
 def _mask(values: ValueWriter, leaf: Leaf, operand: Place | Group) -> str:

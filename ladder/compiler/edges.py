@@ -1,6 +1,6 @@
-"""Instructions that act when their rung becomes true: the text decides when, the interpreter does the rest.
+"""Instructions that act when their rung becomes true: the text detects the edge, the interpreter acts.
 
-So an output costs no more than others while its rung does not change, see `Spec.partly`.
+So an instruction is as fast as any other while its rung does not change, see `Spec.partly`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Operands of instructions as Python text: structures, arrays of numbers, elements in bytes.
 
-The counterparts of `interpreter.files`: they read and write in the same order, so that both back ends meet
-the same fault first.
+They read and write in the same order as `interpreter.files`, so that both back ends detect the same fault
+first.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class ElementText:
         self.left = rungs.values.kept_number(elements_left(rungs, self.region, texts))
 
     def check(self, number: str) -> None:
-        """Write code that faults if the array has no such element."""
+        """Write a fault for an element number beyond the array."""
         arguments = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
         if not (number.isdigit() and self.left.isdigit() and int(number) < int(self.left)):
             self._writer.line(f"if not 0 <= {number} < {self.left}: outside({arguments})")
@@ -80,7 +80,7 @@ class ElementText:
         return f"{self.row}[{plus(self.at, number)}]"
 
     def value_of(self, source: Resolved) -> str:
-        """Return text for a number as a value of these elements."""
+        """Return text for a number, converted to the type of the elements."""
         term = self._values.term(source, width_moved(source, self.type))
         return self._values.keep(converted_text(term, self.type))
 
@@ -98,11 +98,12 @@ def has_elements(rungs: RungWriter, operand: Resolved) -> bool:
 def converted_text(term: Term, kind: Elementary) -> str:
     """Return text for a number converted to a type, without flags and faults."""
     if term.real:
-        fits = kind.is_double or (kind.is_real and not term.double)
+        is_converted = kind.is_double or (kind.is_real and not term.double)
     else:
         may_be_bit = term.high == 1 and not term.text.isdigit()
-        fits = kind.is_integer and not may_be_bit and kind.lowest <= term.low and term.high <= kind.highest
-    if fits:
+        in_range = kind.lowest <= term.low and term.high <= kind.highest
+        is_converted = kind.is_integer and not may_be_bit and in_range
+    if is_converted:
         return term.text
     return f"converted(types[{kind.name!r}], {term.text})"
 
@@ -115,7 +116,7 @@ class ByteEnd:
     at: str  # text for the first byte
     left: str  # text for the number of bytes to the end of its array
     size: int  # bytes per element
-    surely: int  # a lower bound of `left`
+    surely: int  # lower bound of `left`, known at compilation
 
 
 def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
@@ -145,7 +146,7 @@ def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:
 
 
 def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], size: int = 1) -> str:
-    """Return text for the number of elements from an element, given by subscripts, to the end of its array.
+    """Return text for the number of elements from an element, by subscripts, to the end of its array.
 
     Args:
         size: factor for the result, such as an element's number of bytes.
@@ -164,8 +165,8 @@ def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], 
     return f"({region.array} - ({flat}) % {region.array}){factor}"
 
 
-def plus(at: str, count: str) -> str:
-    """Return text for a sum; if both texts are numbers, the text of their sum."""
-    if at == "0" or count == "0":
-        return count if at == "0" else at
-    return str(int(at) + int(count)) if at.isdigit() and count.isdigit() else f"{at} + {count}"
+def plus(a: str, b: str) -> str:
+    """Return text for a sum; for two numbers, their sum."""
+    if a == "0" or b == "0":
+        return b if a == "0" else a
+    return str(int(a) + int(b)) if a.isdigit() and b.isdigit() else f"{a} + {b}"

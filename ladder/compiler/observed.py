@@ -2,11 +2,11 @@
 
 They are compiled on demand, so the plain program has no extra cost.
 
-Noting: a rung collects the power after its instructions in variables and puts them in a list at its end; see
-`power_notes`, and `statements` for structured text.
+Noting: a rung collects the power after its instructions in variables and stores them in a list at its end,
+see `power_notes`, and `statements` for structured text.
 
-Forcing: a line after every assignment to a forced variable forces it again. The value is computed
-anyway, since that may record a fault. Lists are forced in the memory, see `debug.forces.HeldList`.
+Forcing: a line after every assignment to a forced variable forces it again. The value is still computed,
+because this may record a fault. Lists are forced in the memory, see `debug.forces.ForcedList`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NOTED = "__noted"
 """Variable of the list of noted power."""
 
 NOTES = "__notes"
-"""Name of that list inside routines."""
+"""Name of the list of noted power inside routines."""
 
 LineKey = tuple[str, int]
 """A routine, in capitals, and the number of its rung or line."""
@@ -34,7 +34,7 @@ LineKey = tuple[str, int]
 class Observation:
     """The lines to note and the variables to force."""
 
-    held: frozenset[tuple[str, bool]] = frozenset()  # forced variables; True: only some bits of the variable
+    forced_variables: frozenset[tuple[str, bool]] = frozenset()  # True: only some bits of the variable
     noted: tuple[LineKey, ...] = ()  # noted lines in list order
     forced: bool = False  # whether anything is forced, including values in lists and bytes
 
@@ -43,7 +43,7 @@ UNOBSERVED = Observation()
 
 
 Reading = tuple[tuple[int, int, tuple[tuple[int, int], ...]], ...]
-"""For each instruction, pairs of place and threshold: power after it means that all places exceed them."""
+"""For each instruction, a place and a threshold, and more of them: with power after it, all are exceeded."""
 
 
 class NoteList:
@@ -54,7 +54,7 @@ class NoteList:
         self.readings: list[Reading] = [()] * lines  # how to read the places of each line
         self._places: dict[tuple[int, int], int] = {}
 
-    def further(self, line: int, number: int) -> int:
+    def extra_place(self, line: int, number: int) -> int:
         """Return an additional place of a line, from 1; every compilation of the line gets the same one."""
         place = self._places.setdefault((line, number), self.size)
         self.size += place == self.size
@@ -63,31 +63,31 @@ class NoteList:
 
 @dataclass(frozen=True, slots=True)
 class Notes:
-    """The noted lines of one routine: their places in the list `listed`."""
+    """The noted lines of one routine."""
 
-    places: Mapping[int, int]
-    listed: NoteList
+    places: Mapping[int, int]  # place in the list by line number
+    note_list: NoteList
     forced: bool = False  # see `Observation.forced`
 
     @staticmethod
-    def of(observation: Observation, listed: NoteList, routine: str) -> Notes:
+    def of_routine(observation: Observation, note_list: NoteList, routine: str) -> Notes:
         """Return the notes of a routine, in capitals."""
         noted = enumerate(observation.noted)
         places = {number: place for place, (name, number) in noted if name == routine}
-        return Notes(places, listed, observation.forced)
+        return Notes(places, note_list, observation.forced)
 
     def place(self, number: int) -> str | None:
         """Return text for the place of a line, None if the line is not noted."""
         place = self.places.get(number)
         return None if place is None else f"{NOTES}[{place}]"
 
-    def further(self, number: int, which: int) -> int:
+    def extra_place(self, number: int, extra_number: int) -> int:
         """Return an additional place of a noted line, from 1."""
-        return self.listed.further(self.places[number], which)
+        return self.note_list.extra_place(self.places[number], extra_number)
 
     def read(self, number: int, reading: Reading) -> None:
         """Set how to read the places of a line."""
-        self.listed.readings[self.places[number]] = reading
+        self.note_list.readings[self.places[number]] = reading
 
 
 def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, ...] | None:
@@ -101,8 +101,8 @@ def truth_of(notes: Sequence[Any], line: int, reading: Reading) -> tuple[bool, .
         return first
     return tuple(
         [
-            notes[place] > above and (not further or all(notes[number] > least for number, least in further))
-            for place, above, further in reading
+            notes[place] > above and (not more or all(notes[other] > least for other, least in more))
+            for place, above, more in reading
         ]
     )
 
@@ -114,56 +114,53 @@ def true_at_end(notes: Sequence[Any], line: int, reading: Reading) -> bool:
         return bool(first) and bool(first[-1])
     if first is None or not reading:
         return False
-    place, above, further = reading[-1]
-    return bool(notes[place] > above) and all(notes[number] > least for number, least in further)
+    place, above, more = reading[-1]
+    return bool(notes[place] > above) and all(notes[other] > least for other, least in more)
 
 
 def lines_of(lowered: LoweredProgram) -> tuple[LineKey, ...]:
     """Return all lines whose power can be noted."""
-    lines = {
-        (routine.name.upper(), line.number): None
-        for routine in lowered.routines.values()
-        for line in routine.lines
-    }
-    return tuple(lines)
+    routines = lowered.routines.values()
+    lines = [(routine.name.upper(), line.number) for routine in routines for line in routine.lines]
+    return tuple(dict.fromkeys(lines))
 
 
-def held_name(ident: str) -> str:
+def force_variable(ident: str) -> str:
     """Return the variable of a forced value."""
     return f"__held_{ident}"
 
 
-def kept_name(ident: str) -> str:
+def free_mask_variable(ident: str) -> str:
     """Return the variable of the mask of unforced bits."""
     return f"__left_{ident}"
 
 
 class ForceInserter(ast.NodeTransformer):
-    """Adds a line that forces a variable after every assignment to it, see `Observation.held`."""
+    """Adds a line that forces a variable after every assignment to it, see `Observation`."""
 
-    def __init__(self, held: frozenset[tuple[str, bool]]) -> None:
-        self._again = {ident: _force(ident, in_part=in_part) for ident, in_part in held}
+    def __init__(self, variables: frozenset[tuple[str, bool]]) -> None:
+        self._force_lines = {ident: _force(ident, in_part=in_part) for ident, in_part in variables}
 
     @override
     def visit_Assign(self, node: ast.Assign) -> ast.AST | list[ast.stmt]:
         """Return the assignment and the line after it."""
         forced = [
-            self._again[target.id]
+            self._force_lines[target.id]
             for target in node.targets
-            if isinstance(target, ast.Name) and target.id in self._again
+            if isinstance(target, ast.Name) and target.id in self._force_lines
         ]
-        return [node, *(_placed(ast.parse(text).body[0], node) for text in forced)]
+        return [node, *(_at_position_of(ast.parse(text).body[0], node) for text in forced)]
 
 
 def _force(ident: str, *, in_part: bool) -> str:
     if in_part:
-        return f"{ident} = {ident} & {kept_name(ident)} | {held_name(ident)}"
-    return f"{ident} = {held_name(ident)}"
+        return f"{ident} = {ident} & {free_mask_variable(ident)} | {force_variable(ident)}"
+    return f"{ident} = {force_variable(ident)}"
 
 
-def _placed(line: ast.stmt, where: ast.stmt) -> ast.stmt:
+def _at_position_of(line: ast.stmt, statement: ast.stmt) -> ast.stmt:
     """Return a line with the source position of another one, for error messages."""
     for node in ast.walk(line):
         if isinstance(node, (ast.expr, ast.stmt)):
-            ast.copy_location(node, where)
+            ast.copy_location(node, statement)
     return line

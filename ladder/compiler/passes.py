@@ -1,4 +1,4 @@
-"""FAL and FSC in Python text; `instructions.arrays` says what they do."""
+"""FAL and FSC in Python text, see `instructions.arrays`."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ from .rungs import RungWriter
 
 
 def _write_passes(
-    rungs: RungWriter, power: str, control: ControlText, mode: str, one: Callable[[], None]
+    rungs: RungWriter, power: str, control: ControlText, mode: str, write_element: Callable[[], None]
 ) -> None:
-    """Write the loop of one scan; `one` writes the code for the element at POS, with `break` to stop there.
+    """Write the loop of one scan.
 
-    Backward jumps are counted together: the passes count down to the watchdog's limit.
+    The passes count down to the watchdog's limit, and their backward jumps are counted at the end.
+
+    Args:
+        write_element: writes the code for the element at POS; its `break` ends the loop.
     """
     keep, line, block, site = rungs.values.keep, rungs.writer.line, rungs.writer.block, rungs.values.site
     rises = keep(f"{power} and not {control['EN']}")
@@ -28,18 +31,19 @@ def _write_passes(
         waits = f" or not {rises}" if mode == "INC" else ""
         with block(f"if not ({control['DN']} or {control['ER']}{waits}):"):
             control.check()
-            all_ = keep(control["LEN"] if mode == "ALL" else "1" if mode == "INC" else mode)
-            least = keep(f"max({all_} - faults.jumps_left, 0)")
-            left = rungs.writer.temporary()
-            line(f"{left} = {all_}")
+            passes = keep(control["LEN"] if mode == "ALL" else "1" if mode == "INC" else mode)
+            least = keep(f"max({passes} - faults.jumps_left, 0)")
+            remaining = rungs.writer.temporary()
+            line(f"{remaining} = {passes}")
             with block("try:"):
-                with block(f"while {left} > {least} and {control['POS']} < {control['LEN']}:"):
-                    line(f"{left} -= 1")
-                    one()
+                with block(f"while {remaining} > {least} and {control['POS']} < {control['LEN']}:"):
+                    line(f"{remaining} -= 1")
+                    write_element()
                 with block("else:"):
-                    line(f"if {left} and {control['POS']} < {control['LEN']}: jumped_back({site}, {all_})")
+                    unfinished = f"{remaining} and {control['POS']} < {control['LEN']}"
+                    line(f"if {unfinished}: jumped_back({site}, {passes})")
                     control.set(DN=f"{control['POS']} >= {control['LEN']}")
-            line(f"finally: jumped_back({site}, {all_} - {left})")
+            line(f"finally: jumped_back({site}, {passes} - {remaining})")
     if power != "True":
         with block("else:"):
             control.begin_again()
@@ -55,15 +59,15 @@ def write_fal(
     writes_pos = target.leaf == group.member("POS").leaf or target.leaf.root
     moves_on = f"wrap({control['POS']} + 1, {DINT.bits})" if writes_pos else f"{control['POS']} + 1"
 
-    def one() -> None:
-        before = rungs.values.keep("faults.overflows")
+    def write_element() -> None:
+        overflows_before = rungs.values.keep("faults.overflows")
         rungs.values.expression(target, expression)
-        fails = rungs.values.keep(f"faults.overflows != {before}")
+        fails = rungs.values.keep(f"faults.overflows != {overflows_before}")
         control.set(ER=fails)
         rungs.writer.line(f"if {fails}: break")
         control.set(POS=moves_on)
 
-    _write_passes(rungs, rungs.kept(power), control, mode, one)
+    _write_passes(rungs, rungs.kept(power), control, mode, write_element)
 
 
 def write_fsc(rungs: RungWriter, power: str, group: Group, mode: str, expression: Resolved) -> None:
@@ -81,11 +85,11 @@ def write_fsc(rungs: RungWriter, power: str, group: Group, mode: str, expression
         with block("else:"):
             control.set(FD=False, POS=f"wrap({control['POS']} + 1, {DINT.bits})")
 
-    def one() -> None:
+    def write_element() -> None:
         with block(f"if {rungs.values.condition(expression)}:"):
             control.set(FD=True, IN=True)
             rungs.writer.line("break")
         control.set(POS=f"{control['POS']} + 1")
 
     with block(f"if {searches}:"):
-        _write_passes(rungs, power, control, mode, one)
+        _write_passes(rungs, power, control, mode, write_element)

@@ -52,8 +52,8 @@ def write_pid(
     tieback: Resolved,
     target: Place | Constant,
     _master: Resolved,
-    hold: Resolved,
-    held: Resolved,
+    inhold: Resolved,
+    inhold_value: Resolved,
 ) -> None:
     """Write PID."""
     loop, power = _LoopText(rungs, group), rungs.kept(power)
@@ -67,8 +67,8 @@ def write_pid(
         loop.round(TIE=loop.scaled(loop.number(tieback), "MINTIE", "MAXTIE", "0.0", "100.0"))
         output = rungs.writer.temporary()
         _write_output(loop, output)
-        with loop.block(f"if {rungs.values.condition(hold)}:"):
-            value = loop.scaled(loop.number(held), "MINCV", "MAXCV", "0.0", "100.0")
+        with loop.block(f"if {rungs.values.condition(inhold)}:"):
+            value = loop.scaled(loop.number(inhold_value), "MINCV", "MAXCV", "0.0", "100.0")
             rungs.writer.line(f"{output} = {value}")
             _write_track(loop, output)
         loop.round(OUT=output)
@@ -123,39 +123,38 @@ def _write_output(loop: _LoopText, output: str) -> None:
         error, change = loop.keep(loop.percent(loop["ERR"])), _write_change(loop)
         with loop.block(f"if {loop.bit('EWD')} and ({loop.bit('NOZC')} or {loop['~crossed']}):"):
             line(f"{error} = {change} = 0.0")
-        before, (kp, ki, kd) = loop.keep(loop["~sum"]), _gains(loop)
-        loop.set(**{"~sum": f"{before} + {ki} * {error} * {loop['UPD']}"})
+        previous_sum, (kp, ki, kd) = loop.keep(loop["~sum"]), _gains(loop)
+        loop.set(**{"~sum": f"{previous_sum} + {ki} * {error} * {loop['UPD']}"})
         line(f"{output} = {kp} * {error} + {loop['~sum']} + {kd} * {change} + {loop['BIAS']}")
         low, high = loop["MINO"], loop["MAXO"]
         loop.set_bits(OLL=f"{output} <= {low}", OLH=f"{output} >= {high}")
         with loop.block(f"if {output} > {high} and {error} > 0 or {output} < {low} and {error} < 0:"):
-            loop.set(**{"~sum": before})
+            loop.set(**{"~sum": previous_sum})
         line(f"{output} = min(max({output}, {low}), {high})")
         loop.round(SO=output)
 
 
 def _gains(loop: _LoopText) -> tuple[str, str, str]:
     """Return the variables of the three gains; the integral gain is per second."""
-    names = tuple(loop.keep(loop[name]) for name in ("KP", "KI", "KD"))
-    kp, ki, kd = names
+    kp, ki, kd = (loop.keep(loop[name]) for name in ("KP", "KI", "KD"))
     with loop.block(f"if {loop.bit('PE')}:"):
         loop._writer.line(f"{ki}, {kd} = {kp} / (60 * {ki}) if {ki} else 0.0, {kp} * 60 * {kd}")
     return kp, ki, kd
 
 
 def _write_change(loop: _LoopText) -> str:
-    """Return a variable with the error's rate of change, or that of -PV, in percent per second."""
-    now = loop.keep(
+    """Return a variable with the rate of change of the error or of -PV, in percent per second."""
+    current = loop.keep(
         f"{loop['ERR']} if {loop.bit('DOE')} else {loop['PV']} if {loop.bit('CA')} else -{loop['PV']}"
     )
-    before = loop.keep(f"{loop['~last']} if {loop.bit('INI')} else {now}")
-    loop.set(**{"~last": now})
+    previous = loop.keep(f"{loop['~last']} if {loop.bit('INI')} else {current}")
+    loop.set(**{"~last": current})
     loop.set_bits(INI="True")
-    return loop.keep(f"{loop.percent(f'{now} - {before}')} / {loop['UPD']}")
+    return loop.keep(f"{loop.percent(f'{current} - {previous}')} / {loop['UPD']}")
 
 
 def _write_track(loop: _LoopText, output: str) -> None:
-    """Write the integral term that gives the output `output`."""
+    """Write the integral term that produces an output."""
     _write_change(loop)
     proportional = f"{_gains(loop)[0]} * {loop.percent(loop['ERR'])}"
     loop.set(**{"~sum": f"{output} - {proportional} - {loop['BIAS']}"})

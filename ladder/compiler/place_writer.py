@@ -44,21 +44,21 @@ class PlaceWriter(ABC):
         """Return text for the value of a place."""
         if self.is_packed(place.leaf):
             return self._read_packed(place)
-        whole = self.whole(place)
+        word = self.word(place)
         if place.bit is None:
             mask = self.writer.mask(place.leaf)
-            return f"({whole} if {mask} is None else {whole} & {mask} != 0)" if mask else whole
+            return f"({word} if {mask} is None else {word} & {mask} != 0)" if mask else word
         if isinstance(place.bit, Constant):
             number = int(place.bit.value)
             if number == place.leaf.type.bits - 1 and place.leaf.type.is_signed:
-                return f"({whole} < 0)"
-            return f"({whole} & {1 << number} != 0)"
+                return f"({word} < 0)"
+            return f"({word} & {1 << number} != 0)"
         if calculates(place.bit) and any(not isinstance(index, Constant) for index in place.indices):
-            whole = self.keep(whole)  # see `terms`
+            word = self.keep(word)  # see `terms`
         number_text = self.index(place.bit, place.leaf.type.bits, place.text)
-        return f"({whole} >> {number_text} & 1 != 0)"
+        return f"({word} >> {number_text} & 1 != 0)"
 
-    def whole(self, place: Place) -> str:
+    def word(self, place: Place) -> str:
         """Return text for the value of a place, or for the integer that the place is a bit of."""
         name, element = self.writer.name(place.leaf), self.element(place)
         return f"{name}[{element}]" if element else name
@@ -78,8 +78,8 @@ class PlaceWriter(ABC):
     def subscripts(self, leaf: Leaf, indices: Sequence[Resolved], tag: str) -> list[str]:
         """Return texts for the checked subscripts of a leaf."""
         lengths: list[int | str] = [*leaf.dims]
-        if left := self.writer.left(leaf):
-            lengths[0] = left
+        if elements_left := self.writer.elements_left(leaf):
+            lengths[0] = elements_left
         texts = []
         for position, (index, length) in enumerate(zip(indices, lengths, strict=False), start=1):
             text = self.index(index, length, tag)
@@ -138,16 +138,16 @@ class PlaceWriter(ABC):
         if self.is_packed(place.leaf):
             self._assign_packed(place, text)
             return
-        whole = self.whole(place)
+        word = self.word(place)
         mask = self.writer.mask(place.leaf)
         if not mask:
-            self.writer.line(f"{whole} = {text}")
+            self.writer.line(f"{word} = {text}")
             return
         value = self.keep(text)
         with self.writer.block(f"if {mask} is None:"):
-            self.writer.line(f"{whole} = {value}")
+            self.writer.line(f"{word} = {value}")
         with self.writer.block("else:"):
-            self.writer.line(f"{whole} = {whole} | {mask} if {value} else {whole} & ~{mask}")
+            self.writer.line(f"{word} = {word} | {mask} if {value} else {word} & ~{mask}")
 
     def set_bit(self, place: Place, power: str) -> None:
         """Write an assignment of a bool expression to a bit."""
@@ -187,9 +187,9 @@ class PlaceWriter(ABC):
             text = self.keep(text)
         byte, mask = self.byte_of(place.leaf, self.subscripts(place.leaf, place.indices, place.text))
         target = f"{self.writer.name(place.leaf)}[{self.kept_number(byte)}]"
-        others = str(255 ^ int(mask)) if mask.isdigit() else ""
+        cleared = str(255 ^ int(mask)) if mask.isdigit() else ""
         mask = self.kept_number(mask)
-        on, off = f"{target} | {mask}", f"{target} & {others or f'~{mask}'}"
+        on, off = f"{target} | {mask}", f"{target} & {cleared or f'~{mask}'}"
         changed = {"True": on, "False": off}.get(text)
         self.writer.line(f"{target} = {changed or f'{on} if {text} else {off}'}")
 
@@ -197,20 +197,22 @@ class PlaceWriter(ABC):
         """Return text for the byte and the mask of a BOOL; the mask may use a variable that the byte sets."""
         spot = self.writer.layout.spot(leaf)
         assert spot is not None
-        fixed, bits = spot.part.offset, list[str]()
-        whole = [spot.base] if self.writer.base(leaf, spot) else []
+        fixed, bit_terms = spot.part.offset, list[str]()
+        byte_terms = [spot.base] if self.writer.base(leaf, spot) else []
         for text, stride in zip(subscripts, spot.strides, strict=False):
             if text.isdigit():
                 fixed += int(text) * stride
             elif stride % 8:
-                bits.append(times(text, stride))
+                bit_terms.append(times(text, stride))
             else:
-                whole.append(times(text, stride // 8))
-        if bits:
+                byte_terms.append(times(text, stride // 8))
+        if bit_terms:
             bit = self.writer.temporary()
-            place = " + ".join([*bits, str(fixed)] if fixed else bits)
-            return " + ".join([*whole, f"(({bit} := {place}) >> 3)"]), f"1 << ({bit} & 7)"
-        return " + ".join([*whole, str(fixed // 8)] if fixed > 7 or not whole else whole), str(1 << fixed % 8)
+            bit_text = " + ".join([*bit_terms, str(fixed)] if fixed else bit_terms)
+            return " + ".join([*byte_terms, f"(({bit} := {bit_text}) >> 3)"]), f"1 << ({bit} & 7)"
+        if fixed > 7 or not byte_terms:
+            byte_terms.append(str(fixed // 8))
+        return " + ".join(byte_terms), str(1 << fixed % 8)
 
     # --- strings and stores
 
@@ -231,7 +233,7 @@ class PlaceWriter(ABC):
             self.writer.line(f"set_text{self._in_store(operand)}, {text})")
         else:
             self.writer.line(
-                place.store(text, f"len({text}) if len({text}) < {place.room} else {place.room}")
+                place.store(text, f"len({text}) if len({text}) < {place.capacity} else {place.capacity}")
             )
 
     def string(self, operand: Group) -> StringPlace | None:
@@ -240,8 +242,8 @@ class PlaceWriter(ABC):
         if spot is None:
             return None
         texts = self.subscripts(first_leaf(operand), operand.indices, operand.text)
-        room = operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
-        return StringPlace(spot.ident, self.placed(spot, first_leaf(operand), texts), room)
+        capacity = operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
+        return StringPlace(spot.ident, self.placed(spot, first_leaf(operand), texts), capacity)
 
     def _in_store(self, operand: Group) -> str:
         """Return text for the arguments that find a string: path, index, store."""
@@ -256,12 +258,11 @@ class PlaceWriter(ABC):
         layout = self.writer.layout
         if not isinstance(layout, FrameLayout):
             return ""
-        parts = {root: ", ".join(self.writer.handed(root)) for root in (OWN, *layout.inouts)}
-        return (
-            "{"
-            + ", ".join(f"{root!r}: stretch({layout.frame!r}, {part})" for root, part in parts.items())
-            + "}"
-        )
+        stores = [
+            f"{root!r}: stretch({layout.frame!r}, {', '.join(self.writer.handed(root))})"
+            for root in (OWN, *layout.inouts)
+        ]
+        return f"{{{', '.join(stores)}}}"
 
     def store_of(self, leaf: Leaf) -> str:
         """Return text for the store of a leaf; None is the program's memory."""

@@ -1,7 +1,7 @@
-"""Replaces line numbers in compiled Python with those of the source file.
+"""Replaces the line numbers in compiled Python with line numbers of the source file.
 
-Replacing them in the code takes a fraction of the time and memory that a tree of `ast` takes.
-A code object keeps them as a table of entries, one for up to eight units of two bytes:
+Replacing them in the code needs a fraction of the time and memory of a tree of `ast`. A code object stores
+them as a table of entries, one for up to eight units of two bytes:
 
     1 kkkk nnn    kind k and n + 1 units; then the data of the kind
     kind 13       no columns: the difference to the line before, signed, six bits a byte
@@ -36,6 +36,7 @@ def relocated(code: CodeType, lines: Sequence[int]) -> CodeType:
 
 
 def _stretches(code: CodeType, lines: Sequence[int]) -> Iterator[tuple[int | None, int]]:
+    """Yield the new line of each stretch of code, and the offset of its end."""
     line, until = None, 0
     for start, end, old in code.co_lines():
         new = None if old is None else lines[old - 1]
@@ -53,13 +54,13 @@ def _entries(units: int, difference: int | None) -> bytes:
     """
     encoded = bytearray()
     while units > 0:
-        now = min(units, _MOST_UNITS)
+        count = min(units, _MOST_UNITS)
         kind = _NO_LINE if difference is None else _LINE
-        encoded.append(0x80 | kind << 3 | now - 1)
+        encoded.append(0x80 | kind << 3 | count - 1)
         if difference is not None:
             encoded += _signed(difference)
             difference = 0
-        units -= now
+        units -= count
     return bytes(encoded)
 
 

@@ -19,8 +19,8 @@
     power after    XIC(a)  XIO(b)  XIC(c)           XIC(d)           XIC(e)           OTE(f)
     is             [7]>0   [7]>1   [7]>1 and [90]>0 [7]>1 and [90]>1 [7]>1 and [91]>0 [92]>0
 
-The last line is the rung's `Reading`: notes are read on demand. A rung that may leave
-its routine half-way, and a line of structured text, store the truth values in their first place, as a tuple.
+The last line is the rung's `Reading`: notes are read on demand. A rung that may leave its routine, and a line
+of structured text, store the power as a tuple in their first place.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from .observed import NOTES
 from .rungs import RungWriter
 from .writer import both, either_of
 
-_ALWAYS, _NEVER = -1, 1 << 30  # thresholds that every number exceeds, and that no number exceeds
+_ALWAYS, _NEVER = -1, 1 << 30  # thresholds for always and for never
 
 Above = tuple[str, int]
-"""A variable and a threshold: power where the variable is greater."""
+"""A variable and a threshold: there is power if the variable is greater."""
 
 
 def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
-    """Write a rung, with its power noted where that is required."""
+    """Write a rung, and note its power if the rung is observed."""
     if rungs.notes.place(line.number) is None:
         rungs.series(line.nodes, power, needed=False)
     else:
@@ -57,9 +57,9 @@ class NotedRung:
         self._leaves = any(step.spec.leaves for step in line.steps)
         self._powers: list[tuple[Above, ...]] = []  # conditions of power per instruction
         self._guards: tuple[Above, ...] = ()
-        self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
-        self._places = {"": rungs.notes.places[line.number]}
-        self._further = 0
+        self._power_as_above: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
+        self._place_of_variable = {"": rungs.notes.places[line.number]}
+        self._extra_places = 0
 
     def write(self, power: str) -> None:
         """Write the rung."""
@@ -81,7 +81,8 @@ class NotedRung:
                 power, count = self._inputs(inputs, power), len(inputs)
             elif len(outputs) > 1:
                 self._rungs.outputs(outputs, power)
-                self._passed(power, count := len(outputs))
+                count = len(outputs)
+                self._add_powers(power, count)
             else:
                 power = self._step(node, power)
             nodes = nodes[count:]
@@ -91,79 +92,81 @@ class NotedRung:
         if step.spec.leaves:
             self._note_tuple()
         power = self._rungs.kept(self._rungs.step(step, power, needed=True))
-        self._passed(power)
+        self._add_powers(power)
         return power
 
-    def _passed(self, power: str, count: int = 1) -> None:
-        """Note that `count` instructions pass power if a variable is true."""
-        self._powers += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
+    def _add_powers(self, power: str, count: int = 1) -> None:
+        """Add the power after `count` instructions: a variable is true."""
+        self._powers += [(*self._guards, self._power_as_above.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
-        first, *others = (self._rungs.inline(step) for step in run)
-        tests = [both(power, first), *others]
+        first, *tests_after = (self._rungs.inline(step) for step in run)
+        tests = [both(power, first), *tests_after]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
         reached = self._rungs.values.keep(f"{ends}{len(run)}")
-        self._powers += [(*self._guards, (reached, place)) for place in range(len(run))]
-        after = self._rungs.kept(f"{reached} == {len(run)}")
-        self._meaning[after] = (reached, len(run) - 1)
-        return after
+        self._powers += [(*self._guards, (reached, threshold)) for threshold in range(len(run))]
+        power_after = self._rungs.kept(f"{reached} == {len(run)}")
+        self._power_as_above[power_after] = (reached, len(run) - 1)
+        return power_after
 
     def _branch(self, branch: Parallel, power: str) -> str:
-        if power in ("True", "False") or self._leaves or not self._rests_without_power(branch):
+        if power in ("True", "False") or self._leaves or not self._is_idle_without_power(branch):
             return self._rungs.kept(either_of([self._series(leg, power) for leg in branch.legs]))
-        out = self._rungs.values.keep("False")
+        result = self._rungs.values.keep("False")
         outer = self._guards
         with self._writer.block(f"if {power}:"):
-            self._guards = (*outer, self._meaning.get(power, (power, 0)))
-            begun = len(self._powers)
+            self._guards = (*outer, self._power_as_above.get(power, (power, 0)))
+            first_new = len(self._powers)
             legs = [self._series(leg, "True") for leg in branch.legs]
-            self._writer.line(f"{out} = {either_of(legs)}")
+            self._writer.line(f"{result} = {either_of(legs)}")
             guard_count = len(self._guards)
-            self._put(name for powers in self._powers[begun:] for name, _ in powers[guard_count:])
+            self._note_variables(
+                name for powers in self._powers[first_new:] for name, _ in powers[guard_count:]
+            )
         self._guards = outer
-        return out
+        return result
 
-    def _rests_without_power(self, node: Node) -> bool:
+    def _is_idle_without_power(self, node: Node) -> bool:
         """Whether a node does nothing on a false rung."""
         if isinstance(node, Parallel):
-            return all(self._rests_without_power(element) for leg in node.legs for element in leg)
+            return all(self._is_idle_without_power(element) for leg in node.legs for element in leg)
         return _acts_plainly(node) or bool(self._rungs.inline_run((node,)))
 
     # --- notes
 
     def _note_tuple(self) -> None:
-        """Note the truth collected so far as a tuple."""
-        powers = "".join(f"{_text(*above)}, " for (above,) in self._powers)
+        """Note the power collected so far as a tuple."""
+        powers = "".join(f"{_condition_text(*above)}, " for (above,) in self._powers)
         self._writer.line(f"{self._notes.place(self._line.number)} = ({powers})")
 
     def _note(self) -> None:
-        """Note the remaining variables (at least one) and remember how to read all of them."""
-        self._put((name for powers in self._powers for name, _ in powers), last=True)
+        """Note the remaining variables (at least one), and set how to read the notes."""
+        self._note_variables((name for powers in self._powers for name, _ in powers), last=True)
         self._notes.read(self._line.number, tuple(map(self._reading, self._powers)))
 
     def _reading(self, powers: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
-        (first, least), *further = ((self._places[name], place) for name, place in powers)
-        return first, least, tuple(further)
+        (first, least), *more = ((self._place_of_variable[name], threshold) for name, threshold in powers)
+        return first, least, tuple(more)
 
-    def _put(self, names: Iterator[str], *, last: bool = False) -> None:
+    def _note_variables(self, names: Iterator[str], *, last: bool = False) -> None:
         """Note each variable once; with `last`, the first of them goes to the line's first place."""
-        fresh = [name for name in dict.fromkeys(names) if name not in self._places]
+        fresh = [name for name in dict.fromkeys(names) if name not in self._place_of_variable]
         if last and not fresh:
             fresh = ["True"]
         for name in fresh:
             if last and fresh[0] is name:
-                place = self._places[""]
+                place = self._place_of_variable[""]
             else:
-                self._further += 1
-                place = self._notes.further(self._line.number, self._further)
-            self._places[name] = place
+                self._extra_places += 1
+                place = self._notes.extra_place(self._line.number, self._extra_places)
+            self._place_of_variable[name] = place
             self._writer.line(f"{NOTES}[{place}] = {name}")
 
 
-def _text(name: str, at: int) -> str:
+def _condition_text(name: str, threshold: int) -> str:
     if not name:
-        return "True" if at == _ALWAYS else "False"
-    return f"{name} > {at}"
+        return "True" if threshold == _ALWAYS else "False"
+    return f"{name} > {threshold}"
 
 
 def _plain_outputs(nodes: tuple[Node, ...]) -> tuple[LoweredStep, ...]:

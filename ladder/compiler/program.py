@@ -45,7 +45,7 @@ class ProgramText:
     """The Python of a program."""
 
     idents: Sequence[str]  # its variables
-    parts: Sequence[FunctionText]  # its functions
+    parts: Sequence[FunctionText]  # its functions, add-on routines included
     file: str  # the rungs' file
     functions: dict[str, str]  # name of the function by routine in capitals, except add-on routines
     noted: NoteList  # the list of noted power
@@ -63,27 +63,27 @@ class ProgramText:
 
 
 def text_of(lowered: LoweredProgram, observation: Observation = UNOBSERVED) -> ProgramText:
-    """Return the Python of a program, with the noting lines of an observation."""
-    listed = NoteList(len(observation.noted))
-    notes = partial(Notes.of, observation, listed)
+    """Return the Python of a program, with the lines that note the power of an observation."""
+    note_list = NoteList(len(observation.noted))
+    notes = partial(Notes.of_routine, observation, note_list)
     functions = _function_names(lowered)
     called: set[tuple[str, bool]] = set()
     parts = []
     for key, name in functions.items():
         routine = lowered.routines[key]
-        lines = _routine(lowered, routine, functions, name, called, notes(key))
+        lines = _function_lines(lowered, routine, functions, name, called, notes(key))
         parts.append(FunctionText(name, routine, lines))
     written: set[tuple[str, bool]] = set()
     while waiting := sorted(called - written):
         for key, based in waiting:
             name = function_name(key, based=based)
             routine = lowered.routines[key]
-            lines = _routine(lowered, routine, functions, name, called, notes(key), based=based)
+            lines = _function_lines(lowered, routine, functions, name, called, notes(key), based=based)
             parts.append(FunctionText(name, routine, lines))
         written.update(waiting)
     file = next((line.origin.file for owner in lowered.routines.values() for line in owner.lines), "")
     idents = tuple(lowered.layout.idents)
-    return ProgramText(idents, parts, file or f"<ladder {lowered.name}>", functions, listed)
+    return ProgramText(idents, parts, file or f"<ladder {lowered.name}>", functions, note_list)
 
 
 def _function_names(lowered: LoweredProgram) -> dict[str, str]:
@@ -100,7 +100,7 @@ def _function_names(lowered: LoweredProgram) -> dict[str, str]:
     return names
 
 
-def _routine(
+def _function_lines(
     lowered: LoweredProgram,
     routine: LoweredRoutine,
     functions: dict[str, str],
@@ -118,18 +118,18 @@ def _routine(
     if routine.body is not None:
         StatementWriter(rungs).body(routine.body)
     elif routine.labels:
-        _with_labels(writer, rungs, routine)
+        _write_sections(writer, rungs, routine)
     else:
         for line in routine.lines:
-            _rung(writer, rungs, line, preempted=lowered.is_preempted(routine.name))
+            _write_rung(writer, rungs, line, preempted=lowered.is_preempted(routine.name))
     called |= writer.called
     parameters = ["now", "given"]
     if routine.frame:
         parameters = parameters_of(rungs.values, tuple(lowered.frames[routine.frame].layout.inouts))
     head = [f"def {name}({', '.join(parameters)}):"]
     names = ", ".join(sorted(writer.written))
-    listed = textwrap.wrap(names, 100, break_long_words=False, break_on_hyphens=False)
-    head += [f"{INDENT}nonlocal {part.rstrip(',')}" for part in listed]
+    wrapped = textwrap.wrap(names, 100, break_long_words=False, break_on_hyphens=False)
+    head += [f"{INDENT}nonlocal {names_part.rstrip(',')}" for names_part in wrapped]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
     if notes.places:
         head.append(f"{INDENT}{NOTES} = {NOTED}")
@@ -137,7 +137,7 @@ def _routine(
     return [*((text, 1) for text in head), *writer.lines, ("", 1)]
 
 
-def _rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bool) -> None:
+def _write_rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bool) -> None:
     """Write a rung, and a call of the scheduler after it if the program can be preempted."""
     writer.begin(line)
     power = f"not {rungs.override}" if writer.lowered.override else "True"
@@ -146,8 +146,8 @@ def _rung(writer: Writer, rungs: RungWriter, line: LoweredLine, *, preempted: bo
         writer.line("rung_done()")
 
 
-def _with_labels(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> None:
-    """Write sections between labels; a jump sets `at` and starts over."""
+def _write_sections(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> None:
+    """Write the sections between labels; a jump sets `at` and restarts the loop."""
     preempted = writer.lowered.is_preempted(routine.name)
     starts = sorted({0, *routine.labels.values()})
     rungs.sections = {label: starts.index(number) for label, number in routine.labels.items()}
@@ -158,6 +158,6 @@ def _with_labels(writer: Writer, rungs: RungWriter, routine: LoweredRoutine) -> 
             rungs.section = section
             with writer.block(f"if at == {section}:"):
                 for line in routine.lines[start:end]:
-                    _rung(writer, rungs, line, preempted=preempted)
+                    _write_rung(writer, rungs, line, preempted=preempted)
                 writer.line(f"at = {section + 1}")
         writer.line("break")

@@ -1,7 +1,7 @@
-"""Queues, stacks and shifted bits in Python text; `instructions.shifts` says what they do.
+"""Queues, stacks and shifted bits in Python text, see `instructions.shifts`.
 
-Python is written for arrays of numbers in lists and views, and for structures in bytes; the interpreter does
-the rest.
+Python is written for arrays of numbers in lists and views, and for structures in bytes; other arrays are
+interpreted.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .rungs import RungWriter
 
 def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved, group: Group) -> None:
     """Write FFL or LFL."""
-    if not _is_written(rungs, queue, source):
+    if not _can_be_written(rungs, queue, source):
         rungs.interpret(power)
         return
     control, power = ControlText(rungs, group), rungs.kept(power)
@@ -40,7 +40,7 @@ def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved,
     _write_level(control)
 
 
-def _is_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
+def _can_be_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
     """Whether a queue, and the structure that is loaded or unloaded, can be written as Python."""
     if has_elements(rungs, queue):
         return not isinstance(single, Group) and not (isinstance(single, Place) and single.bit is not None)
@@ -54,7 +54,7 @@ def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
 
 
 def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: str) -> None:
-    """Write `_store_item`."""
+    """Write the loading of an item."""
     line, keep = rungs.writer.line, rungs.values.keep
     if has_elements(rungs, queue):
         elements = ElementText(rungs, queue)
@@ -62,15 +62,16 @@ def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: st
         elements.check(number)
         line(f"{elements[number]} = {value}")
         return
-    goal, origin = byte_end(rungs, queue), byte_end(rungs, source)
-    assert goal is not None
-    assert origin is not None
+    into, source_end = byte_end(rungs, queue), byte_end(rungs, source)
+    assert into is not None
+    assert source_end is not None
     assert isinstance(queue, Group)
-    place = f"{rungs.values.site}, {queue.text!r}"
-    line(f"if {number} >= {goal.left} // {goal.size}: outside({number}, {goal.left} // {goal.size}, {place})")
-    offset = keep(f"{goal.at} + {number} * {goal.size}")
-    item = f"{origin.tag}.B[{origin.at}:{plus(origin.at, str(origin.size))}]"
-    line(f"{goal.tag}.B[{offset}:{offset} + {goal.size}] = {item}")
+    site_and_tag = f"{rungs.values.site}, {queue.text!r}"
+    count = f"{into.left} // {into.size}"
+    line(f"if {number} >= {count}: outside({number}, {count}, {site_and_tag})")
+    offset = keep(f"{into.at} + {number} * {into.size}")
+    item = f"{source_end.tag}.B[{source_end.at}:{plus(source_end.at, str(source_end.size))}]"
+    line(f"{into.tag}.B[{offset}:{offset} + {into.size}] = {item}")
 
 
 def _write_level(control: ControlText) -> None:
@@ -82,7 +83,7 @@ def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, 
     """Return the writer of FFU, or of LFU."""
 
     def write(rungs: RungWriter, power: str, queue: Resolved, target: Resolved, group: Group) -> None:
-        if not _is_written(rungs, queue, target):
+        if not _can_be_written(rungs, queue, target):
             rungs.interpret(power)
             return
         control, power = ControlText(rungs, group), rungs.kept(power)
@@ -92,17 +93,17 @@ def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, 
         with rungs.writer.block(f"if {rises}:"):
             level = rungs.values.keep(f"min({control['POS']}, {control['LEN']})")
             control.set(POS=f"max({level} - 1, 0)")
-            write_item = _write_taken_number if has_elements(rungs, queue) else _write_taken_structure
+            write_item = _write_unloaded_number if has_elements(rungs, queue) else _write_unloaded_structure
             write_item(rungs, queue, target, control, level, first=first)
         _write_level(control)
 
     return write
 
 
-def _write_taken_number(
+def _write_unloaded_number(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write `_deliver`, the move of the elements after the first, and the zero at the free place."""
+    """Write the unloading of a number, and the move of the remaining elements."""
     assert isinstance(target, Place)
     values, line = rungs.values, rungs.writer.line
     elements = ElementText(rungs, queue)
@@ -116,43 +117,43 @@ def _write_taken_number(
     values.assign(target, converted_text(values.term_of(item, elements.type), target.type))
     with rungs.writer.block(f"if {level}:"):
         if first:
-            _write_moved_down(rungs, queue, (elements.row, elements.at, elements.left), control, repr(zero))
+            _write_move_down(rungs, queue, (elements.row, elements.at, elements.left), control, repr(zero))
         else:
             line(f"{elements[number]} = {zero!r}")
 
 
-def _write_taken_structure(
+def _write_unloaded_structure(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write what `_write_taken_number` does, for structures in bytes."""
+    """Write the unloading of a structure in bytes, and the move of the remaining elements."""
     assert isinstance(queue, Group)
     line, keep = rungs.writer.line, rungs.values.keep
-    origin, goal = byte_end(rungs, queue), byte_end(rungs, target)
-    assert origin is not None
-    assert goal is not None
-    size, row = origin.size, f"{origin.tag}.B"
-    into = f"{goal.tag}.B[{goal.at}:{plus(goal.at, str(size))}]"
+    queue_end, target_end = byte_end(rungs, queue), byte_end(rungs, target)
+    assert queue_end is not None
+    assert target_end is not None
+    size, row = queue_end.size, f"{queue_end.tag}.B"
+    into = f"{target_end.tag}.B[{target_end.at}:{plus(target_end.at, str(size))}]"
     with rungs.writer.block(f"if {level}:"):
         number = "0" if first else keep(f"{level} - 1")
-        left = keep(f"{origin.left} // {size}")
+        left = keep(f"{queue_end.left} // {size}")
         if not first:
             arguments = f"{number}, {left}, {rungs.values.site}, {queue.text!r}"
             line(f"if {number} >= {left}: outside({arguments})")
-        offset = keep(origin.at if first else f"{origin.at} + {number} * {size}")
+        offset = keep(queue_end.at if first else f"{queue_end.at} + {number} * {size}")
         item = f"{row}[{offset}:{offset} + {size}]"
         line(f"{into} = {item}")
         if first:
-            _write_moved_down(rungs, queue, (row, offset, left), control, f"bytes({size})")
+            _write_move_down(rungs, queue, (row, offset, left), control, f"bytes({size})")
         else:
             line(f"{item} = bytes({size})")
     line(f"else: {into} = bytes({size})")
 
 
-def _write_moved_down(
-    rungs: RungWriter, queue: Resolved, place: tuple[str, str, str], control: ControlText, zero: str
+def _write_move_down(
+    rungs: RungWriter, queue: Resolved, elements: tuple[str, str, str], control: ControlText, zero: str
 ) -> None:
     assert isinstance(queue, (Place, Group))
-    row, offset, left = place
+    row, offset, left = elements
     arguments = f"{rungs.values.site}, {queue.text!r}, {row}, {offset}, {control['LEN']}, {left}, {zero}"
     rungs.writer.line(f"move_down(faults, {arguments})")
 

@@ -66,9 +66,9 @@ class RungWriter:
         power = self.kept(power)
         ends = []
         for leg in branch.legs:
-            out = self.series(leg, power, needed=needed)
+            leg_power = self.series(leg, power, needed=needed)
             if needed:
-                ends.append(out if out == power else self.kept(out))
+                ends.append(leg_power if leg_power == power else self.kept(leg_power))
         return power if not needed or power in ends else either_of(ends)
 
     def kept(self, power: str) -> str:
@@ -139,7 +139,7 @@ class RungWriter:
         return result
 
     def either(self, power: str, when_true: Callable[[], None], when_false: Callable[[], None]) -> None:
-        """Write an instruction's action on a true rung and on a false one."""
+        """Write an instruction's action on a true rung and its action on a false rung."""
         if power == "True":
             when_true()
         elif power == "False":
@@ -152,7 +152,7 @@ class RungWriter:
 
 
 def _first_of_last_outputs(nodes: tuple[Node, ...]) -> int:
-    """Return the index of the first of the closing outputs that only act when true."""
+    """Return the index of the first trailing output that only acts when true."""
     return len(nodes) - sum(1 for _ in takewhile(_acts_when_true, reversed(nodes)))
 
 
@@ -161,7 +161,7 @@ def _acts_when_true(node: Node) -> bool:
 
 
 def _is_inline(node: Node, *, safe: bool = False) -> bool:
-    """Whether a node is an input of one expression; with `safe`, one that can't fault."""
+    """Whether a node is an input of one expression; with `safe`, also whether it can't fault."""
     if isinstance(node, Parallel):
         return all(_is_inline(element, safe=safe) for leg in node.legs for element in leg)
     spec = node.spec

@@ -1,4 +1,4 @@
-"""SQI, SQO and SQL in Python text; `instructions.sequencers` says what they do."""
+"""SQI, SQO and SQL in Python text, see `instructions.sequencers`."""
 
 from __future__ import annotations
 

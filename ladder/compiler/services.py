@@ -1,4 +1,4 @@
-"""Services of the compiled program: rare and slow operations, as functions that its lines call."""
+"""Services of the compiled program: functions for rare and slow operations."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ class Services:
         self._interpreted = interpreted
 
     def interpret(self, site: int, power: bool = True, frame: Mapping[str, Store] = NOTHING) -> bool:
-        """Run an instruction without Python text; return the power after it. `frame`: by `Leaf.root`."""
+        """Interpret an instruction; return the power after it. `frame` has stores by `Leaf.root`."""
         interpreter = self._engine.interpreter
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
 
-    def fetched(self, site: int, *given: Any, frame: Mapping[str, Store] = NOTHING) -> Any:
-        """Return what `Spec.fetch` of an instruction computes. `frame`: by `Leaf.root`."""
+    def fetched(self, site: int, *values: Any, frame: Mapping[str, Store] = NOTHING) -> Any:
+        """Return the result of an instruction's `Spec.fetch`. `frame` has stores by `Leaf.root`."""
         interpreter, step = self._engine.interpreter, self._interpreted[site]
         assert step.spec.fetch is not None
         interpreter.now_ns, interpreter.site, interpreter.frame = self._engine.now_ns, site, frame
-        return step.spec.fetch(interpreter, *given, *step.operands)
+        return step.spec.fetch(interpreter, *values, *step.operands)
 
     def passed(self, site: int, number: int) -> Passed:
         """Return a structure or an array that an instruction passes, as bytes."""
@@ -111,7 +111,7 @@ class Services:
     def real_result(self, site: int, value: float, *operands: float) -> float:
         """Round a REAL result; record a fault if it is not finite but its operands are."""
         result = arithmetic.real(value)
-        if result - result != 0.0 and all(map(arithmetic.finite, operands)):  # quicker than a call
+        if result - result != 0.0 and all(map(arithmetic.finite, operands)):  # faster than a call of `finite`
             self._fault_log.overflow(site)
         return result
 
@@ -150,19 +150,19 @@ class Services:
         source: ArrayRegion,
         first: int,
         target: ArrayRegion,
-        at: int,
+        target_first: int,
         length: int,
         origin: Store | None = None,
         goal: Store | None = None,
     ) -> None:
         """Copy bytes between regions; without a store they are in the program's memory."""
-        copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
+        copy((origin or self._memory, source, first), (goal or self._memory, target, target_first), length)
 
     def fill(
-        self, target: ArrayRegion, at: int, length: int, value: Value, goal: Store | None = None
+        self, target: ArrayRegion, first: int, length: int, value: Value, goal: Store | None = None
     ) -> None:
         """Fill elements with a converted value."""
-        fill((goal or self._memory, target, at), length, value)
+        fill((goal or self._memory, target, first), length, value)
 
     def stretch(
         self, frame: str, values: Any, base: int = 0, left: int = 1, mask: int | None = None
@@ -174,13 +174,13 @@ class Services:
         """Return the integer with only this bit set."""
         return -1 << bit if signed and bit == bits - 1 else 1 << bit
 
-    def text_in(self, store: Store, frame: str, path: str, at: int) -> bytes:
+    def text_in(self, store: Store, frame: str, path: str, index: int) -> bytes:
         """Return the characters of a string of an add-on instruction."""
-        return text_in(store, self._frames[frame].layout, path, at)
+        return text_in(store, self._frames[frame].layout, path, index)
 
-    def set_text_in(self, store: Store, frame: str, path: str, at: int, value: bytes) -> None:
+    def set_text_in(self, store: Store, frame: str, path: str, index: int, value: bytes) -> None:
         """Set a string of an add-on instruction to characters."""
-        set_text_in(store, self._frames[frame].layout, path, at, value)
+        set_text_in(store, self._frames[frame].layout, path, index, value)
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
         """Convert a parameter or a returned value to its tag's type."""
@@ -215,27 +215,27 @@ _NAMES = tuple(name for name in dir(Services) if not name.startswith("_"))
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
     """Return the compiled program's environment by name, from `regions_of` and `interpreted_of`."""
     provided = Services(engine, interpreted)
-    named = {name: getattr(provided, name) for name in _NAMES}
+    environment = {name: getattr(provided, name) for name in _NAMES}
     log, memory = engine.fault_log, engine.memory
-    named |= {"called": log.called, "returned": log.returned, "jumped_back": log.jumped_back}
-    named |= {"negative_control": log.negative_control, "python": engine.call_python}
-    named |= {"text": memory.text, "set_text": memory.set_text}
-    named["region"], named["site"] = regions, engine.lowered.sites
-    named["LadderFault"] = LadderFault
+    environment |= {"called": log.called, "returned": log.returned, "jumped_back": log.jumped_back}
+    environment |= {"negative_control": log.negative_control, "python": engine.call_python}
+    environment |= {"text": memory.text, "set_text": memory.set_text}
+    environment["region"], environment["site"] = regions, engine.lowered.sites
+    environment["LadderFault"] = LadderFault
     if engine.scheduler is not None:
-        named["rung_done"] = engine.scheduler.rung_done
-    named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": log}
-    named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
-    named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
-    named |= {
+        environment["rung_done"] = engine.scheduler.rung_done
+    environment |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": log}
+    environment |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
+    environment |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
+    environment |= {
         service.__name__: service for service in (copy_row, first_of, move_down, shift_bits, store_bytes)
     }
-    named |= {"broken": BROKEN, "converted": converted}
-    return named | CALLED
+    environment |= {"broken": BROKEN, "converted": converted}
+    return environment | CALLED
 
 
 class Regions(dict[tuple[int, int], ArrayRegion]):
-    """Regions of copying and filling instructions by site and operand, each found when it is first used."""
+    """Regions of copying and filling instructions by site and operand, computed at the first use."""
 
     def __init__(self, operands: Mapping[tuple[int, int], Resolved]) -> None:
         self._operands = operands

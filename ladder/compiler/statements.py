@@ -1,7 +1,7 @@
 """Structured text in Python: IF is `if`, loops are `while`, a CASE compares its stored selector.
 
 An `elif` can't have a condition that needs its own lines. An IF with such a condition first selects the
-arm, in lines that do not nest deeper with each ELSIF, and then runs it.
+arm, in lines without deeper nesting per ELSIF, and then runs it.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class StatementWriter:
     def _act(self, line: LoweredLine) -> None:
         self._writer.begin(line)
         noted = self._is_noted(line)
-        leaves = noted and _step(line).spec.leaves
+        leaves = noted and _step_of(line).spec.leaves
         if leaves:
             self._note(line, "True")
         power = self._rungs.series(line.nodes, "True", needed=noted)
@@ -46,9 +46,9 @@ class StatementWriter:
         return self._rungs.notes.place(line.number) is not None
 
     def _note(self, line: LoweredLine, power: str) -> None:
-        place = self._rungs.notes.place(line.number)
-        truth = "True" if power == "True" else f"{power} or {place} == (True,)"
-        self._writer.line(f"{place} = ({truth},)")
+        note = self._rungs.notes.place(line.number)
+        truth = "True" if power == "True" else f"{power} or {note} == (True,)"
+        self._writer.line(f"{note} = ({truth},)")
 
     def _condition(self, line: LoweredLine) -> str:
         text = self._head(line)
@@ -59,12 +59,12 @@ class StatementWriter:
 
     def _head(self, line: LoweredLine) -> str:
         self._writer.begin(line)
-        step = _step(line)
+        step = _step_of(line)
         self._rungs.values.site = step.site
         assert step.spec.write is not None
         return str(step.spec.write(self._rungs, *step.operands))
 
-    def _inside(self, head: str, body: Body) -> None:
+    def _write_block(self, head: str, body: Body) -> None:
         with self._writer.block(head):
             self.body(body)
 
@@ -74,13 +74,13 @@ class StatementWriter:
         lines = [line for line, _ in arms.arms]
         if all(map(self._is_one_expression, lines[1:])):
             for position, (line, body) in enumerate(arms.arms):
-                self._inside(f"{'elif' if position else 'if'} {self._condition(line)}:", body)
+                self._write_block(f"{'elif' if position else 'if'} {self._condition(line)}:", body)
         else:
             chosen = self._choose(lines)
             for position, (_, body) in enumerate(arms.arms):
-                self._inside(f"{'elif' if position else 'if'} {chosen} == {position}:", body)
+                self._write_block(f"{'elif' if position else 'if'} {chosen} == {position}:", body)
         if arms.otherwise:
-            self._inside("else:", arms.otherwise)
+            self._write_block("else:", arms.otherwise)
 
     def _choose(self, lines: Sequence[LoweredLine]) -> str:
         """Evaluate conditions in order; return a variable with the index of the first true one, or -1."""
@@ -94,7 +94,7 @@ class StatementWriter:
 
     def _is_one_expression(self, line: LoweredLine) -> bool:
         """Whether a condition needs no extra lines."""
-        return not self._is_noted(line) and is_plain(_step(line).operands[0])
+        return not self._is_noted(line) and is_plain(_step_of(line).operands[0])
 
     # --- CASE
 
@@ -106,10 +106,10 @@ class StatementWriter:
         word = "if"
         for ranges, body in selection.choices:
             tests = [self._in_range(value, low, high, selection.width) for low, high in ranges]
-            self._inside(f"{word} {' or '.join(tests)}:", body)
+            self._write_block(f"{word} {' or '.join(tests)}:", body)
             word = "elif"
         if selection.otherwise:
-            self._inside("else:" if selection.choices else "if True:", selection.otherwise)
+            self._write_block("else:" if selection.choices else "if True:", selection.otherwise)
 
     def _in_range(self, value: str, low: Constant, high: Constant, width: int) -> str:
         least, most = (self._rungs.values.term(bound, width).text for bound in (low, high))
@@ -137,7 +137,7 @@ class StatementWriter:
             self._writer.line("break")
 
 
-def _step(line: LoweredLine) -> LoweredStep:
+def _step_of(line: LoweredLine) -> LoweredStep:
     (step,) = line.nodes
     assert isinstance(step, LoweredStep)
     return step

@@ -1,4 +1,4 @@
-"""Values as Python text, with what is known about them: integer operations and their ranges."""
+"""Values as Python text with their ranges, and integer operations on them."""
 
 from __future__ import annotations
 

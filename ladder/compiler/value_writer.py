@@ -26,7 +26,7 @@ from .terms import CARRIES, Term, calculates, integer_operation, is_plain
 
 PYTHON_RELATION = {"=": "==", "<>": "!=", **{relation: relation for relation in RELATIONS[2:]}}
 
-_REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
+_REAL_RANGE = 1 << 127  # integers up to this size fit a REAL
 
 
 class ValueWriter(PlaceWriter):
@@ -54,11 +54,13 @@ class ValueWriter(PlaceWriter):
 
     def _as_real(self, term: Term) -> str:
         """Return text for a number rounded to REAL."""
-        if term.double or -term.low > _REAL_HOLDS or term.high > _REAL_HOLDS:
+        if term.double or -term.low > _REAL_RANGE or term.high > _REAL_RANGE:
             value = self.keep(term.text)
             return f"real_result({self.site}, {value}, {value})"
         exact = term.low >= -(1 << 24) and term.high <= 1 << 24
-        return term.text if term.real else f"float({term.text})" if exact else f"real({term.text})"
+        if term.real:
+            return term.text
+        return f"float({term.text})" if exact else f"real({term.text})"
 
     def assign_result(self, place: Place, text: str) -> None:
         """Write an assignment of a result; S:Z and S:N follow the result even if the place is forced."""
@@ -114,7 +116,7 @@ class ValueWriter(PlaceWriter):
         return Term(self.converted(term, kind, LINT.bits), real=True, double=kind is LREAL)
 
     def terms(self, operands: Sequence[Resolved], width: int) -> list[Term]:
-        """Return operands as numbers; one that can fault is evaluated before later operands write lines."""
+        """Return operands as numbers; one that can fault is evaluated before later ones write lines."""
         terms = []
         for position, operand in enumerate(operands, start=1):
             term = self.term(operand, width)
@@ -158,18 +160,20 @@ class ValueWriter(PlaceWriter):
         texts = [term.text for term in terms]
         kind = "real" if width == SINGLE else "double"
         if name in ("+", "-", "*", "**"):
-            kept = [
-                operand_text if _simple(operand_text) else self.keep(operand_text) for operand_text in texts
-            ]
-            exact = f"power({kept[0]}, {kept[1]})" if name == "**" else f"{kept[0]} {name} {kept[1]}"
-            text = f"{kind}_result({self.site}, {exact}, {kept[0]}, {kept[1]})"
+            operands = [text if _simple(text) else self.keep(text) for text in texts]
+            exact = (
+                f"power({operands[0]}, {operands[1]})"
+                if name == "**"
+                else f"{operands[0]} {name} {operands[1]}"
+            )
+            result = f"{kind}_result({self.site}, {exact}, {operands[0]}, {operands[1]})"
         elif name in ("/", "MOD"):
-            text = f"{kind}_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
+            result = f"{kind}_{'divide' if name == '/' else 'modulo'}({self.site}, {texts[0]}, {texts[1]})"
         elif name == "NEG":
-            text = f"(-{texts[0]})"
+            result = f"(-{texts[0]})"
         else:
-            text = self._real_function(name, texts[0], width)
-        return Term(text, real=True, double=width == DOUBLE)
+            result = self._real_function(name, texts[0], width)
+        return Term(result, real=True, double=width == DOUBLE)
 
     def _real_function(self, name: str, argument: str, width: int) -> str:
         function = FUNCTIONS[name]
@@ -233,7 +237,7 @@ class ValueWriter(PlaceWriter):
         return f"({left.text} {sign} {right.text})"
 
     def condition(self, condition: Resolved) -> str:
-        """Return text for a condition; all parts are computed unless they have no effect."""
+        """Return text for a condition; all its parts are evaluated if one has an effect."""
         if isinstance(condition, Place):
             return self.read(condition)
         if isinstance(condition, Constant):

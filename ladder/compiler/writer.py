@@ -1,4 +1,4 @@
-"""The writer of Python lines, and the record of names in them."""
+"""The writer of Python lines, and the names in them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..state.lowered import LoweredLine, LoweredProgram
 INDENT = "    "
 
 MOST_LINES = 120_000
-"""Maximum lines of a function: Python takes up to 3 KiB for each while it compiles them."""
+"""Maximum lines of a function; Python needs up to 3 KiB per line during compilation."""
 
 
 class Writer:
@@ -40,20 +40,20 @@ class Writer:
         self.origin = 1  # source line of the current rung
         self.flags = lowered.flags  # whether the status flags are enabled
         self.instructions = 0  # number of instructions so far
-        self._texts: dict[str, str] = {}
+        self._texts: dict[str, str] = {}  # see `texts`
         self._texts_of = 0  # number of the instruction after which `_texts` are valid
         self._depth = 1
-        self._temporaries = 0
-        self._lasting = 0
+        self._temporaries = 0  # names since the current rung
+        self._lasting = 0  # names of `lasting`
 
     def line(self, text: str) -> None:
         """Write a line."""
         self.lines.append((INDENT * self._depth + text, self.origin))
 
     def begin(self, line: LoweredLine) -> None:
-        """Begin a rung or a line of structured text: write its comment, its number and its text as comments.
+        """Begin a rung or a line of structured text: write comment, number and text as Python comments.
 
-        The temporaries of the previous one are released.
+        The temporaries of the previous rung or line may be used again.
 
         Raises:
             TooLongError: the function has too many lines.
@@ -84,9 +84,9 @@ class Writer:
             self.line("pass")
 
     def texts(self) -> dict[str, str]:
-        """Return the variables, by place, of the strings that the preceding string instructions have stored.
+        """Return the variables of the strings that the preceding string instructions have stored, by place.
 
-        They are valid in the current block; a variable is None if its instruction stored nothing.
+        They are valid in the current block. A variable is None if its instruction stored nothing.
         """
         if self._texts_of != self.instructions - 1:
             self._texts.clear()
@@ -144,7 +144,7 @@ class Writer:
             return ""
         return self.handed(leaf.root)[3]
 
-    def left(self, leaf: Leaf) -> str:
+    def elements_left(self, leaf: Leaf) -> str:
         """Return the variable of the remaining elements of an InOut, "" if it is not an array."""
         if leaf.outer != 1:
             return ""

@@ -1,10 +1,10 @@
-"""The answer to "why" in at most six lines: the value and its time, the path to the cause, the cause.
+"""The answer to "why" in at most six lines: the value with its time, then the path to the cause.
 
     Lamp is off since 9 s (scan 4,500): Main rung 1: XIC(Run)
       because Run is off since 9 s: Main rung 0: XIC(Stop)
     Cause: Stop is off since 9 s: slot 2 input 1 (stop): The stop input is de-energized.
 
-The last line is the end of `CauseLink.path`. The middle of a longer path is omitted; `deep` adds the chain.
+The last line is the end of `CauseLink.path`. The middle of a longer path is omitted.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ LONGEST = 110
 MOST_LINES = 6
 """Maximum number of lines of an answer."""
 
-MOST_WAY = 3
-"""Maximum number of links shown between the value and the cause."""
+MOST_REASONS = 3
+"""Maximum number of links between the value and the cause."""
 
 MOST_VALUES = 4
 """Maximum number of values in a line."""
@@ -40,12 +40,12 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
     """Return a chain as an answer of at most six lines; with `deep`, the whole chain follows."""
     path = link.path
     links = list(path[1:-1])
-    lines = [_line("", link, _scan(link))]
-    if len(links) > MOST_WAY:
-        left = len(links) - MOST_WAY + 1
+    lines = [_line("", link, _scan_text(link))]
+    if len(links) > MOST_REASONS:
+        omitted = len(links) - MOST_REASONS + 1
         lines += [
             _line("  because ", links[0]),
-            f"  ... {left} links (--deep has all)",
+            f"  ... {omitted} links (--deep shows all)",
             _line("  because ", links[-1]),
         ]
     else:
@@ -53,7 +53,7 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
     if len(path) == 1:
         lines = []
     head = "Cause: " if lines else ""
-    last = _whole(head, path[-1], "" if lines else _scan(link), _also(link))
+    last = _full_line(head, path[-1], "" if lines else _scan_text(link), _other_causes(link))
     lines += _wrapped(last, MOST_LINES - len(lines))
     if deep:
         lines += [part for line in str(link).splitlines() for part in _folded(line)]
@@ -66,19 +66,19 @@ def _folded(line: str) -> list[str]:
     return wrap(line, LONGEST, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
-def _scan(link: CauseLink) -> str:
+def _scan_text(link: CauseLink) -> str:
     return "" if link.kind in AT_REST or not link.scan else f" (scan {link.scan:,})"
 
 
-def _also(link: CauseLink) -> str:
-    """Return the other causes of the same kind and scan as the last one, which were also missing."""
+def _other_causes(link: CauseLink) -> str:
+    """Return the other causes with the kind and scan of the last one, as text; "" if there are none."""
     end = link.end
-    others = [
-        other
-        for other in _ends(link)
-        if other is not end and (other.kind, other.scan) == (end.kind, end.scan)
+    other_ends = [
+        other_end
+        for other_end in _ends(link)
+        if other_end is not end and (other_end.kind, other_end.scan) == (end.kind, end.scan)
     ]
-    names = list(dict.fromkeys(map(_state, others)))[:MOST_ALSO]
+    names = list(dict.fromkeys(map(_state, other_ends)))[:MOST_ALSO]
     return f"; and {', '.join(names)}" if names else ""
 
 
@@ -91,23 +91,23 @@ def _ends(link: CauseLink) -> Iterator[CauseLink]:
 
 
 def _line(head: str, link: CauseLink, scan: str = "") -> str:
-    return _cut(_whole(head, link, scan))
+    return _cut(_full_line(head, link, scan))
 
 
-def _whole(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
-    when = f"{seconds(link.now_ns)} s{scan}"
+def _full_line(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
+    time_text = f"{seconds(link.now_ns)} s{scan}"
     if link.kind == "wait":
         site = link.site
-        where = f": {site.spot}: {site.instruction}" if site is not None else ""
+        place = f": {site.spot}: {site.instruction}" if site is not None else ""
         if link.text.startswith("waits for "):
-            return f"{head}{link.name} {link.text} since {when}{where}{also}"
-        return f"{head}{link.name} continued at {when}: {_place(link)}{also}"
-    since = "" if _says_when(link) else f" since {when}"
-    place = " ".join(_place(link).split())
+            return f"{head}{link.name} {link.text} since {time_text}{place}{also}"
+        return f"{head}{link.name} continued at {time_text}: {_place_and_text(link)}{also}"
+    since = "" if _includes_time(link) else f" since {time_text}"
+    place = " ".join(_place_and_text(link).split())
     return f"{head}{_state(link)}{since}{': ' if place else ''}{place}{also}"
 
 
-def _says_when(link: CauseLink) -> bool:
+def _includes_time(link: CauseLink) -> bool:
     return link.kind in AT_REST or link.value is None or (not link.scan and "never" in link.text)
 
 
@@ -118,11 +118,9 @@ def _cut(text: str) -> str:
 def _wrapped(text: str, most: int) -> list[str]:
     """Wrap a text into at most `most` lines."""
     lines = wrap(text, LONGEST, subsequent_indent="    ", break_on_hyphens=False)
-    return (
-        lines
-        if len(lines) <= most
-        else [*lines[: most - 1], _cut(lines[most - 1] + " " + lines[most].strip())]
-    )
+    if len(lines) <= most:
+        return lines
+    return [*lines[: most - 1], _cut(lines[most - 1] + " " + lines[most].strip())]
 
 
 def _state(link: CauseLink) -> str:
@@ -136,16 +134,13 @@ def _state(link: CauseLink) -> str:
     return f"{link.name} is {value}"
 
 
-def _place(link: CauseLink) -> str:
+def _place_and_text(link: CauseLink) -> str:
     site = link.site
-    where = (
-        ""
-        if site is None
-        else site.spot
-        if site.file and not site.routine
-        else f"{site.routine} {site.place}"
-    )
-    return ": ".join(filter(None, (where, link.text))) + _values(link)
+    place = ""
+    if site is not None:
+        in_python = site.file and not site.routine
+        place = site.spot if in_python else f"{site.routine} {site.place}"
+    return ": ".join(filter(None, (place, link.text))) + _values(link)
 
 
 def _values(link: CauseLink) -> str:

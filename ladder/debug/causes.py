@@ -1,8 +1,8 @@
 """The causes of a change: values that the instruction read and that differ from the previous scan.
 
-Both scans are run again. If all contacts in series conduct, all of them were needed, and the contacts that
-changed are the causes. If some do not conduct, each of them alone is enough. In branches it is the other way
-round. If nothing differs, as when a timer ends, the latest change is the cause.
+Both scans run again. If all contacts in series conduct, all of them were needed, and the ones that changed
+are the causes. If some do not conduct, each of them alone is enough. For the legs of a branch the opposite is
+true. If nothing differs, for example when a timer ends, the latest change is the cause.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Cause:
     """A read that explains a change."""
 
     read: Read
-    by: StepRun
+    reader: StepRun
     changed: bool = True  # since the previous run; False if it is only the latest change
 
 
@@ -54,7 +54,7 @@ class Causes:
     def __init__(self, past: Replayer) -> None:
         assert isinstance(past.engine, TracedEngine)
         self._past, self._engine = past, past.engine
-        self._known: OrderedDict[int, Execution] = OrderedDict()
+        self._executions: OrderedDict[int, Execution] = OrderedDict()
         self._inputs: dict[int, ScanInputs] = {}
 
     # --- scans
@@ -72,31 +72,31 @@ class Causes:
 
     def execution(self, scan: int) -> Execution:
         """Return an executed scan; raise a ValueError if it can't be repeated."""
-        known = self._known.get(scan)
-        if known is None:
+        execution = self._executions.get(scan)
+        if execution is None:
             self._engine.traced = True
             try:
                 self._past.again(scan)
             finally:
                 self._engine.traced = False
-            known = self._engine.execution
-            assert known is not None
-            if known.scan != scan:  # the program did not run in that scan
-                known = Execution(scan)
-            self._known[scan] = known
-            while len(self._known) > KEPT:
-                self._known.popitem(last=False)
-        self._known.move_to_end(scan)
-        return known
+            execution = self._engine.execution
+            assert execution is not None
+            if execution.scan != scan:  # the program did not run in that scan
+                execution = Execution(scan)
+            self._executions[scan] = execution
+            while len(self._executions) > KEPT:
+                self._executions.popitem(last=False)
+        self._executions.move_to_end(scan)
+        return execution
 
     def inputs(self, scan: int) -> ScanInputs | None:
         """Return the inputs of a scan; None if they are unknown."""
-        known = self._inputs.get(scan)
-        if known is None and scan >= 0:
-            known = self._past.inputs(scan)
-            if known is not None:
-                self._inputs[scan] = known
-        return known
+        inputs = self._inputs.get(scan)
+        if inputs is None and scan >= 0:
+            inputs = self._past.inputs(scan)
+            if inputs is not None:
+                self._inputs[scan] = inputs
+        return inputs
 
     def now_ns(self, scan: int) -> int:
         """Return the time of a scan."""
@@ -129,8 +129,8 @@ class Causes:
         inputs = self.inputs(scan)
         if inputs is None or not inputs.images:
             return 0
-        place = [leaf.ident for leaf in self._past.images].index(cell.leaf.ident)
-        data = inputs.images[place][2 * cell.index : 2 * cell.index + 2]
+        position = [leaf.ident for leaf in self._past.images].index(cell.leaf.ident)
+        data = inputs.images[position][2 * cell.index : 2 * cell.index + 2]
         return cell.in_value(int.from_bytes(data, "little", signed=True))
 
     # --- changes
@@ -148,10 +148,10 @@ class Causes:
         return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
-        """Return the EVENT that made a task due, in a scan or in the previous one."""
+        """Return the change by an EVENT that made a task due, in a scan or in the previous one."""
         for number in (scan, scan - 1):
             for write in reversed(self.execution(number).writes):
-                if write.cell.leaf is pending and write.after and write.by is not None:
+                if write.cell.leaf is pending and write.after and write.writer is not None:
                     return [CellChange(number, write.cell, write)]
         return []
 
@@ -164,34 +164,34 @@ class Causes:
             elif write is None and self._changed_outside(cell, scan):
                 yield CellChange(scan, cell, None)
 
-    def of(self, origin: CellChange) -> list[list[Cause]]:
-        """Return groups of causes of a change: each group was needed; one cause of a group was enough."""
+    def groups_of(self, origin: CellChange) -> list[list[Cause]]:
+        """Return groups of causes of a change. Each group was needed; one cause of a group was enough."""
         write = origin.write
-        if write is None or write.by is None:
+        if write is None or write.writer is None:
             return []
-        entry, scan = write.by, origin.scan
-        reads = list(self._reads_behind(entry, origin.cell))
+        entry, scan = write.writer, origin.scan
+        reads = list(self._deciding_reads(entry, origin.cell))
         groups = [
-            *self._of_power(entry, scan),
+            *self._power_causes(entry, scan),
             *([cause] for cause in self._changed_reads(entry, scan, reads)),
         ]
-        groups += self._of_lost_write(origin.cell, entry, scan)
+        groups += self._lost_write_causes(origin.cell, entry, scan)
         if not any(groups):
-            groups = [[cause] for cause in self._latest(entry, scan, reads)]
+            groups = [[cause] for cause in self._latest_changes(entry, scan, reads)]
         return [group for group in groups if group]
 
-    def _of_lost_write(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return what took power from the instruction that wrote the cell last in the previous scan."""
+    def _lost_write_causes(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
+        """Return the causes that took power from the instruction that wrote the cell in the previous scan."""
         writes = reversed(self.execution(scan - 1).writes) if scan else ()
-        earlier = next((write.by for write in writes if write.cell.overlaps(cell)), None)
+        earlier = next((write.writer for write in writes if write.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
             return []
         run = self.execution(scan).runs.get(earlier.run.key)
-        now = None if run is None else run.steps.get(id(earlier.step))
-        return [] if now is None or now.power else self._of_power(now, scan)
+        entry_now = None if run is None else run.steps.get(id(earlier.step))
+        return [] if entry_now is None or entry_now.power else self._power_causes(entry_now, scan)
 
-    def _reads_behind(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
-        """Yield the reads that decided a cell; for a copied cell, only the same part of the source."""
+    def _deciding_reads(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
+        """Yield the reads that determined a cell; for a copied cell, only the same part of the source."""
         copied = self._source(entry, cell)
         for read in entry.reads:
             source = read.cell
@@ -223,19 +223,25 @@ class Causes:
         self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None
     ) -> Iterator[Cause]:
         """Yield the reads of an instruction whose values differ from the previous scan."""
-        before = self._previous(entry, scan)
-        earlier = {} if before is None else {previous.cell: previous.value for previous in before.reads}
+        previous_run = self._previous(entry, scan)
+        earlier = (
+            {}
+            if previous_run is None
+            else {earlier_read.cell: earlier_read.value for earlier_read in previous_run.reads}
+        )
         for read in entry.reads if reads is None else reads:
-            whole = Cell(read.cell.leaf, read.cell.index)
+            whole_cell = Cell(read.cell.leaf, read.cell.index)
             if read.cell in earlier:
                 differs = not same(earlier[read.cell], read.value)
             else:
-                differs = whole in earlier and not same(read.cell.of(earlier[whole]), read.value)
+                differs = whole_cell in earlier and not same(
+                    read.cell.masked(earlier[whole_cell]), read.value
+                )
             if differs and not self._writes_itself(read, entry, scan):
                 yield Cause(read, entry)
 
     def _writes_itself(self, read: Read, entry: StepRun, scan: int) -> bool:
-        """Whether an instruction writes what it reads, such as ACC, in this scan or the previous one."""
+        """Whether an instruction writes a value that it reads, such as ACC, in this or the previous scan."""
         if _is_written_member(read, entry.step):
             return True
         instruction_key = entry.number, entry.instance
@@ -243,76 +249,82 @@ class Causes:
             self.execution(number).writes for number in (scan, scan - 1) if number >= 0
         )
         return any(
-            write.by is not None
+            write.writer is not None
             and write.cell.overlaps(read.cell)
-            and (write.by.number, write.by.instance) == instruction_key
+            and (write.writer.number, write.writer.instance) == instruction_key
             for write in writes
         )
 
-    def _of_power(self, entry: StepRun, scan: int) -> list[list[Cause]]:
+    def _power_causes(self, entry: StepRun, scan: int) -> list[list[Cause]]:
         """Return the causes that gave power to an instruction, or took it away."""
         if entry.parent is not None:
             copied = [[cause] for contact in entry.ahead for cause in self._changed_reads(contact, scan)]
-            return copied or self._of_power(entry.parent, scan)
+            return copied or self._power_causes(entry.parent, scan)
         groups: list[list[Cause]] = []
-        before = self._previous(entry, scan)
-        if before is not None and before.power != entry.power:
-            groups += self._of_series(tuple(prefix(entry)), entry.run, before.run, scan)
+        previous_run = self._previous(entry, scan)
+        if previous_run is not None and previous_run.power != entry.power:
+            groups += self._series_causes(tuple(nodes_before(entry)), entry.run, previous_run.run, scan)
         for head in entry.run.heads:
             groups += [[cause] for cause in self._changed_reads(head, scan)]
         if entry.run.caller is not None:
-            groups += self._of_power(entry.run.caller, scan)
+            groups += self._power_causes(entry.run.caller, scan)
         return groups
 
-    def _of_series(
-        self, nodes: Sequence[Node], run: LineRun, before: LineRun, scan: int
+    def _series_causes(
+        self, nodes: Sequence[Node], run: LineRun, previous_run: LineRun, scan: int
     ) -> list[list[Cause]]:
-        """Explain the power after nodes in series."""
-        parts = [node for node in nodes if _truth(node, run) is not _truth(node, before)]
+        """Return the causes of the power after nodes in series."""
+        changed = [node for node in nodes if _truth(node, run) is not _truth(node, previous_run)]
         if all(_truth(node, run) is not False for node in nodes):
-            return [group for part in parts for group in self._of_node(part, run, before, scan)]
-        blocking = [part for part in parts if _truth(part, run) is False]
-        return _alternatives([self._of_node(part, run, before, scan) for part in blocking])
+            return [group for node in changed for group in self._node_causes(node, run, previous_run, scan)]
+        blocking = [node for node in changed if _truth(node, run) is False]
+        return _alternatives([self._node_causes(node, run, previous_run, scan) for node in blocking])
 
-    def _of_node(self, node: Node, run: LineRun, before: LineRun, scan: int) -> list[list[Cause]]:
+    def _node_causes(self, node: Node, run: LineRun, previous_run: LineRun, scan: int) -> list[list[Cause]]:
         if isinstance(node, LoweredStep):
             return [[cause] for cause in self._changed_reads(run.steps[id(node)], scan)]
-        now = _truth(node, run)
-        legs = [leg for leg in node.legs if _series(leg, run) == now and _series(leg, before) != now]
-        by_leg = [self._of_series(leg, run, before, scan) for leg in legs]
-        return _alternatives(by_leg) if now else [group for groups in by_leg for group in groups]
+        conducts = _truth(node, run)
+        legs = [
+            leg
+            for leg in node.legs
+            if _series_truth(leg, run) == conducts and _series_truth(leg, previous_run) != conducts
+        ]
+        by_leg = [self._series_causes(leg, run, previous_run, scan) for leg in legs]
+        return _alternatives(by_leg) if conducts else [group for groups in by_leg for group in groups]
 
     # --- causes if nothing differs
 
-    def _latest(self, entry: StepRun, scan: int, own: Sequence[Read]) -> list[Cause]:
-        """Return the latest changes among the reads that an instruction depends on; `own` are its reads."""
+    def _latest_changes(self, entry: StepRun, scan: int, own_reads: Sequence[Read]) -> list[Cause]:
+        """Return the latest changes of the values that an instruction depends on."""
         reads = [
-            (read, by) for read, by in _dependencies(entry, own) if not self._writes_itself(read, by, scan)
+            (read, reader)
+            for read, reader in _dependencies(entry, own_reads)
+            if not self._writes_itself(read, reader, scan)
         ]
         by_order: dict[int, list[Cause]] = {}
-        for read, by in reads:
-            for origin in self._changes_in([read.cell], scan, by.order):
+        for read, reader in reads:
+            for origin in self._changes_in([read.cell], scan, reader.order):
                 order = origin.write.order if origin.write else 0
-                by_order.setdefault(order, []).append(Cause(read, by, changed=False))
+                by_order.setdefault(order, []).append(Cause(read, reader, changed=False))
         if by_order or not scan or not reads:
             return by_order[max(by_order)] if by_order else []
-        return self._latest_before(reads, scan)
+        return self._latest_changes_before(reads, scan)
 
-    def _latest_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
+    def _latest_changes_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
         """Return the latest changes before a scan."""
         cells = list(dict.fromkeys(read.cell for read, _ in reads))
         changed = {origin.cell for origin in self.origins(cells, scan - 1)}
-        return [Cause(read, by, changed=False) for read, by in reads if read.cell in changed]
+        return [Cause(read, reader, changed=False) for read, reader in reads if read.cell in changed]
 
 
-_GIVEN = ("PRE", "LEN")
-"""Members of an instruction's structure that it only reads."""
+_READ_ONLY_MEMBERS = ("PRE", "LEN")
+"""Members of an instruction's structure that the instruction only reads."""
 
 
 def _is_written_member(read: Read, step: LoweredStep) -> bool:
     """Whether a read is a member of an instruction's structure that the instruction writes."""
     member = read.text.rpartition(".")[2].upper()
-    return member not in _GIVEN and any(
+    return member not in _READ_ONLY_MEMBERS and any(
         isinstance(operand, Group)
         and read.cell.leaf.path.startswith(f"{operand.path}.")
         and use in BOTH_WAYS
@@ -321,23 +333,23 @@ def _is_written_member(read: Read, step: LoweredStep) -> bool:
     )
 
 
-def _dependencies(entry: StepRun, own: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
-    """Yield what an instruction depends on: its operands, the conditions before it and around it."""
+def _dependencies(entry: StepRun, own_reads: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
+    """Yield reads of an instruction's operands, and of the conditions before and around it."""
     if entry.power or entry.step.kind is InstructionKind.BOTH:
-        yield from ((read, entry) for read in own)
+        yield from ((read, entry) for read in own_reads)
     for contact in entry.ahead:
         yield from ((read, contact) for read in contact.reads)
     yield from _conditions(entry.parent or entry)
 
 
 def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
-    """Yield the reads of the conditions before an instruction and around it."""
-    for step in filter(decides, steps_of(tuple(prefix(entry)), copies=False)):
-        other = entry.run.steps.get(id(step))
-        if other is not None and other.truth is entry.power:
-            yield from ((read, other) for read in other.reads)
-            if step.spec.decides and other.power:  # a one-shot blocks because it already had power
-                yield from _conditions(other)
+    """Yield the reads of the conditions before and around an instruction that have the value of its power."""
+    for step in filter(decides, steps_of(tuple(nodes_before(entry)), copies=False)):
+        condition = entry.run.steps.get(id(step))
+        if condition is not None and condition.truth is entry.power:
+            yield from ((read, condition) for read in condition.reads)
+            if step.spec.decides and condition.power:  # a one-shot blocks because it already had power
+                yield from _conditions(condition)
     for head in entry.run.heads:
         yield from ((read, head) for read in head.reads)
     if entry.run.caller is not None:
@@ -352,28 +364,27 @@ def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
     return [[cause for option in options for group in option for cause in group]]
 
 
-def prefix(entry: StepRun) -> Iterator[Node]:
+def nodes_before(entry: StepRun) -> Iterator[Node]:
     """Yield the nodes in series before an instruction."""
-    nodes: Sequence[Node] = entry.run.line.nodes
-    while True:
-        for node in nodes:
-            if node is entry.step:
-                return
-            if isinstance(node, Parallel) and _has(node, entry.step):
-                nodes = next(
-                    leg
-                    for leg in node.legs
-                    if any(element is entry.step or _has(element, entry.step) for element in leg)
-                )
-                break
-            yield node
-        else:
+    yield from _nodes_before(entry.run.line.nodes, entry.step)
+
+
+def _nodes_before(nodes: Sequence[Node], step: LoweredStep) -> Iterator[Node]:
+    for node in nodes:
+        if node is step:
             return
+        legs = node.legs if isinstance(node, Parallel) else ()
+        leg_with_step = next((leg for leg in legs if _contains(leg, step)), None)
+        if leg_with_step is not None:
+            yield from _nodes_before(leg_with_step, step)
+            return
+        yield node
 
 
-def _has(node: Node, step: LoweredStep) -> bool:
-    return isinstance(node, Parallel) and any(
-        element is step or _has(element, step) for leg in node.legs for element in leg
+def _contains(nodes: Sequence[Node], step: LoweredStep) -> bool:
+    return any(
+        any(_contains(leg, step) for leg in node.legs) if isinstance(node, Parallel) else node is step
+        for node in nodes
     )
 
 
@@ -385,14 +396,18 @@ def decides(step: LoweredStep) -> bool:
 def _truth(node: Node, run: LineRun) -> bool | None:
     """Return whether a contact or a branch conducts in a run; None if it is not known."""
     if isinstance(node, Parallel):
-        legs = [_series(leg, run) for leg in node.legs]
-        return True if True in legs else None if None in legs else False
+        legs = [_series_truth(leg, run) for leg in node.legs]
+        if True in legs:
+            return True
+        return None if None in legs else False
     entry = run.steps.get(id(node))
     if entry is None:
         return None
     return entry.truth if decides(node) else True
 
 
-def _series(nodes: Sequence[Node], run: LineRun) -> bool | None:
+def _series_truth(nodes: Sequence[Node], run: LineRun) -> bool | None:
     truths = [_truth(node, run) for node in nodes]
-    return False if False in truths else None if None in truths else True
+    if False in truths:
+        return False
+    return None if None in truths else True

@@ -35,8 +35,8 @@ class Cell:
         name = element_text(self.leaf.path, self.leaf.dims, self.index)
         return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
 
-    def of(self, value: Value) -> Value:
-        """Return the cell's part of a value of the leaf."""
+    def masked(self, value: Value) -> Value:
+        """Return a value of the leaf with only the cell's bits."""
         return value if self.mask is None else int(value) & self.mask
 
     def in_value(self, value: Value) -> Value:
@@ -44,7 +44,7 @@ class Cell:
         return value if self.mask is None else bool(int(value) & self.mask)
 
     def read(self, memory: Memory) -> Value:
-        """Return the cell's present value; a bit as a bool."""
+        """Return the cell's current value; a bit as a bool."""
         return self.in_value(memory.read(self.leaf, self.index))
 
     def overlaps(self, other: Cell) -> bool:
@@ -54,13 +54,13 @@ class Cell:
         return self.mask is None or other.mask is None or bool(self.mask & other.mask)
 
 
-def cell_of(where: Place) -> Cell:
+def cell_of(place: Place) -> Cell:
     """Return the cell of a place with fixed subscripts; raise a ValueError if they are computed."""
-    index = where.fixed_index
-    if index is None or where.can_fault:
-        raise ValueError(f"{where.text} has no fixed place: ask about one element")
-    mask = 1 << int(where.bit.value) if isinstance(where.bit, Constant) else None
-    return Cell(where.leaf, index, mask)
+    index = place.fixed_index
+    if index is None or place.can_fault:
+        raise ValueError(f"{place.text} has a computed subscript; name one element")
+    mask = 1 << int(place.bit.value) if isinstance(place.bit, Constant) else None
+    return Cell(place.leaf, index, mask)
 
 
 def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | None:
@@ -74,18 +74,18 @@ def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | No
     return spot.ident, spot.at(cell.index)
 
 
-def cells_of(where: Place | Group, *, counts: bool = False) -> list[Cell]:
+def cells_of(tag: Place | Group, *, counts: bool = False) -> list[Cell]:
     """Return the cells of a tag; for a timer or counter, its bits, and with `counts` also its numbers.
 
     Raises:
-        ValueError: the place of the tag is computed.
+        ValueError: a subscript of the tag is computed.
     """
-    return [cell_of(where)] if isinstance(where, Place) else list(_cells_in(where, counts))
+    return [cell_of(tag)] if isinstance(tag, Place) else list(_cells_in(tag, counts))
 
 
-def is_counted(where: Place | Group) -> bool:
+def is_counted(operand: Place | Group) -> bool:
     """Whether an operand is a single timer or counter."""
-    return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
+    return isinstance(operand, Group) and not operand.dims and operand.type in (TIMER, COUNTER)
 
 
 def _cells_in(group: Group, counts: bool) -> Iterator[Cell]:
@@ -94,6 +94,6 @@ def _cells_in(group: Group, counts: bool) -> Iterator[Cell]:
             continue
         first = fixed_index_in(leaf.dims, group.indices)
         if first is None:
-            raise ValueError(f"{group.text} has no fixed place: ask about one element")
+            raise ValueError(f"{group.text} has a computed subscript; name one element")
         size = count_of(leaf.dims[len(group.indices) :])
         yield from (Cell(leaf, first * size + number) for number in range(size))

@@ -32,11 +32,11 @@ NESTED = 8
 """Maximum depth of nested Python calls that build links."""
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
-"""Returns a link that explains an input, given the cell's change, name and value; None if it can't."""
+"""Returns a link that explains an input, from the cell's change, name and value; None if it can't."""
 
 
 class _NestedError(Exception):
-    """Raised if a link is nested too deep in Python's stack; it is then built with an empty stack."""
+    """Raised for a link that is nested too deep; `link_of` then builds it with an empty Python stack."""
 
     def __init__(self, origin: CellChange, name: str, depth: int) -> None:
         self.origin, self.name, self.depth = origin, name, depth
@@ -64,7 +64,7 @@ class Chains:
     at_rest: AtRest = lambda _cell, _name, _value, _scan: None
     blocks: Blocks | None = None
     run_mode: Callable[[int], str] = lambda _scan: ""
-    _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
+    _links: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
     _depth: int = 0
     _nested: int = 0
 
@@ -74,18 +74,18 @@ class Chains:
         origins = self.causes.origins(cells, scan)
         if not origins:
             return self.never(cells[0], tag, scan) if len(cells) == 1 else None
-        last = max(origins, key=lambda each: each.write.order if each.write else 0)
+        last = max(origins, key=lambda origin: origin.write.order if origin.write else 0)
         name = tag if len(cells) == 1 else last.cell.name
-        return self.of(last, name)
+        return self.link_of(last, name)
 
     def of_cell(self, cell: Cell, name: str, scan: int) -> CauseLink | None:
         """Return the chain of a cell after a scan."""
         origins = self.causes.origins([cell], scan)
-        return self.of(origins[0], name) if origins else self.never(cell, name, scan)
+        return self.link_of(origins[0], name) if origins else self.never(cell, name, scan)
 
     def never(self, cell: Cell, name: str, scan: int) -> CauseLink:
         """Return the chain of a value that has never changed before the end of a scan, see `Never`."""
-        return Never(self.causes, scan, self.of, self.at_rest, self.blocks).of(cell, name)
+        return Never(self.causes, scan, self.link_of, self.at_rest, self.blocks).link_of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
         """Return the cells of a tag (of a timer or counter, its bits); ValueError for an unknown name."""
@@ -95,79 +95,81 @@ class Chains:
         """Return the name of a tag in the form that forces use."""
         return Resolver(self.lowered.layout).base_name(tag)
 
-    def of(self, origin: CellChange, name: str) -> CauseLink:
+    def link_of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.
 
-        A link needs its causes first. Calls nest at most `NESTED` deep. The loop here builds a deeper link
-        and stores it in `_known`; then the links that need it are built again.
+        A link needs its causes first. Calls nest at most `NESTED` deep. The loop builds a deeper link first
+        and stores it in `_links`; then it builds the links that need it again.
         """
         if self._nested:
-            return self._link_once(origin, name)
-        ahead = [(origin, name, self._depth)]
+            return self._cached_link(origin, name)
+        pending = [(origin, name, self._depth)]
         while True:
-            before = self._depth
+            outer_depth = self._depth
             try:
-                origin, name, self._depth = ahead[-1]
-                link = self._link_once(origin, name)
+                origin, name, self._depth = pending[-1]
+                link = self._cached_link(origin, name)
             except _NestedError as deeper:
-                ahead.append((deeper.origin, deeper.name, deeper.depth))
+                pending.append((deeper.origin, deeper.name, deeper.depth))
             else:
-                ahead.pop()
-                if not ahead:
+                pending.pop()
+                if not pending:
                     return link
             finally:
-                self._depth = before
+                self._depth = outer_depth
 
-    def _link_once(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change; `_known` caches it.
+    def _cached_link(self, origin: CellChange, name: str) -> CauseLink:
+        """Return the link of a change; `_links` caches it.
 
         Raises:
             _NestedError: the calls are `NESTED` deep.
         """
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
-        known = self._known.get(key)
-        if known is None:
+        link = self._links.get(key)
+        if link is None:
             if self._nested == NESTED:
                 raise _NestedError(origin, name, self._depth)
             self._depth += 1
             self._nested += 1
             try:
-                self._known[key] = known = self._link(origin, name)
+                self._links[key] = link = self._link(origin, name)
             finally:
                 self._depth -= 1
                 self._nested -= 1
-        return known
+        return link
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
-        """Return a new link for a change, depending on what made the change."""
+        """Return a new link for a change: by an instruction, a motion, the rack or an operator."""
         scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
         if origin.write is None or self._is_set_outside(origin):
-            return self._of_outside(origin, name, now_ns)
-        if origin.write.by is None:
+            return self._outside_link(origin, name, now_ns)
+        if origin.write.writer is None:
             origin = motions.attributed(origin)
         write = origin.write
         assert write is not None
         value = origin.cell.in_value(write.after)
-        if write.by is None:
-            moved = self._of_motion(motions, origin, name, value)
-            return moved or self._of_no_instruction(origin, name, value, now_ns)
+        if write.writer is None:
+            moved = self._motion_link(motions, origin, name, value)
+            return moved or self._uncaused_link(origin, name, value, now_ns)
         if self._depth > self.most:
             return CauseLink("unknown", name, value, scan, now_ns, f"more than {self.most} links")
-        return self._of_instruction(origin, write.by, name, value, origin.cell.in_value(write.before))
+        return self._instruction_link(origin, write.writer, name, value, origin.cell.in_value(write.before))
 
-    def _of_instruction(
+    def _instruction_link(
         self, origin: CellChange, entry: StepRun, name: str, value: Value, before: Value
     ) -> CauseLink:
         """Return the link of a change that an instruction made."""
         scan, site = origin.scan, self._site(entry)
-        groups = self.causes.of(origin)
+        groups = self.causes.groups_of(origin)
         causes = [cause for group in groups for cause in group]
-        parts = [tuple(link for cause in group for link in self._causes_of(cause, scan)) for group in groups]
-        if not any(parts):
-            parts = [(trigger,) for trigger in self._triggers(entry, scan)]
+        link_groups = [
+            tuple(link for cause in group for link in self._causes_of(cause, scan)) for group in groups
+        ]
+        if not any(link_groups):
+            link_groups = [(trigger,) for trigger in self._triggers(entry, scan)]
         return linked(
-            self._refusals(origin, value) or self._without_calls(parts, entry),
+            self._refusals(origin, value) or self._without_calls(link_groups, entry),
             kind=kind_at(site),
             name=name,
             value=value,
@@ -210,25 +212,25 @@ class Chains:
                 text = f"every {time_text(task.task.rate_ns)}"
                 yield CauseLink("task", name, None, scan, now_ns, text)
             elif task.task.kind is TaskKind.EVENT:
-                yield from (self.of(origin, name) for origin in self.causes.triggers(task.pending, scan))
+                yield from (self.link_of(origin, name) for origin in self.causes.triggers(task.pending, scan))
 
     def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
         """Yield the links of the latest changes of a value that an instruction read."""
         try:
-            origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
-            yield from (self.of(origin, cause.read.text) for origin in origins)
+            origins = self.causes.origins([cause.read.cell], scan, cause.reader.order)
+            yield from (self.link_of(origin, cause.read.text) for origin in origins)
         except ValueError:  # the scan can't be repeated
             yield CauseLink(
                 "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER
             )
 
-    def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
+    def _motion_link(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Return the link of a change that a motion made after a scan; None for any other change."""
         moves = list(motions.movers(origin))
         if not moves:
             return None
-        scan, done = origin.scan, moves[0][2]
-        movers = (self.of_cell(cell, bit_name, scan - (done == COMPLETE)) for cell, bit_name, _ in moves)
+        scan, text = origin.scan, moves[0][2]
+        movers = (self.of_cell(cell, bit_name, scan - (text == COMPLETE)) for cell, bit_name, _ in moves)
         return linked(
             [(mover,) for mover in movers if mover],
             kind="rung",
@@ -236,11 +238,11 @@ class Chains:
             value=value,
             scan=scan,
             now_ns=self.causes.now_ns(scan),
-            text=done.format(", ".join(bit_name.removesuffix(".IP") for _, bit_name, _ in moves)),
+            text=text.format(", ".join(bit_name.removesuffix(".IP") for _, bit_name, _ in moves)),
         )
 
-    def _of_no_instruction(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
-        """Return the link of a change that no instruction made: a sample of a consumed tag, or prescan."""
+    def _uncaused_link(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
+        """Return the link of a change without an instruction: a sample of a consumed tag, or prescan."""
         assert origin.write is not None
         common = (name, value, origin.scan, now_ns)
         for connection in self.lowered.connections:
@@ -248,19 +250,19 @@ class Chains:
                 link = self.outside(origin, name, value)
                 return link or CauseLink("partner", *common, f"a sample of {connection.tag}")
         if origin.write.mode and origin.scan:
-            before = self.run_mode(origin.scan)
+            earlier_mode = self.run_mode(origin.scan)
             text = f"the CPU went to run mode: its first scan begins with {origin.write.mode}"
-            return CauseLink("mode", *common, f"{before}, then {text}" if before else text)
+            return CauseLink("mode", *common, f"{earlier_mode}, then {text}" if earlier_mode else text)
         return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
 
-    def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
+    def _outside_link(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
         """Return the link of a change that was made between two scans."""
         cell, scan = origin.cell, origin.scan
         leaf, written = cell.leaf, self.causes.written(cell, scan)
         if leaf.is_image and not leaf.output and not written:
             value = self.causes.image(cell, scan)
             link = self.outside(origin, name, value)
-            return link or CauseLink("input", name, value, scan, now_ns, where(cell))
+            return link or CauseLink("input", name, value, scan, now_ns, terminal_text(cell))
         if not written:
             is_forced = self.causes.force(cell, scan) is not None
             text = "forced" if is_forced else "its force was removed"
@@ -276,12 +278,14 @@ class Chains:
     def _is_set_outside(self, origin: CellChange) -> bool:
         """Whether a tag was set between two scans."""
         write = origin.write
-        return write is not None and write.by is None and bool(self.causes.written(origin.cell, origin.scan))
+        return (
+            write is not None and write.writer is None and bool(self.causes.written(origin.cell, origin.scan))
+        )
 
     # --- places
 
     def _outermost(self, entry: StepRun) -> StepRun:
-        """Return the instruction in the user's program that led to this run."""
+        """Return the instruction in the user's program that contains this run."""
         entry = entry.parent or entry
         while entry.run.caller is not None and (entry.run.instance and not self.deep):
             entry = entry.run.caller.parent or entry.run.caller
@@ -297,37 +301,37 @@ class Chains:
         site = self._site(entry)
         inside = not self.deep and (entry.run.instance or entry.parent is not None)
         for group in filter(None, groups):
-            parts = [
+            replacements = [
                 link.causes if inside and link.site is site and link.causes else ((link,),) for link in group
             ]
-            if len(parts) == 1:
-                yield from parts[0]
+            if len(replacements) == 1:
+                yield from replacements[0]
             else:
-                yield tuple(chain.from_iterable(chain.from_iterable(parts)))
+                yield tuple(chain.from_iterable(chain.from_iterable(replacements)))
 
     def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
-        """Return the text of a link: what a motion instruction did, if it is one, and what decided it."""
+        """Return the text of a link: the effect of a motion instruction, and the contacts that decided."""
         writes = self.causes.execution(origin.scan).writes
-        done, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
-        if not done:
+        motion, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
+        if not motion:
             return text
-        return done if text == self.lowered.sites[entry.number].instruction else f"{done}, by {text}"
+        return motion if text == self.lowered.sites[entry.number].instruction else f"{motion}, by {text}"
 
     def _decided(self, entry: StepRun, causes: Sequence[Cause]) -> str:
-        """Return the contacts that changed; the instruction itself if it waited or has no contacts."""
+        """Return the contacts that changed, as text; the instruction itself if none changed."""
         outer = self._outermost(entry)
         sites = self.lowered.sites
         if outer is not entry or sites[entry.number].unit != "rung":
             return sites[outer.number].instruction
         texts = dict.fromkeys(
-            sites[cause.by.number].instruction for cause in causes if cause.by.run is entry.run
+            sites[cause.reader.number].instruction for cause in causes if cause.reader.run is entry.run
         )
         if causes and not any(cause.changed for cause in causes):
             return f"{sites[entry.number].instruction}, after {' '.join(texts)}".removesuffix(", after ")
         return " ".join(texts) or sites[entry.number].instruction
 
 
-def where(cell: Cell) -> str:
+def terminal_text(cell: Cell) -> str:
     """Return the place of an input in the rack: `slot 2 input 1`, or `slot 2 input word 3`."""
     side = "output" if cell.leaf.output else "input"
     if cell.mask is None:
@@ -339,7 +343,7 @@ def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:
     """Return the values that the rung and the instruction read, without duplicates."""
     changed = {cause.read.cell for cause in causes if cause.changed}
     operands: dict[str, Operand] = {}
-    for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.by for cause in causes)):
+    for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.reader for cause in causes)):
         if run.order <= entry.order:
             for read in run.reads:
                 operands.setdefault(read.text, Operand(read.text, read.value, read.cell in changed))

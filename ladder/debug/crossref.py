@@ -79,14 +79,16 @@ class CrossReference:
     @cached_property
     def mentions(self) -> tuple[Mention, ...]:
         """All mentions; mentions in add-on instructions are listed once per instance."""
-        return tuple(_once(_mentions(self._lowered, lambda _operand: True)))
+        return tuple(_without_duplicates(_mentions(self._lowered, lambda _operand: True)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
-        """Return the mentions of an address, its parts and what contains it; may raise a LadderError."""
-        named = self._resolver.named(tag)
-        mentions = _mentions(self._lowered, lambda operand: overlap(named, operand, stretch=True))
+        """Return the mentions of an address, its parts and its containers; may raise a LadderError."""
+        operand = self._resolver.named(tag)
+        mentions = _mentions(self._lowered, lambda passed: overlap(operand, passed, stretch=True))
         return tuple(
-            mention for mention in _once(mentions) if overlap(named, mention.where, stretch=mention.stretch)
+            mention
+            for mention in _without_duplicates(mentions)
+            if overlap(operand, mention.where, stretch=mention.stretch)
         )
 
     def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
@@ -94,15 +96,15 @@ class CrossReference:
         path = leaf.path.upper()
 
         def matches(operand: Place | Group) -> bool:
-            return _contain(path, operand.path)
+            return _one_contains_other(path, operand.path)
 
-        def written(each: Mention) -> bool:
-            where = each.where
+        def written(mention: Mention) -> bool:
+            where = mention.where
             if isinstance(where, Group):
                 return f"{path}.".startswith(f"{where.path.upper()}.")
             fixed, bit = where.fixed_index, where.bit
-            of_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
-            return where.leaf is leaf and (fixed in (None, index) or each.stretch) and of_bit
+            includes_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
+            return where.leaf is leaf and (fixed in (None, index) or mention.stretch) and includes_bit
 
         return tuple(
             mention for mention in _mentions(self._lowered, matches) if mention.writes and written(mention)
@@ -119,36 +121,38 @@ def cross_reference(lowered: LoweredProgram) -> CrossReference:
 
 def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
     """Whether two operands may share memory; with `stretch`, `b` extends beyond the named element."""
-    if not _contain(a.path, b.path) or not (stretch or all(map(_may_be_equal, a.indices, b.indices))):
+    if not _one_contains_other(a.path, b.path) or not (
+        stretch or all(map(_may_be_equal, a.indices, b.indices))
+    ):
         return False
     return not isinstance(a, Place) or not isinstance(b, Place) or _may_be_equal(a.bit, b.bit)
 
 
-def _contain(one: str, other: str) -> bool:
+def _one_contains_other(a: str, b: str) -> bool:
     """Whether two paths are equal, or one contains the other."""
-    one, other = f"{one}.".upper(), f"{other}.".upper()
-    return one.startswith(other) or other.startswith(one)
+    a, b = f"{a}.".upper(), f"{b}.".upper()
+    return a.startswith(b) or b.startswith(a)
 
 
-def _may_be_equal(one: Resolved | None, other: Resolved | None) -> bool:
+def _may_be_equal(a: Resolved | None, b: Resolved | None) -> bool:
     """Whether two subscripts or bit numbers may be equal, because they are not different constants."""
-    return not isinstance(one, Constant) or not isinstance(other, Constant) or one.value == other.value
+    return not isinstance(a, Constant) or not isinstance(b, Constant) or a.value == b.value
 
 
 def _mentions(lowered: LoweredProgram, matches: Callable[[Place | Group], bool]) -> Iterator[Mention]:
-    """Yield mentions; inside an add-on instruction, only if a matching tag is passed to it."""
-    seen: set[object] = set()
+    """Yield mentions; inside an add-on instruction, only if its arguments include a match."""
+    visited: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:
-            yield from _in_routine(lowered, routine, lambda operand: operand, matches, seen)
+            yield from _routine_mentions(lowered, routine, lambda operand: operand, matches, visited)
 
 
-def _in_routine(
+def _routine_mentions(
     lowered: LoweredProgram,
     routine: LoweredRoutine,
     placed: Callable[[Place | Group], Place | Group],
     matches: Callable[[Place | Group], bool],
-    seen: set[object],
+    visited: set[object],
     instance: str = "",
 ) -> Iterator[Mention]:
     """Yield the mentions of a routine and of the add-on instructions that it calls."""
@@ -159,33 +163,33 @@ def _in_routine(
                 yield replace(mention, where=where, text=where.text, instance=instance)
             for call in step.operands:
                 if isinstance(call, AddOnCall):
-                    yield from _in_call(lowered, call, placed, matches, seen)
+                    yield from _call_mentions(lowered, call, placed, matches, visited)
 
 
-def _in_call(
+def _call_mentions(
     lowered: LoweredProgram,
     call: AddOnCall,
     placed: Callable[[Place | Group], Place | Group],
     matches: Callable[[Place | Group], bool],
-    seen: set[object],
+    visited: set[object],
 ) -> Iterator[Mention]:
     handed = {name: placed(operand) for name, operand in call.handed.items()}
     handed[OWN] = placed(call.instance)
-    known = (call.name, *((name, argument.text) for name, argument in handed.items()))
-    if known in seen or not any(map(matches, handed.values())):
+    call_key = (call.name, *((name, argument.text) for name, argument in handed.items()))
+    if call_key in visited or not any(map(matches, handed.values())):
         return
-    seen.add(known)
+    visited.add(call_key)
     for key in call.routines:
         routine, instance = lowered.routines[key], handed[OWN].text
-        yield from _in_routine(
-            lowered, routine, lambda operand: placed_in(lowered, handed, operand), matches, seen, instance
+        yield from _routine_mentions(
+            lowered, routine, lambda operand: placed_in(lowered, handed, operand), matches, visited, instance
         )
 
 
 def placed_in(
     lowered: LoweredProgram, handed: Mapping[str, Place | Group], operand: Place | Group
 ) -> Place | Group:
-    """Return an add-on instruction's operand as one of the program; `handed` has arguments by `Leaf.root`."""
+    """Return an add-on's operand as an operand of the program; `handed` has arguments by `Leaf.root`."""
     leaf = first_leaf(operand)
     if not leaf.root:
         return operand
@@ -195,7 +199,7 @@ def placed_in(
         suffix, shown = f".{operand.path}", f".{operand.text}"
     path, text = base.path + suffix, base.text + shown
     inner = tuple(_placed_index(lowered, handed, index) for index in operand.indices)
-    missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # the first element stands for an array
+    missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # the first element represents an array
     indices = base.indices + missing + inner
     array = operand.array or base.array
     if isinstance(operand, Group):
@@ -212,11 +216,11 @@ def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], 
     return placed_in(lowered, handed, index) if isinstance(index, (Place, Group)) else index
 
 
-def _once(mentions: Iterable[Mention]) -> Iterator[Mention]:
-    seen: set[str] = set()
+def _without_duplicates(mentions: Iterable[Mention]) -> Iterator[Mention]:
+    texts: set[str] = set()
     for mention in mentions:
-        if mention.site.unit == "rung" or str(mention) not in seen:
-            seen.add(str(mention))
+        if mention.site.unit == "rung" or str(mention) not in texts:
+            texts.add(str(mention))
             yield mention
 
 
@@ -225,11 +229,13 @@ def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
     for operand, uses in _operands(step):
         reads = not uses & TARGETS or bool(uses & BOTH_WAYS)
         writes = bool(uses & TARGETS)
-        for place, inner in _places(operand):
+        for place, in_subscript in _places_in(operand):
             if isinstance(place, Place) and HIDDEN in place.leaf.path:
                 continue
             stretch = not STRETCHES.isdisjoint(step.spec.operands)
-            yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch, step)
+            yield Mention(
+                site, place, place.text, reads or in_subscript, writes and not in_subscript, stretch, step
+            )
 
 
 def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
@@ -251,16 +257,16 @@ def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
     ]
 
 
-def _places(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
-    """Yield the places that an operand names, or reads in its subscripts."""
+def _places_in(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
+    """Yield an operand's places, each with whether it is in a subscript."""
     if isinstance(operand, Calculation):
         for part in operand.operands:
-            yield from _places(part)
+            yield from _places_in(part)
     elif isinstance(operand, (Place, Group)):
         yield operand, False
         inner = [*operand.indices]
         if isinstance(operand, Place) and operand.bit is not None:
             inner.append(operand.bit)
         for part in inner:
-            for place, _ in _places(part):
+            for place, _ in _places_in(part):
                 yield place, True

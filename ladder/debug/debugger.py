@@ -41,14 +41,14 @@ from .watched import Change, shown
 from .watching import WatchedEngine
 
 When = Literal["true", "changes", "executes"]
-"""The event on which a breakpoint on a rung is met."""
+"""The event that meets a breakpoint on a rung."""
 
 _MET: Mapping[str, Callable[[bool | None, bool], bool]] = {
     "true": lambda before, now: now and before is False,
     "changes": lambda before, now: before is not None and now != before,
     "executes": lambda _before, now: now,
 }
-"""Returns whether a breakpoint is met, from its rung's truth before (None if unknown) and now."""
+"""Returns whether a breakpoint is met, from its rung's previous truth (None if unknown) and current truth."""
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition that ends a run: a function of the debugger, or the address of a bit."""
@@ -72,17 +72,17 @@ class BreakpointStop:
 class Debugger:
     """A ladder program under observation; like the program, it can be called as the logic of a rack.
 
-    It runs compiled, holds forces, and notes the power of rungs with breakpoints. A query about a scan runs
-    that scan again (see `journal`); after `truth`, the power of all rungs is noted for a while. A program
-    with routines in Python, which may have their own state, is interpreted in every scan. Breakpoints stop at
-    the end of a scan: a scan is always finished, as in a controller.
+    It runs compiled, applies forces, and notes the power of rungs with breakpoints. A query about a scan runs
+    the scan again, see `journal`. After `truth`, the power of all rungs is noted for `PICTURED` scans. A
+    program with routines in Python is always interpreted, because these may have their own state. Breakpoints
+    stop after a scan: a scan always runs to its end, as in a controller.
 
     Attributes:
-        interpreted: whether every scan is interpreted, as always with routines in Python.
+        interpreted: whether every scan is interpreted: true with routines in Python.
         stops: the breakpoints met in the latest scan.
-        ran: empty, because the power of rungs shows what ran.
-        latest: the inputs of the latest scan; None before the first scan, or if nothing is remembered and
-            nothing was set from outside.
+        ran: empty; the power of rungs shows which rungs ran.
+        latest: the inputs of the latest scan; None before the first scan, or after a scan without remembering
+            and without external writes.
         news: counts changes of `latest` and of forces.
         edits: online edits, each with the number of the first scan after it.
         on_edit: called after each online edit.
@@ -107,17 +107,17 @@ class Debugger:
         self._remembered = remembered
         self.latest: ScanInputs | None = None
         self.news = 0
-        self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # None: not known until the next scan
-        self._on_tags: dict[str, Any] = {}
-        self._lines: tuple[LineKey, ...] = ()
-        self._pictured: int | None = None
-        self._use(program, WatchedEngine(program.build(), program.scanner))
+        self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # breakpoints: latest truth, if known
+        self._on_tags: dict[str, Any] = {}  # breakpoints: latest value
+        self._lines: tuple[LineKey, ...] = ()  # lines of `note_lines`
+        self._pictured: int | None = None  # scan of the latest `note_power`
+        self._attach(program, WatchedEngine(program.build(), program.scanner))
         self._forces: dict[str, tuple[Place, Value]] = {}  # by tag
         self._cross_reference: CrossReference | None = None
-        self._truths: Truths = {}
-        self._truths_of: int | None = None
+        self._truths: Truths = {}  # cached power of all rungs
+        self._truths_of: int | None = None  # number of scans at which it was cached
 
-    def _use(self, program: LadderLogic, engine: WatchedEngine) -> None:
+    def _attach(self, program: LadderLogic, engine: WatchedEngine) -> None:
         """Attach to a program; snapshots begin with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
@@ -132,10 +132,10 @@ class Debugger:
         self._cross_reference = None
         self._truths_of = None
         self.images = TagImages(engine.memory)
-        self._settle()
+        self._update_plain()
 
-    def _settle(self) -> None:
-        """Decide whether scans can run without instrumentation as long as no tag is set from outside."""
+    def _update_plain(self) -> None:
+        """Set `_plain`: whether scans without external writes can run uninstrumented."""
         self.news += 1
         copies = self._engine.lowered.written_inputs
         observed = self._on_rungs or self._on_tags or self._lines or self._pictured is not None
@@ -155,7 +155,7 @@ class Debugger:
         forces, self._forces = self.forces, {}
         self._lines = ()
         self.clear_breakpoints()
-        self._use(program, engine)
+        self._attach(program, engine)
         for tag, value in forces.items():
             if tag in self.tags:
                 self.force(tag, value)
@@ -197,10 +197,10 @@ class Debugger:
         engine.attach(scan)
         if scan.number > engine.scans:
             self._rest_until(scan.number)
-        self._do(scan.now_ns, scan.first)
+        self._run_scan(scan.now_ns, scan.first)
 
     def _rest_until(self, scan: int) -> None:
-        """Count scans in which the program did not run: program mode, or a recording that begins late."""
+        """Count scans without the program: in program mode, or before the start of a recording."""
         engine, rests = self._engine, ScanInputs(self._engine.now_ns, False, None)
         keeps = bool(self._remembered or self._on_rungs)
         if not engine.scans or not keeps:
@@ -235,7 +235,7 @@ class Debugger:
         self._engine.scans, self._journal, self._replayer = scan, past, None
 
     def start_again(self, values: Mapping[str, Any]) -> None:
-        """Set the program to the values before its first scan, without a past."""
+        """Set the program to the values before its first scan, and forget all scans."""
         restore(self._engine.memory, values)
         self._engine.scans, self._journal, self._replayer = 0, Journal(max(1, self._remembered)), None
         self._journal.begin(self._engine.memory, 0)
@@ -244,15 +244,15 @@ class Debugger:
         """Run at most `scans` scans without a rack, `ms` apart; return the breakpoints that were met."""
         for _ in range(scans):
             first = self.scans == 0
-            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first)
+            self._run_scan(0 if first else self.now_ns + round(ms * 1_000_000), first)
             if self.stops:
                 break
         return self.stops
 
-    def _do(self, now_ns: int, first: bool) -> None:
+    def _run_scan(self, now_ns: int, first: bool) -> None:
         engine, outside = self._engine, self._outside
         if outside or not self._plain:
-            self._do_noted(engine, now_ns, first=first)
+            self._run_observed_scan(engine, now_ns, first=first)
             return
         memory = engine.memory
         self.latest, self.stops, memory.outside = None, (), None
@@ -261,7 +261,7 @@ class Debugger:
         finally:
             memory.outside = outside
 
-    def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
+    def _run_observed_scan(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
         engine.watching = self.interpreted
         self._note_power(engine)
         writes = tuple(self._outside)
@@ -288,35 +288,34 @@ class Debugger:
                 engine.note_all()
                 return
             self._pictured = None
-            self._settle()
+            self._update_plain()
         engine.note(tuple(dict.fromkeys((*self._lines, *(line for line, _when in self._on_rungs)))))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
         """Run scans without a rack until a condition, breakpoint or limit; return the final condition."""
         for _ in range(limit):
-            if self.scan(1, ms) or self.holds(condition):
+            if self.scan(1, ms) or self._is_met(condition):
                 break
-        return self.holds(condition)
+        return self._is_met(condition)
 
-    def holds(self, condition: Condition) -> bool:
-        """Whether a condition holds now."""
+    def _is_met(self, condition: Condition) -> bool:
         return bool(self.tags[condition] if isinstance(condition, str) else condition(self))
 
     # --- breakpoints
 
     def note_lines(self, lines: Iterable[LineKey]) -> None:
-        """Until an edit, also note the power of these lines in every scan, as of lines with breakpoints."""
+        """Note the power of these lines in every scan until an edit, as for lines with breakpoints."""
         self._lines = tuple(lines)
-        self._settle()
+        self._update_plain()
 
     def break_at(self, routine: str, rung: int, when: When = "true") -> None:
         """Set a breakpoint on a rung, or on a line of structured text.
 
         Args:
             rung: number of the rung, or of the line.
-            when: `true` stops when power begins to reach the rung's last instruction (for a line: when it
-                runs with a true condition, and did not in the previous scan), `changes` when this changes
-                either way, `executes` in each scan that executes the rung or line.
+            when: `true` stops when power reaches the rung's last instruction and did not in the scan before;
+                for a line, when it runs with a true condition and did not in the scan before. `changes`
+                stops when this changes either way, `executes` in each scan that executes the rung or line.
 
         Raises:
             LadderError: no such rung.
@@ -326,12 +325,12 @@ class Debugger:
             self._journal.restart(self._engine.memory, self.scans)
         line = routine.upper(), rung
         self._on_rungs[line, when] = None if when == "changes" else False
-        self._settle()
+        self._update_plain()
 
     def break_on(self, tag: str) -> None:
         """Set a breakpoint on a change of a tag between scans; raise a LadderError for an unknown tag."""
         self._on_tags[tag] = self.tags[tag]
-        self._settle()
+        self._update_plain()
 
     def remove_breakpoint(self, at: str, rung: int | None = None, when: When = "true") -> None:
         """Remove one breakpoint; the others keep their state.
@@ -348,29 +347,29 @@ class Debugger:
             del self._on_tags[at]
         else:
             del self._on_rungs[(at.upper(), rung), when]
-        self._settle()
+        self._update_plain()
 
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
         self._on_rungs.clear()
         self._on_tags.clear()
-        self._settle()
+        self._update_plain()
 
     def _evaluate_breakpoints(self) -> None:
         if not self._on_rungs and not self._on_tags:
             self.stops = ()
             return
         stops = []
-        for (line, when), before in self._on_rungs.items():
-            now = line in self._noted_truths() if when == "executes" else self._is_true(line)
-            self._on_rungs[line, when] = now
-            if _MET[when](before, now):
-                stops.append(self._stop_text(line, runs=when == "executes", true=now))
-        for tag, before in self._on_tags.items():
+        for (line, when), previous in self._on_rungs.items():
+            current = line in self._noted_truths() if when == "executes" else self._is_true(line)
+            self._on_rungs[line, when] = current
+            if _MET[when](previous, current):
+                stops.append(self._stop_text(line, runs=when == "executes", true=current))
+        for tag, previous in self._on_tags.items():
             value = self.tags[tag]
-            if not same(value, before):
+            if not same(value, previous):
                 self._on_tags[tag] = value
-                stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
+                stops.append(f"{tag} was {shown(previous)} and is {shown(value)}")
         engine = self._engine
         self.stops = tuple([BreakpointStop(engine.scans - 1, engine.now_ns, text) for text in stops])
 
@@ -391,28 +390,28 @@ class Debugger:
     # --- forces
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value, even if the program writes it, until `unforce`.
+        """Force a tag to a value, even if the program writes it, until `unforce`.
 
         Args:
-            tag: a single value, or the fault of a connection; force images at the CPU instead, which records
-                it.
+            tag: a single value, or the fault of a connection. Force images at the CPU instead, which records
+                the force.
             value: a value of the tag's type.
 
         Raises:
             ValueError: no such tag, it is an image or not a single value, or the value does not fit.
         """
-        place = self._single(tag)
-        held, name = checked(tag, place.type, value), self._forced_name(tag)
+        place = self._single_place(tag)
+        forced_value, name = checked(tag, place.type, value), self._forced_name(tag)
         self._forces.pop(name, None)
-        self._forces[name] = place, held
-        self._hold()
+        self._forces[name] = place, forced_value
+        self._apply_forces()
         if place.leaf.slot is None:
             self.tags[tag] = value
         else:
             self._engine.memory.write(place.leaf, 0, self._engine.memory.read(place.leaf))
 
-    def _hold(self) -> None:
-        """Let the engine hold all forces; several forced bits of a value are one force of the engine."""
+    def _apply_forces(self) -> None:
+        """Set the engine's forces; several forced bits of a value are one force of the engine."""
         forces: dict[tuple[str, int], Force] = {}
         for place, value in self._forces.values():
             cell = cell_of(place)
@@ -435,7 +434,7 @@ class Debugger:
                 forced = ", ".join(self._forces) or "none"
                 raise ValueError(f"{tag} is not forced; forced are {forced}")
             del self._forces[name]
-        self._hold()
+        self._apply_forces()
         self.on_outside()
 
     @property
@@ -446,13 +445,13 @@ class Debugger:
     def _forced_name(self, tag: str) -> str:
         return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
-    def _single(self, tag: str) -> Place:
-        where = self._resolver.named(tag)
-        if isinstance(where, Group) or where.can_fault:
-            raise ValueError(f"{tag} is not one value with a fixed place: force single values")
-        if where.leaf.is_image:
-            raise ValueError(f"{tag} is an image: force it at the CPU, which records forces")
-        return where
+    def _single_place(self, tag: str) -> Place:
+        place = self._resolver.named(tag)
+        if isinstance(place, Group) or place.can_fault:
+            raise ValueError(f"{tag} is not a single value with constant subscripts; force single values")
+        if place.leaf.is_image:
+            raise ValueError(f"{tag} is an image; force it at the CPU, which records forces")
+        return place
 
     def address_of(self, tag: str) -> str | None:
         """Return the address of the word or bit of an image that a tag names; None for any other name."""
@@ -482,7 +481,7 @@ class Debugger:
 
     def _latest_truths(self) -> Truths:
         self.note_power()
-        self._settle()
+        self._update_plain()
         if self._truths_of != self.scans:
             if self._engine.watching or self._engine.notes_all:
                 self._truths = self._noted_truths()
@@ -549,7 +548,7 @@ class Debugger:
         return self._inquiry.why(tag)
 
     def waits(self, tag: str) -> list[str]:
-        """Return what would begin or end a step of a chart; [] for any other tag."""
+        """Return the conditions that begin or end a step of a chart; [] for any other tag."""
         return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
 
     def chains(self, *, deep: bool = False, **hooks: Any) -> Chains:
@@ -563,7 +562,7 @@ class Debugger:
     def suggest_inputs(
         self, tag: str, requested: object = None, *, scans: int = 10, name: Name = terminal
     ) -> Remedies:
-        """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.
+        """Return the smallest sets of inputs that set a tag to a value within `scans` scans, see `remedies`.
 
         Args:
             requested: the value, of the tag's type; for a bit, the default is the opposite of its value.
@@ -572,16 +571,16 @@ class Debugger:
         Raises:
             ValueError: an unknown tag, not a single value, or a value that does not fit.
         """
-        where = self._resolver.named(tag)
-        if not isinstance(where, Place):
-            raise ValueError(f"{tag} is not a single value: ask about one of its members or elements")
-        if requested is None and not where.type.is_bool:
-            raise ValueError(f"{tag} is of type {where.type.name}: give the value that it should have")
-        value = not self.tags[tag] if requested is None else checked(tag, where.type, requested)
-        if where.leaf.is_input:
-            return of_input(tag, value, _terminal_of(where, name))
+        place = self._resolver.named(tag)
+        if not isinstance(place, Place):
+            raise ValueError(f"{tag} is not a single value; ask about one of its members or elements")
+        if requested is None and not place.type.is_bool:
+            raise ValueError(f"{tag} is of type {place.type.name}; give the value that it should have")
+        value = not self.tags[tag] if requested is None else checked(tag, place.type, requested)
+        if place.leaf.is_input:
+            return of_input(tag, value, _terminal_of(place, name))
         trials = Trials(self._engine, self._past, self.cross_reference, name, scans)
-        return trials.of(tag, cell_of(where), value)
+        return trials.remedies_for(tag, cell_of(place), value)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
         """Return the cause of a tag's last change, see `Inquiry.cause`."""
@@ -595,13 +594,13 @@ class Debugger:
         for routine in self.program.routines:
             if routine.name.upper() == name.upper():
                 return routine
-        names = ", ".join(known.name for known in self.program.routines)
+        names = ", ".join(routine.name for routine in self.program.routines)
         raise LadderError(f"no routine {name}; choose from {names}")
 
 
-def _terminal_of(where: Place, name: Name) -> str | None:
+def _terminal_of(place: Place, name: Name) -> str | None:
     """Return the place of a terminal in the rack; None for other values of a module, such as a fault."""
-    word, slot = where.fixed_index, where.leaf.slot
-    if not where.leaf.is_image or word is None or slot is None:
+    word, slot = place.fixed_index, place.leaf.slot
+    if not place.leaf.is_image or word is None or slot is None:
         return None
-    return name(slot, word, int(where.bit.value) if isinstance(where.bit, Constant) else None)
+    return name(slot, word, int(place.bit.value) if isinstance(place.bit, Constant) else None)

@@ -4,7 +4,7 @@ r"""One executed scan: its instructions in order, each with its power, reads and
             XIC A    reads A = 1    OTE B        writes B: 0 -> 1
             \_____ of the run of one rung _______________/
 
-The interpreter records this only when a scan is run again for a question, see `causes`.
+The interpreter records it only when a scan runs again to explain a value, see `causes`.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Read:
     text: str  # as written in the program; in an add-on instruction, the tag's name
 
     def part(self, cell: Cell) -> Read:
-        """Return the read of a part of the value: a cell of the same place, or some of its bits."""
-        return Read(cell, cell.of(self.value), cell.name if cell.mask else self.text)
+        """Return the read of a part of the value: the same cell, or some of its bits."""
+        return Read(cell, cell.masked(self.value), cell.name if cell.mask else self.text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +51,16 @@ class Write:
 
     order: int
     cell: Cell  # the whole value
-    before: Value
-    after: Value
-    by: StepRun | None  # None if no instruction wrote it
-    mode: str  # prescan or postscan, if this wrote it, else ""
+    before: Value  # the value before it
+    after: Value  # the value after it
+    writer: StepRun | None  # None if no instruction wrote it
+    mode: str  # prescan or postscan if it wrote the value, else ""
 
     def changes(self, cell: Cell) -> bool:
         """Whether the write changes the value of a cell."""
         if not self.cell.overlaps(cell):
             return False
-        return not same(cell.of(self.before), cell.of(self.after))
+        return not same(cell.masked(self.before), cell.masked(self.after))
 
 
 @dataclass(eq=False, slots=True)
@@ -120,12 +120,14 @@ class Execution:
     def changes(self, cell: Cell) -> bool:
         """Whether the scan changed the value of a cell from beginning to end."""
         overlapping = [write for write in self.writes if write.cell.overlaps(cell)]
-        return bool(overlapping) and not same(cell.of(overlapping[0].before), cell.of(overlapping[-1].after))
+        return bool(overlapping) and not same(
+            cell.masked(overlapping[0].before), cell.masked(overlapping[-1].after)
+        )
 
-    def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
+    def last_write(self, cell: Cell, order: int | None = None) -> Write | None:
         """Return the last change of a cell before a place in the order of execution; None if none."""
         for write in reversed(self.writes):
-            if (before is None or write.order < before) and write.changes(cell):
+            if (order is None or write.order < order) and write.changes(cell):
                 return write
         return None
 
@@ -196,9 +198,9 @@ class TracedInterpreter(WatchedInterpreter):
         if execution is None:
             return super()._line(line, inputs, statement=statement)
         routine = self._routines[-1]
-        place = (routine, line.number, id(line), self.instance)
-        key = (*place, self._times[place])
-        self._times[place] += 1
+        site = (routine, line.number, id(line), self.instance)
+        key = (*site, self._times[site])
+        self._times[site] += 1
         run = LineRun(key, routine, line, self.instance, self.step_run, self._heads, execution.order)
         execution.runs[key] = run
         self._runs.append(run)
@@ -237,7 +239,9 @@ class TracedInterpreter(WatchedInterpreter):
             entry.truth = power_after if power or step.spec.decides else self._would_conduct(step)
             return power_after
         finally:
-            entry.reads += [_bulk(leaf, index, value) for leaf, index, value in self.memory.noted or ()]
+            entry.reads += [
+                _read_of_cell(leaf, index, value) for leaf, index, value in self.memory.noted or ()
+            ]
             self._steps.pop()
             self._ahead = (*entry.ahead, entry) if step.kind is InstructionKind.INPUT else ()
             self.memory.noted, self._heads = outer, heads
@@ -261,8 +265,8 @@ class TracedInterpreter(WatchedInterpreter):
         """Return whether a plain contact without power would conduct; None for anything else."""
         if (
             step.kind is not InstructionKind.INPUT
-            or not set(step.uses) <= _READ
-            or any(map(_risky, step.operands))
+            or not set(step.uses) <= _READING_USES
+            or any(map(_may_fault, step.operands))
         ):
             return None
         try:
@@ -289,14 +293,12 @@ class TracedInterpreter(WatchedInterpreter):
         elif isinstance(store, InterpretedAddOnStore) and store.bit is not None:
             mask = 1 << store.bit
         cell = Cell(leaf, index, mask)
-        uses_cell_name = (
-            place.leaf.root or place.can_fault
-        )  # the name inside an add-on, or a computed subscript
-        return Read(cell, value, cell.name if uses_cell_name else place.text)
+        in_add_on = bool(place.leaf.root)
+        return Read(cell, value, cell.name if in_add_on or place.can_fault else place.text)
 
     @override
     def put(self, place: Place, value: Value) -> None:
-        with self.memory.unnoted():  # to set a bit, its word is read, which is not the cause
+        with self.memory.unnoted():  # setting a bit reads its word, which is not a cause
             super().put(place, value)
 
 
@@ -326,15 +328,15 @@ class TracedEngine(WatchedEngine):
         execution = interpreter.execution
         if execution is not None:
             cell, order = Cell(leaf, index), execution.next()
-            by = None if interpreter.mode else interpreter.step_run
-            execution.writes.append(Write(order, cell, before, after, by, interpreter.mode))
+            writer = None if interpreter.mode else interpreter.step_run
+            execution.writes.append(Write(order, cell, before, after, writer, interpreter.mode))
 
 
-_READ = frozenset({Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TRUTH})
+_READING_USES = frozenset({Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TRUTH})
 """Uses of contacts that only read."""
 
 
-def _risky(operand: Resolved) -> bool:
+def _may_fault(operand: Resolved) -> bool:
     """Whether reading an operand may fault or note a fault."""
     return (
         isinstance(operand, Calculation)
@@ -343,6 +345,6 @@ def _risky(operand: Resolved) -> bool:
     )
 
 
-def _bulk(leaf: Leaf, index: int, value: Value) -> Read:
+def _read_of_cell(leaf: Leaf, index: int, value: Value) -> Read:
     cell = Cell(leaf, index)
     return Read(cell, value, cell.name)

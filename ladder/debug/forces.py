@@ -13,7 +13,7 @@ from typing import Any
 from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ..compiler.observed import held_name, kept_name
+from ..compiler.observed import force_variable, free_mask_variable
 from ..model.arithmetic import wrap
 from ..model.tags import Layout, Leaf
 from ..state.memory import Value
@@ -32,21 +32,21 @@ class ForcedValue:
 
     leaf: Leaf  # the forced leaf
     index: int  # the forced element
-    left: int | None  # mask of the unforced bits, as a value of the leaf's type; None if all are forced
+    free_mask: int | None  # mask of the unforced bits, as a value of the leaf's type; None if all are forced
     value: Value  # the forced bits
 
     def merged(self, value: Any) -> Any:
         """Return a value with its forced bits replaced."""
-        return self.value if self.left is None else value & self.left | self.value
+        return self.value if self.free_mask is None else value & self.free_mask | self.value
 
 
-def held_values(layout: Layout, forces: Forces) -> tuple[ForcedValue, ...]:
+def forced_values(layout: Layout, forces: Forces) -> tuple[ForcedValue, ...]:
     """Return the forced values of a program."""
     leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
-    return tuple(_held(leaves[ident], index, force) for (ident, index), force in forces.items())
+    return tuple(_forced_value(leaves[ident], index, force) for (ident, index), force in forces.items())
 
 
-def _held(leaf: Leaf, index: int, force: Force) -> ForcedValue:
+def _forced_value(leaf: Leaf, index: int, force: Force) -> ForcedValue:
     mask, value = force
     if mask is None:
         return ForcedValue(leaf, index, None, value)
@@ -54,69 +54,71 @@ def _held(leaf: Leaf, index: int, force: Force) -> ForcedValue:
     return ForcedValue(leaf, index, wrap(~mask, bits), wrap(int(value) & mask, bits))
 
 
-class HeldList(list[Any]):
-    """A list with forced elements `held`, by number."""
+class ForcedList(list[Any]):
+    """A list with forced elements `forces`, by number."""
 
-    __slots__ = ("held",)
+    __slots__ = ("forces",)
 
-    def __init__(self, values: Iterable[Any], held: Mapping[int, ForcedValue]) -> None:
+    def __init__(self, values: Iterable[Any], forces: Mapping[int, ForcedValue]) -> None:
         super().__init__(values)
-        self.held = held
-        self._hold()
+        self.forces = forces
+        self._force()
 
     @override
-    def __setitem__(self, place: Any, value: Any) -> None:
-        if place.__class__ is int:
-            held = self.held.get(place)
-            super().__setitem__(place, value if held is None else held.merged(value))
+    def __setitem__(self, position: Any, value: Any) -> None:
+        if position.__class__ is int:
+            forces = self.forces.get(position)
+            super().__setitem__(position, value if forces is None else forces.merged(value))
             return
-        super().__setitem__(place, value)
-        self._hold()
+        super().__setitem__(position, value)
+        self._force()
 
-    def _hold(self) -> None:
-        for number, held in self.held.items():
-            super().__setitem__(number, held.merged(self[number]))
+    def _force(self) -> None:
+        for number, forces in self.forces.items():
+            super().__setitem__(number, forces.merged(self[number]))
 
 
-class HeldView:
+class ForcedView:
     """A view of bytes that forces values again after every write."""
 
-    __slots__ = ("_hold", "_view", "format")
+    __slots__ = ("_force", "_view", "format")
 
-    def __init__(self, view: Any, hold: Callable[[], None]) -> None:
-        self._view, self._hold, self.format = view, hold, getattr(view, "format", "B")
+    def __init__(self, view: Any, force: Callable[[], None]) -> None:
+        self._view, self._force, self.format = view, force, getattr(view, "format", "B")
 
-    def __getitem__(self, place: Any) -> Any:
-        return self._view[place]
+    def __getitem__(self, position: Any) -> Any:
+        return self._view[position]
 
-    def __setitem__(self, place: Any, value: Any) -> None:
-        self._view[place] = value
-        self._hold()
+    def __setitem__(self, position: Any, value: Any) -> None:
+        self._view[position] = value
+        self._force()
 
 
-class HeldBytes(TagBytes):
-    """A tag in bytes with forced elements `held`, by view and number; `free` is the tag without forces."""
+class ForcedBytes(TagBytes):
+    """A tag in bytes with forced elements `forces`, by view and number; `free` is the tag without forces."""
 
-    __slots__ = ("free", "held")
+    __slots__ = ("forces", "free")
 
-    def __init__(self, free: TagBytes, held: Mapping[tuple[str, int], ForcedValue]) -> None:
-        self.free, self.held = free, held
+    def __init__(self, free: TagBytes, forces: Mapping[tuple[str, int], ForcedValue]) -> None:
+        self.free, self.forces = free, forces
         for name in TagBytes.__slots__:
             if name == "hidden":
                 self.hidden = free.hidden
             elif hasattr(free, name):
-                setattr(self, name, HeldView(getattr(free, name), self._hold))
-        self._hold()
+                setattr(self, name, ForcedView(getattr(free, name), self._force))
+        self._force()
 
-    def _hold(self) -> None:
-        for place, held in self.held.items():
-            self.free.put(*place, held.merged(self.free.get(*place)))
+    def _force(self) -> None:
+        for position, forces in self.forces.items():
+            self.free.put(*position, forces.merged(self.free.get(*position)))
 
 
-def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any, ForcedValue]]:
+def forced_in_lists(
+    layout: Layout, forced_values: Iterable[ForcedValue]
+) -> dict[str, dict[Any, ForcedValue]]:
     """Return the forced values in lists by identifier and index, and in bytes by view and index."""
     by_ident: dict[str, dict[Any, ForcedValue]] = {}
-    for forced in held:
+    for forced in forced_values:
         spot = layout.spot(forced.leaf)
         if spot is not None and spot.view:
             by_ident.setdefault(spot.ident, {})[spot.view, spot.at(forced.index)] = forced
@@ -127,16 +129,18 @@ def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any,
     return by_ident
 
 
-def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
+def forced_in_variables(layout: Layout, forced_values: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
     """Return the forced values that have their own variables."""
-    return tuple(forced for forced in held if not forced.leaf.dims and layout.spot(forced.leaf) is None)
+    return tuple(
+        forced for forced in forced_values if not forced.leaf.dims and layout.spot(forced.leaf) is None
+    )
 
 
-def names_of(held: Iterable[ForcedValue]) -> dict[str, Value]:
+def force_variables(forced_values: Iterable[ForcedValue]) -> dict[str, Value]:
     """Return the names of the compiled program's variables for forces."""
     names: dict[str, Value] = {}
-    for forced in held:
-        names[held_name(forced.leaf.ident)] = forced.value
-        if forced.left is not None:
-            names[kept_name(forced.leaf.ident)] = forced.left
+    for forced in forced_values:
+        names[force_variable(forced.leaf.ident)] = forced.value
+        if forced.free_mask is not None:
+            names[free_mask_variable(forced.leaf.ident)] = forced.free_mask
     return names

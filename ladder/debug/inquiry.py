@@ -33,13 +33,13 @@ class Inquiry:
 
     def last_change(self, tag: str) -> Change | None:
         """Return the last remembered change of a tag between scans, or None."""
-        where = self._resolver.named(tag)
-        scan = self._past.last_change_of(cells_of(where), self._latest)
-        if scan is None and is_counted(where):  # ACC changes in most scans; the bits matter more
-            scan = self._past.last_change_of(cells_of(where, counts=True), self._latest)
+        operand = self._resolver.named(tag)
+        scan = self._past.last_change_of(cells_of(operand), self._latest)
+        if scan is None and is_counted(operand):  # ACC changes in most scans; the bits matter more
+            scan = self._past.last_change_of(cells_of(operand, counts=True), self._latest)
         if scan is None:
             return None
-        return most_relevant(changes_of(self._past.again(scan).history, where), where)
+        return most_relevant(changes_of(self._past.again(scan).history, operand), operand)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
         """Return the scan of a tag's last change, and its cause; None if it has not changed."""
@@ -49,28 +49,28 @@ class Inquiry:
     def why(self, tag: str) -> str:
         """Explain a tag's value: the scan and rung of its last change, and the false conditions there.
 
-        For a step of a chart, the answer also has what would begin or end it.
+        For a step of a chart, the answer also has the conditions that begin or end it.
         """
         waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
         return "\n".join([self._why(tag), *waits])
 
     def _why(self, tag: str) -> str:
         value = self._engine.tags[tag]
-        where = self._resolver.named(tag)
-        address = where.address if isinstance(where, Place) else None
+        operand = self._resolver.named(tag)
+        address = operand.address if isinstance(operand, Place) else None
         if self._resolver.base_name(tag) in self._forced or address in self._forced:
             return f"{tag} is {shown(value)} because it is forced."
-        lowered, reported = self._engine.lowered, _input_of(where)
+        lowered, reported = self._engine.lowered, _input_of(operand)
         is_only_reported = reported is not None and reported.ident not in lowered.written_inputs
         change = None if is_only_reported else self.last_change(tag)
         if change is not None:
-            return explain_change(lowered, tag, where, change, value)
+            return explain_change(lowered, tag, operand, change, value)
         if reported is not None:
             return f"{tag} is {shown(value)} because the module reports it: it is an input image."
         writers = [mention for mention in self._cross_reference.of(tag) if mention.writes]
-        return explain_unchanged(tag, state_of(where, value), writers)
+        return explain_unchanged(tag, state_of(operand, value), writers)
 
 
-def _input_of(where: Place | Group) -> Leaf | None:
-    """Return the input image or fault that a single value is a part of."""
-    return where.leaf if isinstance(where, Place) and where.leaf.is_input else None
+def _input_of(operand: Place | Group) -> Leaf | None:
+    """Return the input image or fault that contains a single value; None for any other operand."""
+    return operand.leaf if isinstance(operand, Place) and operand.leaf.is_input else None

@@ -69,20 +69,20 @@ class Journal(Source):
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
         """Return the values before a scan that begins a chapter; its entries have the forces."""
-        return self._chapters[self._place(scan)].memory, NO_FORCES
+        return self._chapters[self._chapter_index(scan)].memory, NO_FORCES
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
         """Return the entries of scans, up to the latest one."""
-        chapters, place = self._chapters, self._place(first)
-        chosen = (chapters[number] for number in range(place, self._place(last) + 1))
+        chapters, index = self._chapters, self._chapter_index(first)
+        chosen = (chapters[number] for number in range(index, self._chapter_index(last) + 1))
         entries = chain.from_iterable(
             chapter.entries[max(0, first - chapter.scan) : last - chapter.scan + 1] for chapter in chosen
         )
         return min(last, self.latest) - first + 1, entries
 
-    def _place(self, scan: int) -> int:
+    def _chapter_index(self, scan: int) -> int:
         """Return the index of the chapter that a scan belongs to."""
-        return bisect_right(self._chapters, scan, key=lambda each: each.scan) - 1
+        return bisect_right(self._chapters, scan, key=lambda chapter: chapter.scan) - 1
 
 
 class RecordedPast:
@@ -90,7 +90,7 @@ class RecordedPast:
 
     Args:
         snapshots: values by the number of the following scan, in any order; scan 0 is included.
-        between: returns the inputs of a range of scans.
+        between: returns the inputs of a range of scans, first and last included.
         plain: returns the inputs as arrays, see `replay.Source`.
         latest: number of the last known scan.
     """

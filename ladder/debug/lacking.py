@@ -1,7 +1,7 @@
-"""What an instruction lacked in a scan: the false contacts before it, and the values they read.
+"""Finds the false contacts that kept an instruction from acting in a scan, and the values they read.
 
-In series, it lacked all false contacts; in a branch, the false contacts of the leg with the fewest. For a
-statement, it lacked the first false condition around it; for an expression, the parts that keep it false.
+In series, an instruction lacked all false contacts; in a branch, those of the leg with the fewest. A
+statement lacked the first false condition around it. An expression lacked the parts that keep it false.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from ..state.lowered import (
     Selection,
 )
 from ..state.memory import Value
-from .causes import decides, prefix
+from .causes import decides, nodes_before
 from .cells import places_in
 from .crossref import Mention
 from .executed import Execution, LineRun, Read, StepRun
@@ -45,83 +45,94 @@ _T = TypeVar("_T")
 
 @dataclass(slots=True)
 class Lacking:
-    """Finds what instructions lacked in an executed scan."""
+    """Finds the values that instructions lacked in an executed scan."""
 
     lowered: LoweredProgram
     execution: Execution
     _runs: dict[tuple[int, str], StepRun] = field(default_factory=dict)
 
-    def of(self, mention: Mention) -> Lack:
-        """Return what an instruction lacked; [] if it lacked nothing and wrote the present value."""
+    def lack_of(self, mention: Mention) -> Lack:
+        """Return the reads with wrong values; [] if the instruction ran and wrote the current value."""
         step = mention.step
         assert step is not None
         entry = self._run_of(step, mention.instance)
-        return list(self._of_run(entry) if entry is not None else self._of_absent(step, mention.instance))
+        return list(
+            self._before_run(entry) if entry is not None else self._of_missing_run(step, mention.instance)
+        )
 
     def _run_of(self, step: LoweredStep, instance: str) -> StepRun | None:
         """Return the last run of an instruction in the scan, or None."""
+        return self._all_runs().get((id(step), instance))
+
+    def _all_runs(self) -> Mapping[tuple[int, str], StepRun]:
+        """Return the last runs of all instructions, by id of the step and instance."""
         if not self._runs:
             for run in self.execution.runs.values():
                 for entry in run.steps.values():
                     self._runs[id(entry.step), entry.instance] = entry
-        return self._runs.get((id(step), instance))
+        return self._runs
 
-    def _of_run(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
+    def _before_run(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
         """Yield the reads of the false contacts before an instruction."""
         if entry.parent is not None:
-            yield from self._of_run(entry.parent)
+            yield from self._before_run(entry.parent)
             return
-        false_reads = [pair for node in prefix(entry) for pair in self._false(node, entry.run)]
+        false_reads = [pair for node in nodes_before(entry) for pair in self._false_contacts(node, entry.run)]
         yield from false_reads
         if false_reads:
             return
         if entry.power and entry.step.name == ":=":
-            yield from ((read, entry) for read in _blamed(entry))
+            yield from ((read, entry) for read in _wrong_reads(entry))
         if entry.run.caller is not None:
-            yield from self._of_run(entry.run.caller)
+            yield from self._before_run(entry.run.caller)
 
-    def _false(self, node: Node, run: LineRun) -> list[tuple[Read, StepRun]]:
-        """Return the reads of the false contacts of a part of a rung."""
+    def _false_contacts(self, node: Node, run: LineRun) -> list[tuple[Read, StepRun]]:
+        """Return the reads of the false contacts in a part of a rung."""
         if isinstance(node, Parallel):
             return _fewest(
-                [[pair for element in leg for pair in self._false(element, run)] for leg in node.legs]
+                [
+                    [pair for element in leg for pair in self._false_contacts(element, run)]
+                    for leg in node.legs
+                ]
             )
         entry = run.steps.get(id(node))
         if entry is None or not decides(node) or entry.truth is not False:
             return []
-        return [(read, entry) for read in _blamed(entry)]
+        return [(read, entry) for read in _wrong_reads(entry)]
 
-    def _of_absent(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
-        """Yield what kept an instruction from running: a condition around it, or a call without power."""
-        key, routine, line = _place_of(self.lowered, step)
+    def _of_missing_run(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
+        """Yield the reads that kept an instruction from running: of a condition around it, or of its call."""
+        key, routine, line = _location_of(self.lowered, step)
         for head, required in _heads(routine.body or (), line) or ():
             entry = self._run_of(head.steps[-1], instance)
             if entry is not None and bool(entry.truth) is not required:
-                yield from ((read, entry) for read in _blamed(entry))
+                yield from ((read, entry) for read in _wrong_reads(entry))
                 return
         for caller in self._callers(key, instance):
-            yield from self._of_run(caller)
+            yield from self._before_run(caller)
             return
 
     def _callers(self, routine: str, instance: str) -> Iterator[StepRun]:
-        self._run_of(_NO_STEP, "")
-        for entry in list(self._runs.values()):
+        """Yield the runs of instructions that call a routine."""
+        for entry in list(self._all_runs().values()):
             called = entry.step.operands[0] if entry.step.operands else None
-            if (isinstance(called, Call) and called.routine == routine) or (
-                isinstance(called, AddOnCall) and _is_of(called, routine, entry, instance)
-            ):
+            if _calls_routine(called, routine, entry, instance):
                 yield entry
 
 
-_NO_STEP: Any = object()
+def _calls_routine(operand: object, routine: str, entry: StepRun, instance: str) -> bool:
+    if isinstance(operand, Call):
+        return operand.routine == routine
+    if not isinstance(operand, AddOnCall):
+        return False
+    called_instance = operand.instance.text
+    return routine in operand.routines and instance in (
+        called_instance,
+        f"{entry.instance}.{called_instance}",
+    )
 
 
-def _is_of(call: AddOnCall, routine: str, entry: StepRun, instance: str) -> bool:
-    instance_text = call.instance.text
-    return routine in call.routines and instance in (instance_text, f"{entry.instance}.{instance_text}")
-
-
-def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:
+def _location_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:
     """Return the name of an instruction's routine, in capitals, and its rung or line."""
     for key, routine in lowered.routines.items():
         for line in routine.lines:
@@ -168,7 +179,7 @@ def _fewest(options: Sequence[list[_T]]) -> list[_T]:
     return min(options, key=len) if all(options) else []
 
 
-def _blamed(entry: StepRun) -> list[Read]:
+def _wrong_reads(entry: StepRun) -> list[Read]:
     """Return the reads that make a condition false, or give an assigned expression the wrong value."""
     values = {read.text: read.value for read in entry.reads}
     is_set = entry.step.name == ":="
@@ -176,36 +187,36 @@ def _blamed(entry: StepRun) -> list[Read]:
     if len(expressions) != 1:
         return list(entry.reads)
     required = is_set or not entry.truth
-    texts = {place.text for place in _at_fault(expressions[0], required, values)}
+    texts = {place.text for place in _wrong_places(expressions[0], required, values)}
     return [read for read in entry.reads if read.text in texts] or list(entry.reads)
 
 
-def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
+def _wrong_places(expression: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
     """Return the smallest set of places that keep an expression from its required value."""
-    if isinstance(part, Place):
-        return [part] if bool(values.get(part.text, not required)) is not required else []
-    if not isinstance(part, Calculation):
+    if isinstance(expression, Place):
+        return [expression] if bool(values.get(expression.text, not required)) is not required else []
+    if not isinstance(expression, Calculation):
         return []
-    if part.name == "NOT":
-        return _at_fault(part.operands[0], not required, values)
-    if part.name in ("AND", "OR", "&"):
-        parts = [_at_fault(operand, required, values) for operand in part.operands]
-        all_needed = (part.name != "OR") is required
-        return list(chain.from_iterable(parts)) if all_needed else _fewest(parts)
-    if part.name in RELATIONS and _holds(part, values) is required:
+    if expression.name == "NOT":
+        return _wrong_places(expression.operands[0], not required, values)
+    if expression.name in ("AND", "OR", "&"):
+        wrong_in_operands = [_wrong_places(operand, required, values) for operand in expression.operands]
+        all_needed = (expression.name != "OR") is required
+        return list(chain.from_iterable(wrong_in_operands)) if all_needed else _fewest(wrong_in_operands)
+    if expression.name in RELATIONS and _relation_truth(expression, values) is required:
         return []
-    return list(places_in(part))
+    return list(places_in(expression))
 
 
-def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
-    """Return whether a relation of plain operands holds; None if it is unknown."""
+def _relation_truth(relation: Calculation, values: Mapping[str, Value]) -> bool | None:
+    """Return whether a relation of plain operands is true; None if it is unknown."""
     sides = [
         values.get(operand.text) if isinstance(operand, Place) else getattr(operand, "value", None)
-        for operand in part.operands
+        for operand in relation.operands
     ]
     if any(not isinstance(side, (int, float)) for side in sides):
         return None
     left, right = sides
     assert left is not None
     assert right is not None
-    return COMPARISONS[part.name](left, right)
+    return COMPARISONS[relation.name](left, right)

@@ -61,27 +61,27 @@ class CauseLink:
     """A change and its causes; where branches of a chain rejoin, they share the same object."""
 
     kind: str  # rung, line, wait, never (a value that has not changed), or one of `ROOTS`
-    name: str  # what changed
-    value: Value | str | None  # the value after it
+    name: str  # the changed tag, terminal or Python name
+    value: Value | str | None  # the value after the change
     scan: int
     now_ns: int  # time of the scan, ns since power-up
-    text: str = ""  # what made the change
+    text: str = ""  # the instruction or event of the change
     site: Site | None = None  # the place in the user's program; None outside the program
     operands: tuple[Operand, ...] = ()
-    before: Value | str | None = None  # the value before it; None if it is not known
+    before: Value | str | None = None  # the value before the change; None if it is not known
     causes: tuple[tuple[CauseLink, ...], ...] = ()
 
     depth: int = 1  # number of links to the end, on the shortest path
 
     def walk(self) -> Iterator[CauseLink]:
         """Yield this link and all its causes, each once, nearest first."""
-        seen, ahead = set(), [self]
-        while ahead:
-            link = ahead.pop()
-            if link not in seen:
-                seen.add(link)
+        visited, pending = set(), [self]
+        while pending:
+            link = pending.pop()
+            if link not in visited:
+                visited.add(link)
                 yield link
-                ahead += [cause for group in reversed(link.causes) for cause in reversed(group)]
+                pending += [cause for group in reversed(link.causes) for cause in reversed(group)]
 
     @property
     def first(self) -> CauseLink:
@@ -93,25 +93,26 @@ class CauseLink:
 
     @property
     def path(self) -> tuple[CauseLink, ...]:
-        """The links from the value to its cause; a cause that outranks the program comes before the latest.
+        """The links from the value to its cause: at each, an outranking cause, or else the latest one.
 
-        A machine that cycles repeats links. Repeated links are omitted if the chain reaches what began the
+        A machine that cycles repeats links. Repeated links are omitted if the chain reaches the start of the
         cycles. If it does not, the path ends with the first repeated link, of kind "round".
         """
-        links, began, known = [self], list[CauseLink](), {self._key}
+        links, earlier_links, visited = [self], list[CauseLink](), {self._key}
         link, repeated = self, None
         while link.causes:
-            ahead = chain.from_iterable(link.causes)
-            link = max(ahead, key=lambda each: (each.kind in OUTRANKING, each.scan, -each.depth))
-            if link._key in known:
+            causes = chain.from_iterable(link.causes)
+            link = max(causes, key=lambda cause: (cause.kind in OUTRANKING, cause.scan, -cause.depth))
+            if link._key in visited:
                 repeated = repeated or link
             else:
-                known.add(link._key)
-                (began if repeated else links).append(link)
+                visited.add(link._key)
+                (earlier_links if repeated else links).append(link)
         if repeated is None:
             return tuple(links)
-        if began and link is began[-1] and link.kind in ROOTS and link.kind != "unknown":
-            return (*links, *began)
+        is_root = link.kind in ROOTS and link.kind != "unknown"
+        if earlier_links and link is earlier_links[-1] and is_root:
+            return (*links, *earlier_links)
         round_before = f"{repeated.text}, as now: {ROUND}"
         return (*links, replace(repeated, kind="round", text=round_before, causes=(), depth=1))
 
@@ -132,10 +133,10 @@ class CauseLink:
 
     @property
     def since(self) -> dict[str, Any]:
-        """When the link got its value, and the scan in which it last had another value, as JSON values.
+        """Scan and time of the value, and the last different value, as JSON values.
 
         The page and `--json` use this data, so its keys must not change. `last_different` is None if the
-        value never was different. The value of a wait is its text.
+        value was never different. The value of a wait is its text.
         """
         last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
         value = self.text if self.kind == "wait" else self.value
@@ -202,12 +203,16 @@ def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, .
 def link_text(link: CauseLink, routine: str = "") -> str:
     """Return a link as text: `Run off (20.002 s, rung 3: XIC(Stop))`; omit the routine if it is `routine`."""
     site = link.site
-    when = f"{seconds(link.now_ns)} s"
-    where = "" if site is None else site.spot if site.file and not site.routine else site.place
+    time_text = f"{seconds(link.now_ns)} s"
+    place = "" if site is None else site.spot if site.file and not site.routine else site.place
     if site is not None and site.routine and site.routine != routine:
-        where = f"{site.routine} {where}"
-    place = ": ".join(filter(None, (where, link.text)))
-    return f"{link.name} {_value(link.value)} ({', '.join(filter(None, (when, place)))})".replace("  ", " ")
+        place = f"{site.routine} {place}"
+    place_and_text = ": ".join(filter(None, (place, link.text)))
+    return (
+        f"{link.name} {_value(link.value)} ({', '.join(filter(None, (time_text, place_and_text)))})".replace(
+            "  ", " "
+        )
+    )
 
 
 def _value(value: Value | str | None) -> str:
@@ -216,31 +221,31 @@ def _value(value: Value | str | None) -> str:
     return ("off", "on")[value] if isinstance(value, bool) else f"= {value}"
 
 
-def _lines(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
+def _lines(link: CauseLink, routine: str, indent: str, printed: set[CauseLink]) -> Iterator[str]:
     line = f"{indent}{link_text(link, routine)}"
-    while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in seen:
-        seen.add(link)
+    while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in printed:
+        printed.add(link)
         routine = link.site.routine if link.site else routine
         (link,) = link.causes[0]
         line += f" <- {link_text(link, routine)}"
     if link.causes and len(indent) > NESTED:
         line += f" <- ... <- {link_text(link.first)}"
-    elif link.causes and link in seen:
+    elif link.causes and link in printed:
         line += " <- as above"
     else:
         yield line
-        yield from _branches(link, routine, indent, seen)
+        yield from _branches(link, routine, indent, printed)
         return
     yield line
 
 
-def _branches(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
+def _branches(link: CauseLink, routine: str, indent: str, printed: set[CauseLink]) -> Iterator[str]:
     """Yield lines for the causes of a link: groups are joined by `and`, alternatives by `or`."""
-    seen.add(link)
+    printed.add(link)
     routine = link.site.routine if link.site else routine
-    for place, group in enumerate(link.causes):
+    for group_number, group in enumerate(link.causes):
         for number, cause in enumerate(group):
-            word = "or " if number else "and " if place else ""
-            first, *others = _lines(cause, routine, f"{indent}    ", seen)
+            word = "or " if number else "and " if group_number else ""
+            first, *more_lines = _lines(cause, routine, f"{indent}    ", printed)
             yield f"{indent}  <- {word}{first.strip()}"
-            yield from others
+            yield from more_lines

@@ -1,8 +1,8 @@
 """Motion in chains of causes: the instruction that moves an axis, ends its motion, or is refused.
 
 Status bits and positions of an axis change between scans, when no instruction runs. Each course records its
-instruction, see `instructions.motion.courses`. The cause is the instruction whose course began or ended in
-the scan of the change, or else the instructions whose courses are under way.
+instruction, see `instructions.motion.courses`. The cause is the instruction with a course that began or ended
+in the scan of the change, or else the instructions with courses under way.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from .cells import Cell
 from .executed import StepRun, Write
 
 COMPLETE, MOVES, BLOCK = "the motion of {} is complete", "moved by {}", "as its block says"
-"""Texts of what a motion did; the first two name its instructions."""
+"""Texts of the effects of a motion; the first two name its instructions."""
 
-_NAMES = {place: name for name, place in BITS.items()}
+_BIT_NAMES = {position: name for name, position in BITS.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,24 +39,24 @@ class Motions:
 
     def attributed(self, origin: CellChange) -> CellChange:
         """Attribute a change after a scan to the instruction that began or ended motion in that scan."""
-        axis = self._axis(origin.cell)
+        axis = self._axis_of(origin.cell)
         if axis is None or origin.write is None:
             return origin
         prefixes = tuple(self._courses(axis, origin.cell))
         for write in reversed(self.causes.execution(origin.scan).writes):
             if (
-                write.by is not None
+                write.writer is not None
                 and write.cell.index == axis.index
                 and write.cell.leaf.path.startswith(prefixes)
             ):
-                return replace(origin, write=replace(origin.write, by=write.by))
+                return replace(origin, write=replace(origin.write, writer=write.writer))
         return origin
 
     def movers(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
-        """Yield what changed a cell after a scan: a causing cell, its name, and what its motion did."""
+        """Yield the causes of a change after a scan: cell, name, and text of the motion's effect."""
         ideal: Ideal | None = self.lowered.ideal
-        control = self._part(origin.cell, ideal.controls if ideal else ())
-        axis = self._axis(origin.cell)
+        control = self._part_of(origin.cell, ideal.controls if ideal else ())
+        axis = self._axis_of(origin.cell)
         if control is not None:
             yield *self._in_process(control), COMPLETE
         elif axis is not None and ideal is not None:
@@ -65,9 +65,9 @@ class Motions:
                 cell, name = self._in_process(ideal.controls[(claim >> 32) - 1])
                 yield cell, name, COMPLETE if ended else MOVES
         else:
-            yield from self._of_block(origin.cell)
+            yield from self._mirrored_member(origin.cell)
 
-    def _of_block(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
+    def _mirrored_member(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
         """Yield the member of a 3601's block that a member of its axis mirrors."""
         path, _, host = cell.leaf.path.rpartition(".")
         for axis in self.lowered.axes.values():
@@ -76,6 +76,7 @@ class Motions:
                 yield Cell(self.lowered.layout.leaf(name), 0), name, BLOCK
 
     def _ended(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
+        """Yield the claims of courses that ended in the scan of a change."""
         claims = tuple(f"{course}claim" for course in self._courses(axis, origin.cell))
         for write in self.causes.execution(origin.scan).writes:
             if (
@@ -94,18 +95,18 @@ class Motions:
             if claim >> 32:
                 yield claim
 
-    def _axis(self, cell: Cell) -> MotionPart | None:
+    def _axis_of(self, cell: Cell) -> MotionPart | None:
         ideal: Ideal | None = self.lowered.ideal
-        return self._part(cell, [part for part, _ in ideal.axes] if ideal else ())
+        return self._part_of(cell, [part for part, _ in ideal.axes] if ideal else ())
 
-    def _part(self, cell: Cell, parts: Iterable[MotionPart]) -> MotionPart | None:
+    def _part_of(self, cell: Cell, motion_parts: Iterable[MotionPart]) -> MotionPart | None:
         path = cell.leaf.path.rpartition(".")[0]
-        return next((part for part in parts if part.path == path and part.index == cell.index), None)
+        return next((part for part in motion_parts if part.path == path and part.index == cell.index), None)
 
     def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
         """Yield member prefixes of courses: of the course that a status bit shows, or of all courses."""
         host = cell.leaf.path.rpartition(".")[2]
-        bit = _NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
+        bit = _BIT_NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
         for planner in (PLANNER_OF[bit],) if bit in PLANNER_OF else PLANNERS:
             yield f"{axis.path}.~{planner}_"
 
@@ -117,10 +118,10 @@ class Motions:
 
 
 def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
-    """Return what a motion instruction did to a cell; "" for any other instruction.
+    """Return the effect of a motion instruction on a cell as text; "" for any other instruction.
 
-    The text names axis and control, `MAM(Feed,Go)`, and, if so, that the instruction was refused, with its
-    error, or ended the motion of another instruction.
+    The text names axis and control, `MAM(Feed,Go)`. It also has the error of a refused instruction, or says
+    that the instruction ends another motion.
 
     Args:
         writes: the writes of the scan.

@@ -1,8 +1,8 @@
-"""Why a value never changed: what the instructions that could write it lack, back to inputs at rest.
+"""Explains why a value never changed: the false contacts of its writers, back to inputs at rest.
 
-The instruction that lacks the fewest contacts came closest, see `lacking`. A lacking contact that changed at
-some time has its own chain of causes. Any other contact is explained in the same way, down to an input, a
-running timer, or a tag that was never set.
+The instruction with the fewest false contacts came closest, see `lacking`. A false contact that has changed
+has its own chain of causes. Any other contact is explained in the same way, down to an input, a running
+timer, or a tag that was never set.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ ChainOfChange = Callable[[CellChange, str], CauseLink]
 """Returns the chain of a change."""
 
 AtRest = Callable[[Cell, str, Value, int], CauseLink | None]
-"""Returns a link for an input that has not changed, given cell, name, value and scan; None if it can't."""
+"""Returns a link for an unchanged input, from cell, name, value and scan; None if it can't."""
 
 
 class Blocks(Protocol):
-    """Explains the blocks of an axis by what its module does."""
+    """Explains the blocks of an axis by the state of its module."""
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return what a busy block waits for; None for any other structure."""
+        """Return a link to the event that a busy block waits for; None for any other structure."""
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
         """Return the module's rule that ended a block with an error between two scans, or None."""
@@ -55,7 +55,7 @@ class Never:
 
     Args:
         causes: finds causes in the program's past.
-        scan: the scan at whose end the values are explained.
+        scan: the values at the end of this scan are explained.
         chain_of: builds the chain of a change.
         at_rest: explains inputs.
         blocks: explains the blocks of an axis; None = no blocks.
@@ -69,26 +69,26 @@ class Never:
     _lacking: Lacking | None = None
     _reference: CrossReference | None = None
 
-    def of(self, cell: Cell, name: str, seen: tuple[Cell, ...] = ()) -> CauseLink:
-        """Return the link of a value that has not changed; `seen` are the cells that led to it."""
+    def link_of(self, cell: Cell, name: str, visited: tuple[Cell, ...] = ()) -> CauseLink:
+        """Return the link of a value that has not changed; `visited` are the cells that led to it."""
         value = self._value(cell)
         if cell.leaf.is_input:
             chain = self.at_rest(cell, name, value, self.scan)
             return chain or self._root("input", name, value, f"slot {cell.leaf.slot}")
-        chain = self._counted(cell, name, value) or self._of_block(cell, value, seen)
-        return chain or self._of_writers(cell, name, value, seen)
+        chain = self._counter_link(cell, name, value) or self._block_link(cell, value, visited)
+        return chain or self._writers_link(cell, name, value, visited)
 
-    def _of_read(self, read: Read, seen: tuple[Cell, ...]) -> CauseLink:
+    def _read_link(self, read: Read, visited: tuple[Cell, ...]) -> CauseLink:
         cell, name = read.cell, read.text
         origins = self.causes.origins([cell], self.scan)
         if not origins:
-            return self.of(cell, name, (*seen, cell))
+            return self.link_of(cell, name, (*visited, cell))
         value = self._value(cell)
-        chain = self._of_number(origins[0], name, seen) or self._counted(cell, name, value)
-        return chain or self._of_block(cell, value, seen) or self.chain_of(origins[0], name)
+        chain = self._number_link(origins[0], name, visited) or self._counter_link(cell, name, value)
+        return chain or self._block_link(cell, value, visited) or self.chain_of(origins[0], name)
 
-    def _of_block(self, cell: Cell, value: Value, seen: tuple[Cell, ...]) -> CauseLink | None:
-        """Return what a busy block waits for, or its error; None for any other value."""
+    def _block_link(self, cell: Cell, value: Value, visited: tuple[Cell, ...]) -> CauseLink | None:
+        """Return a link for the wait of a busy block, or for its error; None for any other value."""
         path, _, member = cell.leaf.path.rpartition(".")
         if member.upper() not in ("BUSY", "DONE", "ACTIVE", "INVELOCITY"):
             return None
@@ -97,25 +97,26 @@ class Never:
         busy, error = self._member(path, "Busy", cell.index), self._member(path, "Error", cell.index)
         if busy is not None and busy[1]:
             return None if self.blocks is None else self.blocks.waiting(path, self.scan)
-        if error is not None and error[1] and error[0] not in seen:
-            return self._of_read(Read(error[0], error[1], error[0].name), seen)
+        if error is not None and error[1] and error[0] not in visited:
+            return self._read_link(Read(error[0], error[1], error[0].name), visited)
         return None
 
-    def _of_number(self, origin: CellChange, name: str, seen: tuple[Cell, ...]) -> CauseLink | None:
+    def _number_link(self, origin: CellChange, name: str, visited: tuple[Cell, ...]) -> CauseLink | None:
         """Return the link of a number that was computed from settings; None for any other change."""
         write = origin.write
-        if write is None or write.by is None or isinstance(self._value(origin.cell), bool):
+        if write is None or write.writer is None or isinstance(self._value(origin.cell), bool):
             return None
-        if len(seen) > DEEPEST:
+        if len(visited) > DEEPEST:
             return None
         settings = [
-            read for read in write.by.reads if not isinstance(read.value, bool) and self._is_setting(read)
+            read for read in write.writer.reads if not isinstance(read.value, bool) and self._is_setting(read)
         ]
         if not settings:
             return None
-        site = self._engine.lowered.sites[write.by.number]
+        site = self._engine.lowered.sites[write.writer.number]
         causes = [
-            (self.of(setting.cell, setting.text, (*seen, origin.cell)),) for setting in reversed(settings)
+            (self.link_of(setting.cell, setting.text, (*visited, origin.cell)),)
+            for setting in reversed(settings)
         ]
         return linked(
             causes, kind=kind_at(site), name=name, value=write.after,
@@ -130,7 +131,7 @@ class Never:
 
     # --- timers and counters
 
-    def _counted(self, cell: Cell, name: str, value: Value) -> CauseLink | None:
+    def _counter_link(self, cell: Cell, name: str, value: Value) -> CauseLink | None:
         """Return the link of a running timer, or of a counter above 0, if the cell is its DN."""
         path, _, member = cell.leaf.path.rpartition(".")
         if member.upper() not in ("DN", "Q") or value:
@@ -143,19 +144,19 @@ class Never:
         timer = name.rpartition(".")[0]
         acc, pre = int(counted[1]), int(preset[1])
         if enabled is not None:
-            return self._running(enabled[0], timer, acc, pre) if enabled[1] and acc < pre else None
+            return self._timer_link(enabled[0], timer, acc, pre) if enabled[1] and acc < pre else None
         if not (up or down) or not 0 < acc < pre:
             return None
         origins = self.causes.origins([counted[0]], self.scan)
         last = f", the last at {seconds(self.causes.now_ns(origins[0].scan))} s" if origins else ""
         return self._root("timer", timer, None, f"has counted {acc:,} of {pre:,}{last}")
 
-    def _running(self, enabled: Cell, own: str, acc: int, pre: int) -> CauseLink:
+    def _timer_link(self, enabled: Cell, timer: str, acc: int, pre: int) -> CauseLink:
         origins = self.causes.origins([enabled], self.scan)
         since = self.causes.now_ns(origins[0].scan) if origins else 0
         text = f"runs since {seconds(since)} s: {_ms(acc)} of {_ms(pre)}, done in {_ms(pre - acc)}"
         scan = origins[0].scan if origins else 0
-        return CauseLink("timer", own, None, scan, since, text)
+        return CauseLink("timer", timer, None, scan, since, text)
 
     def _member(self, path: str, name: str, index: int) -> tuple[Cell, Value] | None:
         leaf = self._engine.lowered.layout.leaves.get(f"{path}.{name}".upper())
@@ -166,20 +167,24 @@ class Never:
 
     # --- instructions
 
-    def _of_writers(self, cell: Cell, name: str, value: Value, seen: tuple[Cell, ...]) -> CauseLink:
+    def _writers_link(self, cell: Cell, name: str, value: Value, visited: tuple[Cell, ...]) -> CauseLink:
         """Return the link of a value, based on the instruction that came closest to changing it."""
         writers = self._possible_writers(cell, value)
         if not writers:
-            return self._unwritten(name, value)
-        if len(seen) > DEEPEST:
+            return self._unwritten_link(name, value)
+        if len(visited) > DEEPEST:
             return self._root("unknown", name, value, f"more than {DEEPEST} links")
-        passed = {cell, *seen}
-        mention, lack = self._nearest_writer(writers, passed)
+        chain_cells = {cell, *visited}
+        mention, lack = self._nearest_writer(writers, chain_cells)
         scan, lack = self._nearest(mention, lack)
         viewpoint = self if scan == self.scan else replace(self, scan=scan, _lacking=None)
-        causes = [(viewpoint._of_read(read, (*seen, cell)),) for read, _ in lack if read.cell not in passed]
+        causes = [
+            (viewpoint._read_link(read, (*visited, cell)),)
+            for read, _ in lack
+            if read.cell not in chain_cells
+        ]
         sites = self._engine.lowered.sites
-        texts = dict.fromkeys(sites[by.number].instruction for _, by in lack)
+        texts = dict.fromkeys(sites[run.number].instruction for _, run in lack)
         site = mention.site
         was = "is" if scan == self.scan else f"at {seconds(self.causes.now_ns(scan))} s was"
         return linked(
@@ -199,40 +204,42 @@ class Never:
         writers = [writer for writer in self._writers(cell) if _could_change(writer, value)]
         return [writer for writer in writers if writer.step is None or writer.step.name != ADD_ON] or writers
 
-    def _nearest_writer(self, writers: Sequence[Mention], own: Set[Cell]) -> tuple[Mention, Lack]:
+    def _nearest_writer(self, writers: Sequence[Mention], chain_cells: Set[Cell]) -> tuple[Mention, Lack]:
         """Return the instruction that lacks the fewest values in the scan.
 
-        An instruction that lacks a value of the chain itself (`own`) explains nothing; it counts only if all
-        instructions do.
+        An instruction that lacks a value of the chain itself explains nothing. It is returned only if all
+        instructions lack one.
         """
         lacks = [(writer, self._lack(writer)) for writer in writers]
-        others = [(writer, lack) for writer, lack in lacks if own.isdisjoint(read.cell for read, _ in lack)]
-        return min(others or lacks, key=lambda pair: (not pair[1], len(pair[1])))
+        explaining = [
+            (writer, lack) for writer, lack in lacks if chain_cells.isdisjoint(read.cell for read, _ in lack)
+        ]
+        return min(explaining or lacks, key=lambda pair: (not pair[1], len(pair[1])))
 
     def _lack(self, mention: Mention) -> Lack:
         if self._lacking is None:
             self._lacking = Lacking(self._engine.lowered, self.causes.execution(self.scan))
-        return self._lacking.of(mention)
+        return self._lacking.lack_of(mention)
 
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
-        """Return the scan in which an instruction came closest to acting, and what it lacked then.
+        """Return the scan in which an instruction came closest to acting, and the values it lacked then.
 
-        A pulse may have occurred while something else was lacking. So the last scan in which a false contact
-        was true is also tried, if the contact was true for only one or two scans.
+        A short pulse of one contact may have occurred while another contact was false. So for each false
+        contact that was true for one or two scans, the last scan of its pulse is also examined.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():
             origins = self.causes.origins([read.cell], self.scan)
             earlier = origins[0].scan - 1 if origins else -1
-            before = self.causes.origins([read.cell], earlier) if earlier >= 0 else []
-            if not before or earlier - before[0].scan >= PULSE:
+            previous_origins = self.causes.origins([read.cell], earlier) if earlier >= 0 else []
+            if not previous_origins or earlier - previous_origins[0].scan >= PULSE:
                 continue
             lacking = replace(self, scan=earlier, _lacking=None)._lack(mention)
             if lacking and len(lacking) < len(best[1]):
                 best = earlier, lacking
         return best
 
-    def _unwritten(self, name: str, value: Value) -> CauseLink:
+    def _unwritten_link(self, name: str, value: Value) -> CauseLink:
         if isinstance(value, bool):
             return self._root(
                 "operator",

@@ -1,4 +1,4 @@
-"""Finds the smallest input changes that give a tag a value, by running scans with them.
+"""Finds the smallest input changes that set a tag to a value, by running scans with them.
 
 Sets of one input are tried first, then sets of two and three. For a number, bisection finds the nearest
 value that works.
@@ -27,7 +27,7 @@ MOST_CANDIDATES = 64
 """Maximum number of inputs to try, the nearest to the tag."""
 
 MOST_VALUES = 12
-"""Maximum number of values to try for a number, the nearest to its present value."""
+"""Maximum number of values to try for a number, the nearest to its current value."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +40,9 @@ class InputChange:
     value: Value
 
     def __str__(self) -> str:
-        where = f" ({self.place})" if self.place else ""
-        does = ("goes off", "comes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
-        return f"{self.name}{where} {does}"
+        place = f" ({self.place})" if self.place else ""
+        verb = ("goes off", "comes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
+        return f"{self.name}{place} {verb}"
 
 
 def _becomes(value: Value) -> str:
@@ -51,46 +51,46 @@ def _becomes(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """An input with its present value, and the other values to try."""
+    """An input with its current value, and the other values to try."""
 
     cell: Any
     name: str
     place: str
-    now: Value
-    others: tuple[Value, ...]
+    current: Value
+    alternatives: tuple[Value, ...]
 
     def change(self, value: Value) -> InputChange:
         """Return the change of the input to a value."""
         return InputChange(self.cell, self.name, self.place, value)
 
 
-def bit(cell: Any, name: str, place: str, now: bool) -> Candidate:
+def bit(cell: Any, name: str, place: str, current: bool) -> Candidate:
     """Return a bit as a candidate."""
-    return Candidate(cell, name, place, now, (not now,))
+    return Candidate(cell, name, place, current, (not current,))
 
 
 def number(
-    cell: Any, name: str, place: str, now: float, limits: tuple[float, float], compared: Iterable[float]
+    cell: Any, name: str, place: str, current: float, limits: tuple[float, float], compared: Iterable[float]
 ) -> Candidate:
     """Return a number within limits as a candidate.
 
     Args:
-        compared: constants that the number may be compared with; these, their neighbors and the limits are
-            tried.
+        compared: constants in the program near which values are tried; the limits are also tried.
     """
     low, high = limits
-    near = {value + by for value in compared for by in (-1, 0, 1)}
-    kind = type(now)
+    near = {value + offset for value in compared for offset in (-1, 0, 1)}
+    kind = type(current)
     tried = sorted(
-        {kind(value) for value in near if low <= value <= high} - {now}, key=lambda each: abs(each - now)
+        {kind(value) for value in near if low <= value <= high} - {current},
+        key=lambda value: abs(value - current),
     )
-    far = [kind(bound) for bound in (high, low) if bound != now]
-    return Candidate(cell, name, place, now, tuple(dict.fromkeys([*tried[:MOST_VALUES], *far])))
+    far = [kind(bound) for bound in (high, low) if bound != current]
+    return Candidate(cell, name, place, current, tuple(dict.fromkeys([*tried[:MOST_VALUES], *far])))
 
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """A set of inputs that gives the value; it is empty if no input has to change."""
+    """A set of inputs that produces the value; empty if no input has to change."""
 
     changes: tuple[InputChange, ...]
     scans: int  # number of scans until the tag has the value
@@ -102,8 +102,8 @@ class Remedies:
 
     Attributes:
         tried: number of sets that were tried.
-        left: whether the search stopped before all sets were tried.
-        terminal: where an input is wired; "" for other values of a module, None for a tag that is not an
+        left: whether untried sets are left.
+        terminal: the terminal of an input; "" for other values of a module, None for a tag that is not an
             input.
     """
 
@@ -122,14 +122,14 @@ class Remedies:
             return "\n".join(f"{self.tag} {verb} {_condition(remedy)}" for remedy in self.found)
         if self.terminal:
             hint = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
-            return f"{self.tag} is an input itself, {self.terminal}: {hint}, or force it"
+            return f"{self.tag} is itself an input, {self.terminal}: {hint}, or force it"
         if self.terminal is not None:
-            return f"{self.tag} is what a module reports: let the module do so, or force it"
+            return f"{self.tag} is a value that a module reports: let the module report it, or force it"
         if not self.candidates:
             return f"{self.tag} depends on no input"
-        some = f"none of the first {self.tried} sets" if self.left else f"no set of up to {MOST_INPUTS}"
-        of = f"of the inputs it depends on gives it {shown(self.requested)}"
-        return f"{self.tag}: {some} {of}: {', '.join(self.candidates)}"
+        sets = f"none of the first {self.tried} sets" if self.left else f"no set of up to {MOST_INPUTS}"
+        inputs = ", ".join(self.candidates)
+        return f"{self.tag}: {sets} of its inputs sets it to {shown(self.requested)}: {inputs}"
 
     def as_json(self) -> dict[str, Any]:
         """Return the answer as JSON values."""
@@ -150,13 +150,13 @@ def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
     """Return the answer for a tag that is itself an input, which the program does not write.
 
     Args:
-        terminal: where the input is wired; None for other values of a module.
+        terminal: its terminal; None for other values of a module.
     """
     return Remedies(tag, requested, (), (), 0, left=False, terminal=terminal or "")
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
-"""Runs scans with changed inputs; returns after how many the tag has the value, None if it never does."""
+"""Runs scans with changed inputs; returns the number of scans until the tag has the value, or None."""
 
 
 @dataclass(slots=True)
@@ -179,7 +179,7 @@ class Search:
         for size in range(MOST_INPUTS + 1):
             for chosen in combinations(candidates, size):
                 chosen_names = {candidate.name for candidate in chosen}
-                if any({change.name for change in known.changes} <= chosen_names for known in remedies):
+                if any({change.name for change in remedy.changes} <= chosen_names for remedy in remedies):
                     continue
                 if self.tried >= MOST_TRIES:
                     return Remedies(self.tag, self.requested, tuple(remedies), names, self.tried, left=True)
@@ -188,7 +188,7 @@ class Search:
 
     def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
         """Yield the first combination of values that works, if any."""
-        for values in product(*(candidate.others for candidate in chosen)):
+        for values in product(*(candidate.alternatives for candidate in chosen)):
             changes = [candidate.change(value) for candidate, value in zip(chosen, values, strict=True)]
             scans = self._try(changes)
             if scans is not None:
@@ -200,28 +200,28 @@ class Search:
         return self.attempt(changes)
 
     def _nearest(self, chosen: Sequence[Candidate], changes: list[InputChange], scans: int) -> Remedy:
-        """Return a remedy whose numbers are as close to their present values as possible."""
-        for place, candidate in enumerate(chosen):
-            if isinstance(candidate.now, bool):
+        """Return a remedy with numbers as close to their current values as possible."""
+        for index, candidate in enumerate(chosen):
+            if isinstance(candidate.current, bool):
                 continue
-            short, far = candidate.now, changes[place].value
-            while (middle := _between(short, far)) is not None:
-                nearer = [*changes[:place], replace(changes[place], value=middle), *changes[place + 1 :]]
-                known = self._try(nearer)
-                if known is None:
-                    short = middle
+            failing, working = candidate.current, changes[index].value
+            while (middle := _between(failing, working)) is not None:
+                nearer = [*changes[:index], replace(changes[index], value=middle), *changes[index + 1 :]]
+                tried_scans = self._try(nearer)
+                if tried_scans is None:
+                    failing = middle
                 else:
-                    far, changes, scans = middle, nearer, known
+                    working, changes, scans = middle, nearer, tried_scans
         return Remedy(tuple(changes), scans)
 
 
-def _between(one: Value, other: Value) -> Value | None:
+def _between(a: Value, b: Value) -> Value | None:
     """Return the number halfway between two; None if they are neighbors."""
-    if isinstance(one, float):
-        middle: Value = real((one + other) / 2)
+    if isinstance(a, float):
+        middle: Value = real((a + b) / 2)
     else:
-        middle = (int(one) + int(other)) // 2
-    return None if middle in (one, other) else middle
+        middle = (int(a) + int(b)) // 2
+    return None if middle in (a, b) else middle
 
 
 def _condition(remedy: Remedy) -> str:

@@ -1,8 +1,7 @@
 """Repeats scans of a program in separate memory.
 
 A program is deterministic: its memory, the input images and the time determine its next memory. So the
-program normally runs compiled, and a question about a scan is answered by repeating it from an earlier
-snapshot:
+program normally runs compiled. To explain a scan, it is repeated from an earlier snapshot:
 
     snapshot      inputs inputs inputs ...      snapshot      inputs ...
     scan 512      512    513    514             scan 576      576
@@ -40,7 +39,7 @@ ONE_BY_ONE = 24
 FIRST_ONE_BY_ONE = 4
 """If there are more, the latest few are searched one by one, and the others in parallel."""
 
-MOST_FOUND = 256
+MOST_LAST_CHANGES = 256
 """Maximum number of search results that are kept."""
 
 SIDE_BY_SIDE = 5_000
@@ -61,8 +60,8 @@ class Source(Protocol):
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
         """Return the inputs of scans as arrays; None if they are not plain or not known."""
-        count, known = self.inputs(first, last)
-        return plain_inputs(list(known)) if count == last - first + 1 else None
+        count, recorded = self.inputs(first, last)
+        return plain_inputs(list(recorded)) if count == last - first + 1 else None
 
 
 class Replayer:
@@ -80,7 +79,7 @@ class Replayer:
     ) -> None:
         self.engine = engine  # the engine after scan `at`
         self.at: int | None = None  # the scan that was run last; None before the first run
-        self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
+        self._last_changes: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # searched scan, last change
         self.truths: Truths = {}  # the power in the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # the leaves of `ScanInputs.images`
@@ -108,8 +107,8 @@ class Replayer:
 
     def inputs(self, scan: int) -> ScanInputs | None:
         """Return the inputs of a scan; None if they are unknown."""
-        count, known = self.source.inputs(scan, scan)
-        return next(known, None) if count == 1 else None
+        count, recorded = self.source.inputs(scan, scan)
+        return next(recorded, None) if count == 1 else None
 
     def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
         """Run scans in turn, and yield the time of each, in ns, with the engine in the state after it.
@@ -120,18 +119,19 @@ class Replayer:
             noted: note the power of all lines.
         """
         if self.at == first:
-            self.at = None  # the engine is already at its end, but the scan must run again
+            self.at = None  # the engine is after this scan, but the scan must run again
         start = self._start(first)
-        count, known = (0, iter(())) if start is None else self.source.inputs(start, last)
+        count, recorded = (0, iter(())) if start is None else self.source.inputs(start, last)
         if start is None or not count:
             self.at = None
             return
         self._observe_nothing()
         if noted:
             self.engine.note_all()
-        for self.at, inputs in enumerate(known, start):
+        for scan, inputs in enumerate(recorded, start):
+            self.at = scan
             self._do(inputs)
-            if self.at >= first:
+            if scan >= first:
                 yield inputs.now_ns
 
     def last_change(self, read: Callable[[WatchedEngine], Any], end: int) -> int | None:
@@ -157,71 +157,66 @@ class Replayer:
 
         Results are cached, because `why` and a chain search for the same cells.
         """
-        until, scan = self._found.get(tuple(cells), (-1, None))
-        none_left = scan is None and self._stretches is not None and end < until
-        if end > until or none_left or (scan is not None and scan > end):
-            until, scan = end, self._search(cells, end)
-            self._found[tuple(cells)] = until, scan
-            if len(self._found) > MOST_FOUND:
-                del self._found[next(iter(self._found))]
+        until, scan = self._last_changes.get(tuple(cells), (-1, None))
+        searched_other_stretches = scan is None and self._stretches is not None and end < until
+        if end > until or searched_other_stretches or (scan is not None and scan > end):
+            until = end
+            scan = next((found for found in self._search(cells, end) if found is not None), None)
+            self._last_changes[tuple(cells)] = until, scan
+            if len(self._last_changes) > MOST_LAST_CHANGES:
+                del self._last_changes[next(iter(self._last_changes))]
         return scan
 
-    def _search(self, cells: Sequence[Cell], end: int) -> int | None:
-        """Search for the last change.
+    def _search(self, cells: Sequence[Cell], end: int) -> Iterator[int | None]:
+        """Yield the last changes in parts of the past, latest first; None for a part without one.
 
-        A stretch whose two snapshots differ contains a change. In the stretches after it, values can only
-        have changed and changed back.
+        A stretch with different snapshots at its ends contains a change. In the stretches after it, values
+        can only have changed and changed back.
         """
 
         def read(engine: WatchedEngine) -> list[Value]:
-            return [cell.of(engine.memory.read(cell.leaf, cell.index)) for cell in cells]
+            return [cell.masked(engine.memory.read(cell.leaf, cell.index)) for cell in cells]
 
-        starts = list(
-            islice((snapshot for snapshot in self.source.snapshots(end) if snapshot <= end), self._stretches)
-        )
+        snapshots = (snapshot for snapshot in self.source.snapshots(end) if snapshot <= end)
+        starts = list(islice(snapshots, self._stretches))
         lasts = [end, *(start - 1 for start in starts)]
         begin = 0
         for changing in chain(self._changing_stretches(cells, starts), [len(starts)]):
             few = changing if changing - begin <= ONE_BY_ONE else begin + FIRST_ONE_BY_ONE
-            searches = chain(
-                (self._change_in(starts[number], lasts[number], read) for number in range(begin, few)),
-                (
-                    self._change_in_many(
-                        starts[number - 1 : min(number + SIDE_BY_SIDE, changing)], cells, read
-                    )
-                    for number in range(few, changing, SIDE_BY_SIDE)
-                ),
-                (self._change_in(start, lasts[changing], read) for start in starts[changing : changing + 1]),
-            )
-            scan = next((result for result in searches if result is not None), None)
-            if scan is not None:
-                return scan
+            for number in range(begin, few):
+                yield self._change_in(starts[number], lasts[number], read)
+            for number in range(few, changing, SIDE_BY_SIDE):
+                many = starts[number - 1 : min(number + SIDE_BY_SIDE, changing)]
+                yield self._change_in_many(many, cells, read)
+            if changing < len(starts):
+                yield self._change_in(starts[changing], lasts[changing], read)
             begin = changing + 1
-        return None
 
     def _changing_stretches(self, cells: Sequence[Cell], starts: Sequence[int]) -> Iterator[int]:
         """Yield the indices of the stretches whose two snapshots differ, latest first."""
-        places = [place_in_snapshot(self.engine.memory, cell) for cell in cells]
-        after: list[Value] | None = None
-        for number, start in enumerate(starts if None not in places else ()):
+        positions = [place_in_snapshot(self.engine.memory, cell) for cell in cells]
+        later_values: list[Value] | None = None
+        for number, start in enumerate(starts if None not in positions else ()):
             snapshot = self.source.snapshot(start)[0]
             values = [
-                cell.of(snapshot[place[0]] if place[1] is None else snapshot[place[0]][place[1]])
-                for cell, place in zip(cells, places, strict=True)
-                if place is not None
+                cell.masked(
+                    snapshot[position[0]] if position[1] is None else snapshot[position[0]][position[1]]
+                )
+                for cell, position in zip(cells, positions, strict=True)
+                if position is not None
             ]
-            if after is not None and not same(values, after):
+            if later_values is not None and not same(values, later_values):
                 yield number
-            after = values
+            later_values = values
 
     def _change_in_many(
         self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]
     ) -> int | None:
         """Return the last change in the stretches that begin at all snapshots except the first."""
         stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
-        for stretch, known in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
-            scan: int | None = known.scan
-            if not known.known:
+        for stretch, change in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
+            scan: int | None = change.scan
+            if not change.known:
                 scan = self._change_in(stretch.first, stretch.last, read)
             if scan is not None:
                 return scan
@@ -239,31 +234,33 @@ class Replayer:
         return Lanes(self.engine.lowered, self.engine.memory, self.images)
 
     def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
-        count, known = self.source.inputs(start, last)
+        """Return the last scan of a stretch that changed a value; None if there is none."""
+        count, recorded = self.source.inputs(start, last)
         if count != last - start + 1:
             return None
         self._restore(start)
-        changed, before = None, read(self.engine)
-        for self.at, inputs in enumerate(known, start):
+        changed, previous = None, read(self.engine)
+        for scan, inputs in enumerate(recorded, start):
+            self.at = scan
             self._do(inputs)
             value = read(self.engine)
-            if not same(value, before):
-                changed, before = self.at, value
+            if not same(value, previous):
+                changed, previous = scan, value
         return changed
 
     def _run_to(self, scan: int, *, watched: bool) -> bool:
         start = self._start(scan)
         if start is None:
             return False
-        count, known = self.source.inputs(start, scan)
+        count, recorded = self.source.inputs(start, scan)
         if count != scan - start + 1:
             self.at = None
             return False
         if count:
             self._observe_nothing()
-            for inputs in islice(known, count - 1):
+            for inputs in islice(recorded, count - 1):
                 self._do(inputs)
-            self._do_last(next(known), watched=watched)
+            self._do_last(next(recorded), watched=watched)
         self.at = scan
         return True
 
@@ -278,18 +275,18 @@ class Replayer:
         engine.watching = False
 
     def _start(self, scan: int) -> int | None:
-        """Set the engine to the first scan to run, and return it; None if no snapshot is near enough."""
-        begins, current = next(self.source.snapshots(scan), None), self.at
+        """Set the engine to the first scan to run; return its number, None if no snapshot is near enough."""
+        snapshot, current = next(self.source.snapshots(scan), None), self.at
         if (
             current is not None
             and current <= scan <= current + self._most
-            and (begins is None or begins <= current + 1)
+            and (snapshot is None or snapshot <= current + 1)
         ):
             return current + 1
-        if begins is None or begins < scan - self._most:
+        if snapshot is None or snapshot < scan - self._most:
             return None
-        self._restore(begins)
-        return begins
+        self._restore(snapshot)
+        return snapshot
 
     def _restore(self, scan: int) -> None:
         engine = self.engine
@@ -310,7 +307,7 @@ class Replayer:
 
 
 def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInputs) -> bool:
-    """Repeat a scan on its inputs; return whether the logic ran in it. A fault ends the scan, as it did.
+    """Repeat a scan on its inputs; return whether the logic ran. A fault ends the scan, as in the original.
 
     Args:
         images: the program's input images as bytes, see `image_bytes`.
@@ -329,7 +326,7 @@ def repeat(engine: WatchedEngine, images: Sequence[memoryview], inputs: ScanInpu
 
 
 def image_bytes(memory: Memory) -> list[memoryview]:
-    """Return the input images that a program uses, as bytes to be written."""
+    """Return the input images that a program uses, as writable bytes."""
     return [memory.cells[leaf.ident].cell_contents.cast("B") for leaf in input_leaves(memory)]
 
 

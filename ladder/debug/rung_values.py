@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ..model.routine import Routine
 from ..model.spec import Spec
-from ..model.tree import Address, Branch, Element, Instruction, MemberStep, Operand, Series, number
+from ..model.tree import Address, Branch, Element, Instruction, Operand, Series, number
 from ..run.view import Tags
 
 
@@ -27,18 +27,17 @@ def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element
     spec = specs.get(element.name)
     if spec is None or not spec.members:
         return element
-    shown = [
-        _value(element.operands[spec.members[place][0]], spec.members[place][1], tags, written)
-        if place in spec.members
-        else written
-        for place, written in enumerate(element.operands)
-    ]
-    return Instruction(element.name, tuple(shown))
+    operands = [*element.operands]
+    for index, (structure_index, member) in spec.members.items():
+        if index < len(operands):
+            operands[index] = _value(operands[structure_index], member, tags, operands[index])
+    return Instruction(element.name, tuple(operands))
 
 
-def _value(structure: Operand, part: str, tags: Tags, written: Operand) -> Operand:
+def _value(structure: Operand, member: str, tags: Tags, written: Operand) -> Operand:
+    """Return the current value of a member, or the written operand for a computed subscript."""
     assert isinstance(structure, Address)
     try:
-        return number(tags[str(Address(structure.name, (*structure.steps, MemberStep(part))))])
-    except ValueError:  # see `with_values`
+        return number(tags[str(structure.member(member))])
+    except ValueError:
         return written

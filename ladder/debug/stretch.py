@@ -1,4 +1,4 @@
-"""Scans to repeat: their external inputs, and the stretch between two snapshots."""
+"""Records of scans to repeat: external inputs, and stretches between two snapshots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ScanInputs(NamedTuple):
     first: bool  # whether the scan begins with prescan
     images: Sequence[bytes] | None  # images in layout order; None if the program does not run
     writes: tuple[Write, ...] = ()
-    forces: Forces | None = None  # None = as before; there were no external writes
+    forces: Forces | None = None  # None: unchanged forces and no external writes
 
     @property
     def is_plain(self) -> bool:
@@ -29,7 +29,7 @@ class ScanInputs(NamedTuple):
 
 
 class PlainInputs(NamedTuple):
-    """The inputs of successive scans whose only inputs are images, as arrays with a row per scan."""
+    """The inputs of successive scans with images only, as arrays with a row per scan."""
 
     times: Any  # ns
     images: Sequence[Any]  # for each image in layout order, its words by scan

@@ -51,20 +51,20 @@ class TagValues:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
-        self.known = list(_all_values(layout))
-        self._names = NamesByPattern((without_ranges(value.name) for value in self.known), fold=True)
+        self.all_values = list(_all_values(layout))
+        self._names = NamesByPattern((without_ranges(value.name) for value in self.all_values), fold=True)
 
     def matching(self, pattern: str) -> list[TagValue]:
-        """Return the values that a pattern matches; raise a LadderError for an image, or if none matches."""
+        """Return the values that a pattern matches; raise a LadderError for an image, or without a match."""
         plain = without_ranges(normal(pattern))
         one_element = "[" in plain and not {"*", "?"} & set(plain)
-        matches = [self.known[place] for place in self._names.places(plain)]
+        matches = [self.all_values[index] for index in self._names.indexes(plain)]
         if matches and not one_element:
             return matches
-        address = Resolver(self._layout).meant(plain)
-        return self.matching(str(address)) if str(address) != plain else self._at(address)
+        address = Resolver(self._layout).address_of(plain)
+        return self.matching(str(address)) if str(address) != plain else self._matching_address(address)
 
-    def _at(self, address: Address) -> list[TagValue]:
+    def _matching_address(self, address: Address) -> list[TagValue]:
         layout, resolver = self._layout, Resolver(self._layout)
         declaration = layout.declarations.get(address.name.upper())
         if isinstance(declaration, Alias) and not declaration.type:
@@ -72,23 +72,23 @@ class TagValues:
             return self.matching(str(Address(target.name, (*target.steps, *address.steps))))
         if address.steps and isinstance(address.steps[-1], BitStep):
             return self.matching(str(Address(address.name, address.steps[:-1])))
-        where = resolver.address(address)
-        if isinstance(where, Place) and where.leaf.is_image:
+        operand = resolver.address(address)
+        if isinstance(operand, Place) and operand.leaf.is_image:
             raise ImageNamedError(
-                f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
-                f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
+                f"{address} is a part of slot {operand.leaf.slot}'s images, which every trace has; "
+                f"remove it and use slot{operand.leaf.slot}.in and slot{operand.leaf.slot}.out"
             )
-        index = fixed_index_in(first_leaf(where).dims, where.indices)
+        index = fixed_index_in(first_leaf(operand).dims, operand.indices)
         if index is None:
             raise LadderError(f"{address} is not a whole tag")
-        if isinstance(where, Place):
-            return [_placed(layout, resolver.full_name(str(address)), where)]
-        name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
-        return list(_values(layout, where.path, name, where.type, index, where.dims))
+        if isinstance(operand, Place):
+            return [_value_at(layout, resolver.full_name(str(address)), operand)]
+        name = f"{resolver.full_name(str(address))}{_ranges(layout, operand.dims)}"
+        return list(_values(layout, operand.path, name, operand.type, index, operand.dims))
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
-    """Return the values of patterns, each once; raise a LadderError for an image, or if a pattern fails."""
+    """Return the values that patterns match, without duplicates; may raise a LadderError, see `TagValues`."""
     by_name: dict[str, TagValue] = {}
     values = TagValues(layout)
     for pattern in patterns:
@@ -99,15 +99,15 @@ def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
         except AmbiguousTagError:
             raise
         except LadderError as error:
-            raise _no_match(pattern, values.known) from error
+            raise _no_match(pattern, values.all_values) from error
         for match in matches:
             by_name.setdefault(match.name, match)
     elements = {element_of(value.name, place) for value in by_name.values() for place in range(value.length)}
     return [value for value in by_name.values() if value.name not in elements]
 
 
-def _no_match(pattern: str, known: Sequence[TagValue]) -> LadderError:
-    names = {value.name.upper(): value.name for value in known}
+def _no_match(pattern: str, values: Sequence[TagValue]) -> LadderError:
+    names = {value.name.upper(): value.name for value in values}
     close = get_close_matches(pattern.upper(), names, 1)
     return LadderError(f"no tag matches {pattern!r}{f'; did you mean {names[close[0]]}?' if close else ''}")
 
@@ -127,62 +127,64 @@ def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
     return f":{ranges}" if layout.files and dims else f"[{ranges}]" if dims else ""
 
 
-def _named(layout: Layout, name: str) -> str:
+def _array_name(layout: Layout, name: str) -> str:
     """Return the name of an array; a single subscript at its end is omitted."""
     plain = without_ranges(name)
     return plain if not layout.files and name.startswith(f"{plain}[") and name.count("..") == 1 else name
 
 
 def _values(
-    layout: Layout, path: str, name: str, kind: DataType, at: int, dims: tuple[int, ...]
+    layout: Layout, path: str, name: str, kind: DataType, index: int, dims: tuple[int, ...]
 ) -> Iterator[TagValue]:
     """Yield the values at a path and below; `name` is the path with subscripts and ranges."""
     count = count_of(dims)
     if isinstance(kind, Elementary):
-        yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
+        yield _value(layout, name, layout.leaf(path), index * count, count if dims else 0)
     elif kind.is_string:
         for number in range(count):
-            yield _text(layout, path, element_of(name, number) if dims else name, at * count + number)
+            yield _string_value(
+                layout, path, element_of(name, number) if dims else name, index * count + number
+            )
     else:
         for member in kind.members:
-            inner = f"{path}.{member.name}", f"{name}.{member.name}"
+            member_path, member_name = f"{path}.{member.name}", f"{name}.{member.name}"
             if member.hidden or "~" in member.name:
                 continue
             if member.at:
-                yield from _second_name(layout, path, inner[1], kind, member, at, dims)
+                yield from _alias_values(layout, path, member_name, kind, member, index, dims)
             else:
-                shown = f"{inner[1]}{_ranges(layout, member.dims)}"
-                yield from _values(layout, inner[0], shown, member.type, at, dims + member.dims)
+                array_name = f"{member_name}{_ranges(layout, member.dims)}"
+                yield from _values(layout, member_path, array_name, member.type, index, dims + member.dims)
 
 
-def _second_name(
+def _alias_values(
     layout: Layout,
     path: str,
     name: str,
     kind: Structure,
     member: Member,
-    at: int,
+    index: int,
     dims: tuple[int, ...],
 ) -> Iterator[TagValue]:
-    """Yield the value of a member that has `at`, usually a packed bit."""
+    """Yield the value of a member that has `index`, usually a packed bit."""
     packed = _PACKED.fullmatch(member.at)
     host = kind.member(packed["host"]) if packed else None
     if packed and host is not None and not host.dims and isinstance(host.type, Elementary):
         count = count_of(dims)
         leaf = layout.leaf(f"{path}.{host.name}")
-        yield _bit(layout, name, leaf, int(packed["bit"]), at * count, count if dims else 0)
+        yield _bit(layout, name, leaf, int(packed["bit"]), index * count, count if dims else 0)
     elif not dims:
-        where = Resolver(layout).address(parse_address(name))
-        if isinstance(where, Place) and where.fixed_index is not None:
-            yield _placed(layout, name, where)
+        place = Resolver(layout).address(parse_address(name))
+        if isinstance(place, Place) and place.fixed_index is not None:
+            yield _value_at(layout, name, place)
 
 
-def _placed(layout: Layout, name: str, where: Place) -> TagValue:
-    index = where.fixed_index
+def _value_at(layout: Layout, name: str, place: Place) -> TagValue:
+    index = place.fixed_index
     assert index is not None
-    if isinstance(where.bit, Constant):
-        return _bit(layout, name, where.leaf, int(where.bit.value), index, 0)
-    return _value(layout, name, where.leaf, index, 0)
+    if isinstance(place.bit, Constant):
+        return _bit(layout, name, place.leaf, int(place.bit.value), index, 0)
+    return _value(layout, name, place.leaf, index, 0)
 
 
 def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: int) -> TagValue:
@@ -190,26 +192,26 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
     if not length:
         return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
     words = source.removeprefix("*")
-    return TagValue(_named(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
+    return TagValue(_array_name(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
 
 
-def source_of(layout: Layout, where: Place) -> str:
+def source_of(layout: Layout, place: Place) -> str:
     """Return the expression that reads a place with fixed subscripts, which may be in an image."""
-    return _placed(layout, where.text, where).source
+    return _value_at(layout, place.text, place).source
 
 
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
-    return TagValue(_named(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
+    return TagValue(_array_name(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
 
 
-def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
+def _string_value(layout: Layout, path: str, name: str, index: int) -> TagValue:
     data = layout.leaf(f"{path}.DATA")
-    room = data.dims[-1]
-    characters = _source(layout, data, at * room, room).removeprefix("*")
+    capacity = data.dims[-1]
+    characters = _source(layout, data, index * capacity, capacity).removeprefix("*")
     spot = layout.spot(data)
     if spot is not None and spot.view:
         characters += ".tolist()"  # a slice of a view changes with it
-    return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), at, 0)}, {characters}")
+    return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), index, 0)}, {characters}")
 
 
 def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
@@ -224,13 +226,13 @@ def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
 
 
 def _source_in_bytes(spot: Spot, start: int, length: int) -> str:
-    places = [spot.at(start + number) for number in range(length or 1)]
+    offsets = [spot.at(start + number) for number in range(length or 1)]
     if spot.unit == 1:
-        bits = [f"{spot.variable}[{place >> 3}] >> {place & 7} & 1" for place in places]
+        bits = [f"{spot.variable}[{offset >> 3}] >> {offset & 7} & 1" for offset in offsets]
         return f"*({', '.join(bits)},)" if length else bits[0]
     if not length:
-        return f"{spot.variable}[{places[0]}]"
-    step = places[1] - places[0] if length > 1 else 1
-    if places == list(range(places[0], places[0] + step * length, step)):
-        return f"*{spot.variable}[{places[0]}:{places[-1] + 1}:{step}]"
-    return f"*({', '.join(f'{spot.variable}[{place}]' for place in places)})"
+        return f"{spot.variable}[{offsets[0]}]"
+    step = offsets[1] - offsets[0] if length > 1 else 1
+    if offsets == list(range(offsets[0], offsets[0] + step * length, step)):
+        return f"*{spot.variable}[{offsets[0]}:{offsets[-1] + 1}:{step}]"
+    return f"*({', '.join(f'{spot.variable}[{offset}]' for offset in offsets)})"

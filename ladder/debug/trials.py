@@ -1,7 +1,7 @@
 """Tries other inputs on a copy of a ladder program, for `remedies`.
 
 The copy starts in the program's state after a scan. Inputs are terminals of input images, and tags that no
-rung writes. They keep their values in that scan, except for the changed inputs.
+rung writes. All inputs except the changed ones keep their values in that scan.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class Trials:
     _images: Sequence[bytes] = ()
     _period_ns: int = 10_000_000
 
-    def of(self, tag: str, cell: Cell, requested: Value) -> Remedies:
-        """Return the smallest sets of inputs that give a tag a value; `cell` is the tag's.
+    def remedies_for(self, tag: str, cell: Cell, requested: Value) -> Remedies:
+        """Return the smallest sets of inputs that set a tag, stored in `cell`, to a value.
 
         Other values that modules report are tried only if no set of terminals and tags works.
         """
@@ -67,12 +67,12 @@ class Trials:
         memory, last = self.live.memory, self.live.scans - 1
         self._values = snapshot(memory)
         self._images = [bytes(memory.cells[leaf.ident].cell_contents) for leaf in self.past.images]
-        before = self.past.inputs(last - 1) if last else None
-        if before is not None:
-            self._period_ns = self.live.now_ns - before.now_ns
+        previous = self.past.inputs(last - 1) if last else None
+        if previous is not None:
+            self._period_ns = self.live.now_ns - previous.now_ns
 
     def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
-        """Run scans with changed inputs; return after how many a cell has a value, None if it never does."""
+        """Run scans with changed inputs; return the number of scans until a cell has a value, or None."""
         engine = self.past.engine
         engine.hold({})
         restore(engine.memory, self._values)
@@ -90,10 +90,10 @@ class Trials:
                 data[offset : offset + 2] = _merged(word, change).to_bytes(2, "little")
             else:
                 self._set(change)
-        present, patched = image_bytes(engine.memory), list(map(bytes, contents))
+        memory_images, changed_images = image_bytes(engine.memory), list(map(bytes, contents))
         for scan in range(1, self.scans + 1):
             now_ns = self.live.now_ns + scan * self._period_ns
-            repeat(engine, present, ScanInputs(now_ns, first=False, images=patched))
+            repeat(engine, memory_images, ScanInputs(now_ns, first=False, images=changed_images))
             if cell.read(engine.memory) == requested:
                 return scan
         return None
@@ -107,25 +107,25 @@ class Trials:
             word = _merged(int(memory.read(cell.leaf, cell.index)), change)
             memory.write(cell.leaf, cell.index, wrap(word, bits))
 
-    # --- inputs that may matter
+    # --- candidates
 
     def candidates(self, tag: str, requested: Value) -> Iterator[Candidate]:
         """Yield the inputs that a tag depends on according to the program's text, nearest first."""
         compared = [] if isinstance(requested, bool) else [requested]
-        read: dict[str, Place | Group] = {}
+        operands_read: dict[str, Place | Group] = {}
         reads = self._reads()
-        ahead: list[Place | Group] = [
+        pending: list[Place | Group] = [
             mention.where for mention in self.cross_reference.of(tag) if mention.writes
         ]
-        while ahead:
-            for line in self._lines_writing(ahead.pop(0)):
+        while pending:
+            for line in self._lines_writing(pending.pop(0)):
                 compared += self._constants(*line)
-                for where in reads[line]:
-                    if where.text not in read:
-                        read[where.text] = where
-                        ahead.append(where)
-        for where in read.values():
-            yield from self._candidate(where, compared)
+                for operand in reads[line]:
+                    if operand.text not in operands_read:
+                        operands_read[operand.text] = operand
+                        pending.append(operand)
+        for operand in operands_read.values():
+            yield from self._candidate(operand, compared)
 
     def _reads(self) -> Mapping[_Line, list[Place | Group]]:
         """Return the operands that each rung or line reads, by routine and number."""
@@ -135,10 +135,10 @@ class Trials:
                 by_line[_line_of(mention)].append(mention.where)
         return by_line
 
-    def _lines_writing(self, where: Place | Group) -> list[_Line]:
+    def _lines_writing(self, operand: Place | Group) -> list[_Line]:
         """Return the rungs and lines that may write an operand."""
         writers = [mention for mention in self.cross_reference.mentions if mention.writes]
-        lines = {_line_of(writer) for writer in writers if overlap(where, writer.where, stretch=True)}
+        lines = {_line_of(writer) for writer in writers if overlap(operand, writer.where, stretch=True)}
         return sorted(lines, key=str)
 
     def _constants(self, routine: str, rung: int | None) -> Iterator[float]:
@@ -148,27 +148,27 @@ class Trials:
             if line.number == rung:
                 yield from (value for step in line.steps for value in _numbers(step.operands))
 
-    def _candidate(self, where: Place | Group, compared: Sequence[float]) -> Iterator[Candidate]:
+    def _candidate(self, operand: Place | Group, compared: Sequence[float]) -> Iterator[Candidate]:
         """Yield an operand as a candidate if it is an input."""
-        if not isinstance(where, Place) or where.can_fault:
+        if not isinstance(operand, Place) or operand.can_fault:
             return
-        cell, kind, place = cell_of(where), where.leaf.type, self._place_of_input(where)
-        now = cell.read(self.live.memory)
-        if place is not None and isinstance(now, bool):
-            yield bit(cell, where.text, place, now)
+        cell, kind, place = cell_of(operand), operand.leaf.type, self._input_place(operand)
+        current = cell.read(self.live.memory)
+        if place is not None and isinstance(current, bool):
+            yield bit(cell, operand.text, place, current)
         elif place is not None:
-            limits = (-FARTHEST, FARTHEST) if isinstance(now, float) else (kind.lowest, kind.highest)
-            yield number(cell, where.text, place, now, limits, compared)
+            limits = (-FARTHEST, FARTHEST) if isinstance(current, float) else (kind.lowest, kind.highest)
+            yield number(cell, operand.text, place, current, limits, compared)
 
-    def _place_of_input(self, where: Place) -> str | None:
-        """Return an input's place in the rack; "" for a tag that no rung writes, None if it is no input."""
-        leaf = where.leaf
+    def _input_place(self, operand: Place) -> str | None:
+        """Return an input's place in the rack; "" for a tag that no rung writes, None for other operands."""
+        leaf = operand.leaf
         if leaf.is_image and not leaf.output:
-            bit_number = int(where.bit.value) if isinstance(where.bit, Constant) else None
-            place = self.name(leaf.slot or 0, where.fixed_index or 0, bit_number)
+            bit_number = int(operand.bit.value) if isinstance(operand.bit, Constant) else None
+            place = self.name(leaf.slot or 0, operand.fixed_index or 0, bit_number)
             return f"slot {leaf.slot}{REPORTED}" if place is None else place
         is_tag = leaf.slot is None and not leaf.path.startswith(("S:", "~"))
-        return "" if is_tag and not self._lines_writing(where) else None
+        return "" if is_tag and not self._lines_writing(operand) else None
 
 
 _Line = tuple[str, int | None]

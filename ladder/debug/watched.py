@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
+from itertools import chain
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -21,7 +22,15 @@ from ..state.lowered import Body, LoweredLine, LoweredRoutine, LoweredStep, Node
 from ..state.memory import NOTHING, InterpretedAddOnStore, Memory, Passed, Value, same
 from ..state.tag_bytes import TagBytes
 from .cells import places_in
-from .forces import ForcedValue, Forces, HeldBytes, HeldList, held_values, in_lists, in_variables
+from .forces import (
+    ForcedBytes,
+    ForcedList,
+    ForcedValue,
+    Forces,
+    forced_in_lists,
+    forced_in_variables,
+    forced_values,
+)
 
 
 def shown(value: object) -> str:
@@ -71,36 +80,38 @@ class _CurrentRung:
 
 
 class WatchedMemory(Memory):
-    """Memory that reports changes and holds forces.
+    """Memory that reports changes and applies forces.
 
     Attributes:
         watcher: called for each change in a watched scan.
         outside: collects external writes between scans, or None.
         on_outside: called after each external write.
         forces: the forces; `hold` replaces the mapping and never changes it.
-        held: the forces by leaf.
+        forced_by_key: the forced values by leaf identifier and index.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
     outside: list[tuple[Leaf, int, Value]] | None = None
     on_outside: Callable[[], object] = staticmethod(lambda: None)
     forces: Forces = NOTHING  # type: ignore[assignment]  # it is empty
-    held: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
+    forced_by_key: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
 
     def hold(self, forces: Forces) -> tuple[ForcedValue, ...]:
         """Replace all forces; return the forced values that have their own variables."""
-        held = held_values(self.layout, forces)
+        values = forced_values(self.layout, forces)
         self.forces = forces
-        self.held = {(forced.leaf.ident, forced.index): forced for forced in held}
-        lists = in_lists(self.layout, held)
+        self.forced_by_key = {(forced.leaf.ident, forced.index): forced for forced in values}
+        lists = forced_in_lists(self.layout, values)
         for ident, cell in self.cells.items():
-            values = cell.cell_contents
-            if isinstance(values, TagBytes):
-                free = values.free if isinstance(values, HeldBytes) else values
-                self._put_list(ident, HeldBytes(free, lists[ident]) if ident in lists else free)
-            elif ident in lists or isinstance(values, HeldList):
-                self._put_list(ident, HeldList(values, lists[ident]) if ident in lists else list(values))
-        return in_variables(self.layout, held)
+            contents = cell.cell_contents
+            if isinstance(contents, TagBytes):
+                free = contents.free if isinstance(contents, ForcedBytes) else contents
+                self._put_list(ident, ForcedBytes(free, lists[ident]) if ident in lists else free)
+            elif ident in lists:
+                self._put_list(ident, ForcedList(contents, lists[ident]))
+            elif isinstance(contents, ForcedList):
+                self._put_list(ident, list(contents))
+        return forced_in_variables(self.layout, values)
 
     def _put_list(self, ident: str, values: Any) -> None:
         self.cells[ident].cell_contents = values
@@ -110,7 +121,7 @@ class WatchedMemory(Memory):
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value unless it is forced; report a change."""
         watcher = self.watcher
-        after = self.forced(leaf, index, value) if self.held else value
+        after = self.forced(leaf, index, value) if self.forced_by_key else value
         if watcher is None:
             super().write(leaf, index, after)
             if self.outside is not None:
@@ -132,23 +143,23 @@ class WatchedMemory(Memory):
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
         """Return a value with the force on its place applied."""
-        held = self.held.get((leaf.ident, index))
-        return value if held is None else held.merged(value)
+        forced = self.forced_by_key.get((leaf.ident, index))
+        return value if forced is None else forced.merged(value)
 
 
 class WatchedInterpreter(Interpreter):
     """An interpreter that records the power in every rung."""
 
     def __init__(self, *parts: object) -> None:
-        super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
-        self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}
-        self.running: list[_CurrentRung] = []
-        self.heads: list[Blocker] = []
-        self.read: tuple[tuple[str, Value], ...] = ()
-        self.power = True
+        super().__init__(*parts)  # type: ignore[arg-type]  # the arguments of the base class
+        self.truths: dict[tuple[str, int], tuple[bool, ...]] = {}  # by routine in capitals and number
+        self.running: list[_CurrentRung] = []  # the innermost one last
+        self.heads: list[Blocker] = []  # conditions around the current statement
+        self.read: tuple[tuple[str, Value], ...] = ()  # values that the current statement read
+        self.power = True  # before the current instruction
         self.mode = ""  # prescan, postscan, or "" in an ordinary scan
         self._routines: list[str] = []
-        self._silent = 0
+        self._silent = 0  # nested copies of parameters
 
     @override
     def scan(self, now_ns: int) -> None:
@@ -194,13 +205,13 @@ class WatchedInterpreter(Interpreter):
             return super()._line(line, inputs, statement=statement)
         finally:
             key = running.routine, line.number
-            self.truths[key] = self._ran(running, key) if statement else tuple(running.truth)
+            self.truths[key] = self._statement_truth(running, key) if statement else tuple(running.truth)
             self.running.pop()
 
-    def _ran(self, running: _CurrentRung, key: tuple[str, int]) -> tuple[bool, ...]:
-        """Whether a line of structured text was true: in any statement and any pass of a loop."""
-        left = not running.truth  # by EXIT, RETURN or a fault
-        return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
+    def _statement_truth(self, running: _CurrentRung, key: tuple[str, int]) -> tuple[bool, ...]:
+        """Return whether a line of structured text was true: in any statement and any pass of a loop."""
+        was_left = not running.truth  # by EXIT, RETURN or a fault
+        return (was_left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
         """Record the condition of a body, with the values that it read, while the body runs."""
@@ -233,14 +244,14 @@ class WatchedInterpreter(Interpreter):
         if self._silent:
             return super()._branch(branch, power)
         blocked = self.running[-1].blocked
-        before = len(blocked)
+        count_before = len(blocked)
         power_after = super()._branch(branch, power)
         if power_after:
-            del blocked[before:]
+            del blocked[count_before:]
         return power_after
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """Copy parameters without recording it, because these rungs are not part of the program."""
+        """Copy parameters without recording: the copying rungs are not part of the program."""
         self._silent += 1
         try:
             super().copy_parameters(copies, prescan=prescan)
@@ -257,33 +268,27 @@ class WatchedInterpreter(Interpreter):
     def _values(self, step: LoweredStep) -> tuple[tuple[str, Value], ...]:
         """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
-        places = [place for operand in read for place in places_in(operand)]
-        shown_places = [watched for place in places for watched in (place, *self._beside(place))]
+        places: list[Place] = []
+        for place in chain.from_iterable(map(places_in, read)):
+            places += (place, *self._timer_numbers(place))
         site = self.site
         self.site = step.site
         try:
-            return tuple(
-                {
-                    place.text: self.get(place) for place in shown_places if HIDDEN not in place.leaf.path
-                }.items()
-            )
+            values = {place.text: self.get(place) for place in places if HIDDEN not in place.leaf.path}
+            return tuple(values.items())
         except LadderFault:
             return ()  # a subscript is out of range, so the step itself will fault
         finally:
             self.site = site
 
-    def _beside(self, place: Place) -> tuple[Place, ...]:
+    def _timer_numbers(self, place: Place) -> tuple[Place, ...]:
         """Return ACC and PRE if a place is DN of a timer or counter."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
-        parts = [self.lowered.layout.find(f"{path}.{part}") for part in ("ACC", "PRE")]
-        if not dot or name != "DN" or None in parts:
+        acc, pre = (self.lowered.layout.find(f"{path}.{member}") for member in ("ACC", "PRE"))
+        if not dot or name != "DN" or acc is None or pre is None:
             return ()
         text = place.text[: -len(name)]
-        return tuple(
-            replace(place, leaf=leaf, text=f"{text}{part}")
-            for leaf, part in zip(parts, ("ACC", "PRE"), strict=True)
-            if leaf is not None
-        )
+        return replace(place, leaf=acc, text=f"{text}ACC"), replace(place, leaf=pre, text=f"{text}PRE")
 
     @property
     def instance(self) -> str:

@@ -1,7 +1,7 @@
 """An engine that runs compiled, or in the interpreter while it is watched.
 
 Changes are watched in the interpreter, which is the compiler's reference. The compiled program can record the
-power of rungs and hold forces, see `compiler.observed`.
+power of rungs and apply forces, see `compiler.observed`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..model.tags import Leaf
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from ..state.memory import Value
-from .forces import ForcedValue, Forces, names_of
+from .forces import ForcedValue, Forces, force_variables
 from .watched import Change, WatchedInterpreter, WatchedMemory
 
 
@@ -40,14 +40,14 @@ class WatchedEngine(Engine):
         super().__init__(lowered, scanner)
         self._compiled = self._scan
         self._calling = self._calling_compiled = self.call_routine
-        self.variants: dict[Observation, ObservedScanner] = {}  # for observers; may be shared
-        self._unapplied = False
-        self._bound: Callable[[int], object] | None = self._compiled
-        self._variables: tuple[ForcedValue, ...] = ()
-        self._notes: list[Any] = []
-        self._blank: list[None] = []
-        self._readings: Sequence[Reading] = ()
-        self._places: dict[LineKey, int] = {}
+        self.variants: dict[Observation, ObservedScanner] = {}  # compiled with observation; may be shared
+        self._has_unapplied_forces = False
+        self._bound: Callable[[int], object] | None = self._compiled  # None: `_observed` must choose it
+        self._variables: tuple[ForcedValue, ...] = ()  # forced values with their own variables
+        self._notes: list[Any] = []  # notes of the compiled scan: first one per line of `noted`
+        self._blank: list[None] = []  # resets the notes of the lines
+        self._readings: Sequence[Reading] = ()  # how to read the notes, by line of `noted`
+        self._positions: dict[LineKey, int] = {}  # of the lines in `noted`
         self.noted: tuple[LineKey, ...] = ()  # the lines with noted power
         self._all_lines = lines_of(lowered)
         self.watching = False  # whether the next scans are watched
@@ -63,7 +63,7 @@ class WatchedEngine(Engine):
         if forces is self.memory.forces:
             return
         self._variables = self.memory.hold(forces)
-        self._unapplied = True
+        self._has_unapplied_forces = True
         self._bound = None
 
     def note(self, lines: tuple[LineKey, ...]) -> None:
@@ -71,7 +71,7 @@ class WatchedEngine(Engine):
         if lines is not self.noted and lines != self.noted:
             self.noted = lines
             self._notes, self._blank, self._readings = [], [], ()
-            self._places = {key: place for place, key in enumerate(lines)}
+            self._positions = {key: position for position, key in enumerate(lines)}
             self._bound = None
 
     def note_all(self) -> None:
@@ -94,39 +94,41 @@ class WatchedEngine(Engine):
         if self.watching:
             return dict(self.interpreter.truths)
         truths = {}
-        for place, reading in enumerate(self._readings):
-            truth = truth_of(self._notes, place, reading)
+        for position, reading in enumerate(self._readings):
+            truth = truth_of(self._notes, position, reading)
             if truth is not None:
-                truths[self.noted[place]] = truth
+                truths[self.noted[position]] = truth
         return truths
 
     def ran(self, key: LineKey) -> bool:
         """Whether a noted line ran in the latest scan."""
         if self.watching:
             return key in self.interpreter.truths
-        place = self._places.get(key)
-        return place is not None and bool(self._notes) and self._notes[place] is not None
+        position = self._positions.get(key)
+        return position is not None and bool(self._notes) and self._notes[position] is not None
 
     def true_at_end(self, key: LineKey) -> bool:
         """Whether a noted line was true at its end in the latest, compiled scan."""
-        place = self._places.get(key)
-        if place is None or not self._notes:
+        position = self._positions.get(key)
+        if position is None or not self._notes:
             return False
-        return true_at_end(self._notes, place, self._readings[place])
+        return true_at_end(self._notes, position, self._readings[position])
 
     def _observed(self) -> Callable[[int], object]:
-        """Return the compiled program with the present notes and forces."""
+        """Return the compiled program with the current notes and forces."""
         if self._bound is None:
-            held = frozenset((variable.leaf.ident, variable.left is not None) for variable in self._variables)
-            observation = Observation(held, self.noted, bool(self.memory.forces))
+            forced_variables = frozenset(
+                (variable.leaf.ident, variable.free_mask is not None) for variable in self._variables
+            )
+            observation = Observation(forced_variables, self.noted, bool(self.memory.forces))
             self._bound, self._calling = self._compiled, self._calling_compiled
             if observation != UNOBSERVED:
                 variant = self.variants.get(observation)
                 if variant is None:
                     variant = self.variants[observation] = observed_scanner_of(self.lowered, observation)
-                self._notes, self._readings = [None] * variant.places, variant.readings
+                self._notes, self._readings = [None] * variant.note_count, variant.readings
                 self._blank = [None] * len(self.noted)
-                self._bound = variant.bind(self, {NOTED: self._notes, **names_of(self._variables)})
+                self._bound = variant.bind(self, {NOTED: self._notes, **force_variables(self._variables)})
                 self._calling = self.call_routine
         return self._bound
 
@@ -138,7 +140,7 @@ class WatchedEngine(Engine):
             self._scan_at(now_ns, first=first)
             return
         if self._blank:
-            self._notes[: len(self._blank)] = self._blank  # the other places count only beside these
+            self._notes[: len(self._blank)] = self._blank  # other notes are read only with these
         scheduler = self.scheduler
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
@@ -152,7 +154,7 @@ class WatchedEngine(Engine):
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
-        self._notes[: len(self._blank)] = self._blank  # the other places count only beside these
+        self._notes[: len(self._blank)] = self._blank  # other notes are read only with these
         if self.watching:
             self._scan, self.call_routine = self.interpreter.scan, self.interpreter.run
         else:
@@ -164,7 +166,7 @@ class WatchedEngine(Engine):
             for leaf, index, value in self.outside:
                 self.memory.write(leaf, index, value)
             self.outside = ()
-            if self._unapplied:
+            if self._has_unapplied_forces:
                 self.apply_forces()
             super()._scan_at(now_ns, first)
             self.broken_off = handled != self._handled
@@ -178,9 +180,9 @@ class WatchedEngine(Engine):
 
     def apply_forces(self) -> None:
         """Write the forced values to the memory."""
-        self._unapplied = False
+        self._has_unapplied_forces = False
         memory = self.memory
-        for forced in memory.held.values():
+        for forced in memory.forced_by_key.values():
             memory.write(forced.leaf, forced.index, memory.read(forced.leaf, forced.index))
 
     def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:

@@ -15,43 +15,43 @@ from .crossref import Mention, overlap
 from .watched import Change, shown
 
 
-def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
+def changes_of(history: Iterable[Change], operand: Place | Group) -> list[Change]:
     """Return the changes of a place or of parts of a group, oldest first, without hidden members."""
-    return [change for change in history if HIDDEN not in change.leaf.path and _concerns(change, where)]
+    return [change for change in history if HIDDEN not in change.leaf.path and _concerns(change, operand)]
 
 
-def most_relevant(changes: Sequence[Change], where: Place | Group) -> Change | None:
+def most_relevant(changes: Sequence[Change], operand: Place | Group) -> Change | None:
     """Return the most relevant change: the last, or for a timer or counter, the last of a status bit."""
-    bits = [change for change in changes if change.leaf.type.is_bool] if is_counted(where) else []
+    bits = [change for change in changes if change.leaf.type.is_bool] if is_counted(operand) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
 
 
-def state_of(where: Place | Group, value: object) -> str:
+def state_of(operand: Place | Group, value: object) -> str:
     """Describe a tag's value; a timer's as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
-    if not is_counted(where) or not isinstance(value, Mapping):
+    if not is_counted(operand) or not isinstance(value, Mapping):
         return shown(value)
     bits = [f"{name} = {shown(bit)}" for name, bit in value.items() if isinstance(bit, bool)]
     return f"{', '.join(bits)}, ACC = {value['ACC']} of PRE = {value['PRE']}"
 
 
-def _concerns(change: Change, where: Place | Group) -> bool:
-    if isinstance(where, Group):
+def _concerns(change: Change, operand: Place | Group) -> bool:
+    if isinstance(operand, Group):
         leaf = change.leaf
         changed = Place(leaf, (), None, leaf.path)
-        return overlap(where, changed) and _same_element(change, where)
-    if change.leaf is not where.leaf or change.index != (where.fixed_index or 0):
+        return overlap(operand, changed) and _same_element(change, operand)
+    if change.leaf is not operand.leaf or change.index != (operand.fixed_index or 0):
         return False
-    if not isinstance(where.bit, Constant):
+    if not isinstance(operand.bit, Constant):
         return True
-    return (int(change.before) ^ int(change.after)) >> int(where.bit.value) & 1 == 1
+    return (int(change.before) ^ int(change.after)) >> int(operand.bit.value) & 1 == 1
 
 
 def _same_element(change: Change, group: Group) -> bool:
     """Whether a change concerns an element of the group."""
     dims = change.leaf.dims
-    place = fixed_index_in(dims, group.indices)
-    return place is None or change.index // count_of(dims[len(group.indices) :]) == place
+    index = fixed_index_in(dims, group.indices)
+    return index is None or change.index // count_of(dims[len(group.indices) :]) == index
 
 
 def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> str:
@@ -59,45 +59,45 @@ def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> st
     if not writers:
         return f"{tag} is {shown(value)}: no rung writes it."
     listed = "\n".join(f"    {writer}" for writer in writers)
-    return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
+    return f"{tag} is {shown(value)} and has not changed while watched. Its writers:\n{listed}"
 
 
 def explain_change(
-    lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object
+    lowered: LoweredProgram, tag: str, operand: Place | Group, change: Change, value: object
 ) -> str:
     """Explain a tag's value: the time and rung of its last change, and the rung's false conditions."""
-    head = _change_sentence(lowered, tag, where, change)
-    return f"{tag}: {state_of(where, value)}\n{head}" if is_counted(where) else head
+    head = _change_sentence(lowered, tag, operand, change)
+    return f"{tag}: {state_of(operand, value)}\n{head}" if is_counted(operand) else head
 
 
-def _change_sentence(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change) -> str:
-    name = tag if isinstance(where, Place) else _element(change)
+def _change_sentence(lowered: LoweredProgram, tag: str, operand: Place | Group, change: Change) -> str:
+    name = tag if isinstance(operand, Place) else _element(change)
     after: object = change.after
-    if isinstance(where, Place) and isinstance(where.bit, Constant):
-        after = bool(int(change.after) >> int(where.bit.value) & 1)
-    when = f"scan {change.scan:,} ({seconds(change.now_ns)} s)"
-    return f"{name} is {shown(after)} since {when}: {explain_cause(lowered, change)}"
+    if isinstance(operand, Place) and isinstance(operand.bit, Constant):
+        after = bool(int(change.after) >> int(operand.bit.value) & 1)
+    time_text = f"scan {change.scan:,} ({seconds(change.now_ns)} s)"
+    return f"{name} is {shown(after)} since {time_text}: {explain_cause(lowered, change)}"
 
 
 def explain_cause(lowered: LoweredProgram, change: Change) -> str:
-    """Return the rung or statement that made a change, and the conditions that were false there."""
+    """Return the rung or statement that made a change, and its false conditions."""
     if change.site is None:
-        return "it was set from outside of the rungs."
+        return "it was set from outside the rungs."
     site = change.site
-    of = f" of {change.instance}" if change.instance else ""
-    by = f"{site.instruction} in routine {site.routine}{of}, {site.place}"
+    instance = f" of {change.instance}" if change.instance else ""
+    writer = f"{site.instruction} in routine {site.routine}{instance}, {site.place}"
     if change.mode:
-        return f"{change.mode} of {by}."
+        return f"{change.mode} of {writer}."
     if site.unit != "rung":
-        return "\n".join(_by_statement(change, by))
+        return "\n".join(_statement_lines(change, writer))
     rung = lowered.routines[site.routine.upper()].lines[site.rung or 0].text
-    lines = [f"{by}, whose rung was {str(change.power).lower()}:", f"    {rung}"]
+    lines = [f"{writer}, whose rung was {str(change.power).lower()}:", f"    {rung}"]
     if not change.power:
         lines += [f"  false was {blocker}" for blocker in change.blockers]
     return "\n".join(lines)
 
 
-def _by_statement(change: Change, head: str) -> Iterator[str]:
+def _statement_lines(change: Change, head: str) -> Iterator[str]:
     """Yield a line with the values that a statement read, and one for each condition around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{head}, with {values}" if values else head

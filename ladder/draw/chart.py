@@ -232,7 +232,7 @@ def chart_lines(chart: Chart) -> Iterator[tuple[int, str]]:
         for action in step.actions:
             yield action.number, f"    {action.head}"
             yield from ((0, f"        {line}") for line in action_lines(action)[1:])
-        for leaving in chart.after(step.name):
+        for leaving in chart.transitions_after(step.name):
             joined = (
                 f" with {', '.join(name for name in leaving.sources if name.upper() != step.name.upper())}"
             )

@@ -215,7 +215,7 @@ def instruction_text(definition: AddOn) -> str:
         attributes = (
             f"{required}{overlay}{_initial_text(parameter.initial)}{_comment_text(parameter.comment)}"
         )
-        lines.append(f"{parameter.way.value} {parameter.name} : {kind}{attributes}")
+        lines.append(f"{parameter.mode.value} {parameter.name} : {kind}{attributes}")
     for routine in definition.routines:
         lines += _routine_text(routine)
     return "\n".join([*lines, "END INSTRUCTION"]) + "\n"

@@ -14,7 +14,7 @@ from ..model.errors import SHORT_STRING_CODE, STRING_CODE
 from ..model.operands import Constant, Group, Place, Resolved, StringConstant, is_integer, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
-from ..state.characters import fits, too_long
+from ..state.characters import check_length, record_long_string
 
 
 def _capacity(operand: Group) -> int:
@@ -27,7 +27,7 @@ def _read(machine: Interpreter, operand: Resolved) -> bytes | None:
     if isinstance(operand, Group):
         length, capacity = machine.get(operand.length), _capacity(operand)
         if length > capacity:
-            too_long(machine.fault_log, machine.site, operand.text, machine.whole(length), capacity)
+            record_long_string(machine.fault_log, machine.site, operand.text, machine.whole(length), capacity)
             return None
     return machine.text(operand)
 
@@ -68,7 +68,7 @@ def _row(
             store_number(machine, target, result)
         elif isinstance(target, Group):
             machine.string(target)  # a subscript out of range faults first
-            if fits(machine.fault_log, machine.site, target.text, result, _capacity(target), code):
+            if check_length(machine.fault_log, machine.site, target.text, result, _capacity(target), code):
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
@@ -128,7 +128,7 @@ def _texts_after(
 ) -> dict[str, str]:
     """Return the variables with strings after an instruction that began with `texts`, by place."""
     if stored is not None:
-        return {**texts, str(stored): result} if stored.at.isdigit() else {}
+        return {**texts, str(stored): result} if stored.byte.isdigit() else {}
     assert isinstance(target, Place)
     return texts if rungs.writer.layout.spot(target.leaf) is None else {}
 
@@ -150,7 +150,7 @@ def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts:
 def _place(rungs: RungWriter, operand: Group) -> StringPlace:
     place = rungs.values.string(operand)
     assert place is not None
-    return place if place.is_fixed else replace(place, at=rungs.values.keep(place.at))
+    return place if place.is_fixed else replace(place, byte=rungs.values.keep(place.byte))
 
 
 def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> StringPlace | None:
@@ -163,7 +163,9 @@ def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -
         place = _place(rungs, target)
         stored = f"store_string(faults, {values.site}, {place}, {target.text!r}, {result}, {code})"
         length = rungs.writer.temporary()
-        rungs.writer.line(f"if ({length} := len({result})) <= {place.room}: {place.store(result, length)}")
+        rungs.writer.line(
+            f"if ({length} := len({result})) <= {place.capacity}: {place.store(result, length)}"
+        )
         rungs.writer.line(f"else: {stored}; {result} = None")
         return place
     assert isinstance(target, Place)

@@ -1,7 +1,7 @@
 """Add-on instructions: user-defined instructions with parameters [1756-PM010].
 
 A definition has parameters, local tags and up to four routines of rungs. An instance is a tag of the
-definition's type; its members are EnableIn, EnableOut, the parameters that go by value, and the local
+definition's type; its members are EnableIn, EnableOut, the parameters passed by value, and the local
 tags. A call names the instance, then the arguments of the required parameters:
 
     INSTRUCTION Average
@@ -73,7 +73,7 @@ ENABLES = ("EnableIn", "EnableOut")
 """Members of every instance: the rung condition before the call, and after it."""
 
 REFUSED = ("JSR", "SBR", "RET", "FOR", "BRK")
-"""Instructions not allowed in a definition, whose only routines are its own [1756-PM010]."""
+"""Instructions not allowed in a definition, because it can't call routines [1756-PM010]."""
 
 
 class ParameterMode(Enum):
@@ -81,7 +81,7 @@ class ParameterMode(Enum):
 
     INPUT = "INPUT"  # by value, before the routine runs
     OUTPUT = "OUTPUT"  # by value, after the routine has run
-    INOUT = "INOUT"  # by reference: the routine works on the caller's tag itself
+    INOUT = "INOUT"  # by reference: the routine reads and writes the caller's tag
     LOCAL = "LOCAL"  # not passed: the instance's own tag
 
 
@@ -91,12 +91,12 @@ class Parameter:
 
     name: str
     type: DataType  # for INOUT, the type of the argument
-    way: ParameterMode
+    mode: ParameterMode
     dims: tuple[int, ...] = ()  # length per dimension, none for a single value
     required: bool = False  # whether a call has an argument for it; always true for an INOUT
     comment: str = ""
     initial: object = None  # initial value in every instance, see `tags.Tag`; None = zero, or an INOUT
-    at: str = ""  # the part of a local tag that it names, "" if it has its own memory
+    at: str = ""  # the part of a local tag that it is an alias of; "" with its own memory
 
 
 @dataclass(frozen=True)
@@ -110,16 +110,16 @@ class AddOn:
 
     def __post_init__(self) -> None:
         if self.name.upper() in BY_NAME:
-            raise LadderError(f"{self.name} is an instruction already; give the add-on another name")
-        seen = {name.upper() for name in ENABLES}
+            raise LadderError(f"{self.name} is a built-in instruction; rename the add-on")
+        names = {name.upper() for name in ENABLES}
         for parameter in self.parameters:
-            if parameter.name.upper() in seen:
+            if parameter.name.upper() in names:
                 raise LadderError(f"add-on {self.name}: {parameter.name} is declared twice")
-            seen.add(parameter.name.upper())
+            names.add(parameter.name.upper())
         if self.routine(LOGIC) is None:
             raise LadderError(f"add-on {self.name} has no routine {LOGIC}")
         for routine in self.routines:
-            for site, text in self.wrong_in(routine):
+            for site, text in self.problems_in(routine):
                 raise LadderError(f"add-on {self.name}, routine {routine.name}, {site.place}: {text}", site)
 
     def with_routines(self, routines: tuple[Routine, ...]) -> AddOn:
@@ -128,37 +128,40 @@ class AddOn:
         result.__dict__["structure"] = self.structure
         return result
 
-    def wrong_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
-        """Yield what an add-on's routine must not contain: the place, and the reason."""
+    def problems_in(self, routine: Routine) -> Iterator[tuple[Site, str]]:
+        """Yield the errors in a routine of the add-on: site and text."""
         known = {name.upper() for name in (*ENABLES, *(parameter.name for parameter in self.parameters))}
         site = Site(routine=routine.name, unit=routine.unit)
-        for place, rung in enumerate(routine.rungs):
+        for rung_number, rung in enumerate(routine.rungs):
             deep = too_deep(rung.series)
             if deep:
-                yield replace(site, rung=place), deep
+                yield replace(site, rung=rung_number), deep
                 continue
             for instruction in instructions_of(rung.series):
-                for text in self._wrong_instruction(instruction, known):
-                    yield replace(site, rung=place, instruction=str(instruction)), f"{instruction}: {text}"
+                for text in self._instruction_problems(instruction, known):
+                    yield (
+                        replace(site, rung=rung_number, instruction=str(instruction)),
+                        f"{instruction}: {text}",
+                    )
         for statement in statements_in(routine.statements or ()):
-            for text in self._wrong_statement(statement, known):
+            for text in self._statement_problems(statement, known):
                 yield replace(site, rung=statement.line), f"{statement.head}: {text}"
 
-    def _wrong_statement(self, statement: Statement, known: set[str]) -> Iterator[str]:
+    def _statement_problems(self, statement: Statement, known: set[str]) -> Iterator[str]:
         if isinstance(statement, Invocation):
-            return self._wrong_instruction(statement.instruction, known)
+            return self._instruction_problems(statement.instruction, known)
         addresses = (address for operand in operands_in(statement) for address in addresses_in(operand))
-        return self._wrong_names(addresses, known)
+        return self._name_problems(addresses, known)
 
-    def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
+    def _instruction_problems(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
         if instruction.name in REFUSED:
             yield f"{instruction.name} is not allowed in an add-on instruction"
         else:
-            yield from self._wrong_names(_addresses(instruction), known)
+            yield from self._name_problems(_instruction_addresses(instruction), known)
 
-    def _wrong_names(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
+    def _name_problems(self, addresses: Iterable[Address], known: set[str]) -> Iterator[str]:
         for address in addresses:
-            if address.name.upper() not in known and not _is_in_all(address):
+            if address.name.upper() not in known and not _is_always_known(address):
                 names = ", ".join(parameter.name for parameter in self.parameters)
                 yield f"no parameter or local tag {address.name}; choose from {names}"
 
@@ -166,10 +169,8 @@ class AddOn:
         """Return a call: the instance's tag, then the required parameters in order."""
         if len(arguments) != len(self.required):
             names = ", ".join(parameter.name for parameter in self.required)
-            raise LadderError(
-                f"{self.name} takes an instance and {len(self.required)} operands ({names}), "
-                f"{len(arguments)} are given"
-            )
+            expected = f"an instance and {len(self.required)} operands ({names})"
+            raise LadderError(f"{self.name} needs {expected}; the call has {len(arguments)} operands")
         return Instruction(self.name, tuple(map(operand_of, (instance, *arguments))))
 
     @cached_property
@@ -178,7 +179,7 @@ class AddOn:
         return tuple(
             parameter
             for parameter in self.parameters
-            if parameter.required or parameter.way is ParameterMode.INOUT
+            if parameter.required or parameter.mode is ParameterMode.INOUT
         )
 
     @property
@@ -195,8 +196,8 @@ class AddOn:
 
     @cached_property
     def inouts(self) -> tuple[Tag, ...]:
-        """The InOuts as tags; a subscripted one without dimensions is an array of any length."""
-        open_ones = {
+        """The InOuts as tags; without dimensions but with a subscript, one is an array of any length."""
+        subscripted = {
             address.name.upper()
             for routine in self.routines
             for address in _routine_addresses(routine)
@@ -206,10 +207,10 @@ class AddOn:
             Tag(
                 parameter.name,
                 parameter.type,
-                parameter.dims or ((OPEN,) if parameter.name.upper() in open_ones else ()),
+                parameter.dims or ((OPEN,) if parameter.name.upper() in subscripted else ()),
             )
             for parameter in self.parameters
-            if parameter.way is ParameterMode.INOUT
+            if parameter.mode is ParameterMode.INOUT
         )
 
     @cached_property
@@ -219,7 +220,7 @@ class AddOn:
         members += [
             Member(parameter.name, parameter.type, parameter.dims, initial=parameter.initial, at=parameter.at)
             for parameter in self.parameters
-            if parameter.way is not ParameterMode.INOUT
+            if parameter.mode is not ParameterMode.INOUT
         ]
         return Structure(self.name, tuple(members))
 
@@ -238,13 +239,13 @@ def specs_of(
     return {**specs, **addon_specs, **specs_of_stubs(stubs)}
 
 
-def _is_in_all(address: Address) -> bool:
-    """Whether an address is a status flag, or TRUE or FALSE, which every routine has."""
+def _is_always_known(address: Address) -> bool:
+    """Whether an address is a status flag, TRUE or FALSE, which need no declaration."""
     name = address.name.upper()
     return name.startswith("S:") or (name in TRUTHS and not address.steps)
 
 
-def _addresses(instruction: Instruction) -> Iterator[Address]:
+def _instruction_addresses(instruction: Instruction) -> Iterator[Address]:
     for use, operand in zip(_uses(instruction), instruction.operands, strict=False):
         if use not in (Use.LABEL, Use.MODE, Use.PASSES, Use.KEYWORD):
             yield from addresses_in(operand)
@@ -253,7 +254,7 @@ def _addresses(instruction: Instruction) -> Iterator[Address]:
 def _routine_addresses(routine: Routine) -> Iterator[Address]:
     for rung in routine.rungs:
         for instruction in instructions_of(rung.series):
-            yield from _addresses(instruction)
+            yield from _instruction_addresses(instruction)
     for statement in statements_in(routine.statements or ()):
         for operand in operands_in(statement):
             yield from addresses_in(operand)
@@ -281,12 +282,12 @@ def copies_of(definition: AddOn, instance: Address, call: Instruction) -> Copies
     inputs, outputs, handed = [], [], {}
     for parameter, argument in zip(definition.required, call.operands[1:], strict=True):
         instance_member = instance.member(parameter.name)
-        if parameter.way is ParameterMode.INPUT:
+        if parameter.mode is ParameterMode.INPUT:
             inputs.append(_copy(parameter, argument, instance_member))
             continue
         if not isinstance(argument, Address):
             raise LadderError(f"{parameter.name} of {definition.name} needs a tag, not {argument}")
-        if parameter.way is ParameterMode.OUTPUT:
+        if parameter.mode is ParameterMode.OUTPUT:
             outputs.append(_copy(parameter, instance_member, argument))
         else:
             handed[parameter.name] = argument

@@ -47,27 +47,27 @@ class Axes:
     block: AddOn  # the add-on instruction Amci3601
 
 
-def names_of(axis: str) -> tuple[str, str]:
+def added_names(axis: str) -> tuple[str, str]:
     """Return the names of the tags that an axis adds.
 
     >>> names_of("Feed")
     ('Feed_3601', 'Feed_Module')
     """
-    plain = axis.replace("\\", "").replace(".", "_")
-    return f"{plain}_3601", f"{plain}_Module"
+    stem = axis.replace("\\", "").replace(".", "_")
+    return f"{stem}_3601", f"{stem}_Module"
 
 
 def axis_tags(axes: Axes | None) -> Iterator[Tag]:
     """Yield the tags that axes add."""
     for name, settings in axes.settings.items() if axes else ():
-        state, module = names_of(name)
+        state, module = added_names(name)
         assert axes is not None
         yield Tag(state, axes.state, (), {"RoundTrip": settings.round_trip_ms})
         yield Tag(module, axes.block.structure)
 
 
 def with_blocks(add_ons: Mapping[str, AddOn], axes: Axes | None) -> Mapping[str, AddOn]:
-    """Return add-on instructions, with the 3601's block if there are axes."""
+    """Return add-on instructions, with the 3601's block if the rack names axes."""
     return {**add_ons, BLOCK: axes.block} if axes else add_ons
 
 
@@ -79,15 +79,15 @@ def lower_axes(lowering: Lowering, axes: Axes | None, data: MotionData) -> list[
     if axes is not None:
         problems += _lower_blocks(lowering, axes)
         for name, axis_settings in axes.ideal.items():
-            tag = _axis(lowering, name, problems)
+            tag = _resolved_axis(lowering, name, problems)
             if tag is not None:
                 settings[tag.path.upper()] = axis_settings
-    _number(lowering.lowered, settings, data)
+    _number_axes(lowering.lowered, settings, data)
     return problems
 
 
-def _axis(lowering: Lowering, name: str, problems: list[Problem]) -> Group | None:
-    """Return the tag of an axis; None if that adds a problem."""
+def _resolved_axis(lowering: Lowering, name: str, problems: list[Problem]) -> Group | None:
+    """Return the tag of an axis; add a problem and return None if it is not an axis."""
     remedy = "name an axis of the program"
     try:
         tag = lowering.resolver.address(parse_address(name))
@@ -105,8 +105,8 @@ def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
     bound: dict[str, BoundAxis] = {}
     rungs: list[Rung] = []
     for name, settings in axes.settings.items():
-        state, module = names_of(name)
-        tag = _axis(lowering, name, problems)
+        state, module = added_names(name)
+        tag = _resolved_axis(lowering, name, problems)
         if tag is None:
             continue
         group = lowering.resolver.address(parse_address(state))
@@ -120,7 +120,7 @@ def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
     return problems
 
 
-def _parts(tag: Tag) -> Iterator[MotionPart]:
+def _elements_of(tag: Tag) -> Iterator[MotionPart]:
     """Yield the elements of a tag."""
     for index in range(count_of(tag.dims)):
         yield MotionPart(tag.name, index, f"{tag.name}[{index}]" if tag.dims else tag.name, tag.type.name)
@@ -128,25 +128,25 @@ def _parts(tag: Tag) -> Iterator[MotionPart]:
 
 def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
     """Yield the motion instructions of a program, including those in add-on instructions."""
-    for leaf in lowered.layout.ending("~ticket"):
+    for leaf in lowered.layout.leaves_ending_in("~ticket"):
         path = leaf.path.rpartition(".")[0]
         for index in range(leaf.size):
             yield MotionPart(path, index, path)
 
 
-def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:
+def _number_axes(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:
     """Number the axes, coordinate systems and controls of a program with motion instructions."""
     numbers = {path: number for number, path in enumerate(lowered.axes, 1)}
     lowered.presets |= {(f"{path}.~axis", 0): number for path, number in numbers.items()}
     if not _has_motion(lowered):
         return
-    parts = [(tag, part) for tag in lowered.layout.tags().values() for part in _parts(tag)]
-    axes = [part for tag, part in parts if is_axis(tag.type) and part.path.upper() not in numbers]
-    systems = [part for tag, part in parts if tag.type == COORDINATE_SYSTEM]
+    elements = [(tag, element) for tag in lowered.layout.tags().values() for element in _elements_of(tag)]
+    axes = [element for tag, element in elements if is_axis(tag.type) and element.path.upper() not in numbers]
+    systems = [element for tag, element in elements if tag.type == COORDINATE_SYSTEM]
     controls = list(_controls(lowered))
-    for number, part in enumerate(axes, 1):
-        lowered.presets[f"{part.path}.~axis", part.index] = -number
-        numbers.setdefault(part.path.upper(), -number)
+    for number, element in enumerate(axes, 1):
+        lowered.presets[f"{element.path}.~axis", element.index] = -number
+        numbers.setdefault(element.path.upper(), -number)
     lowered.presets |= _presets(systems) | _presets(controls)
     lowered.ideal = Ideal(
         tuple((axis, _settings(axis.path.upper(), settings, data)) for axis in axes),
@@ -178,8 +178,8 @@ def prescan_axes(engine: Any, first: bool) -> None:
         return
     engine.interpreter.prescan(ROUTINE.upper())
     ideal = engine.lowered.ideal
-    for place in range(1, len(ideal.axes) + 1 if ideal else 1):
-        IdealAxis(engine.memory, ideal, -place).stop_at_once(engine.now_ns)
+    for number in range(1, len(ideal.axes) + 1 if ideal else 1):
+        IdealAxis(engine.memory, ideal, -number).stop_at_once(engine.now_ns)
 
 
 def run_axes(engine: Any) -> None:

@@ -18,36 +18,36 @@ from ..model.types import Elementary, Structure
 from .addon import AddOn
 
 
-def held_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
-    """Return an instance with stored subscripts, constant during the call, and the rungs that store them."""
+def with_stored_subscripts(resolver: Resolver, instance: Operand) -> tuple[Address, tuple[Series, ...]]:
+    """Return an instance with stored, constant subscripts for a call, and the rungs that store them."""
     assert isinstance(instance, Address)
     rungs: list[Series] = []
 
-    def kept(index: Operand) -> Operand:
+    def stored(index: Operand) -> Operand:
         if isinstance(index, Number) or isinstance(resolver.operand(index), Constant):
             return index
-        held = Address(resolver.hold())
-        rungs.append((Instruction("CPT", (held, index)),))
-        return held
+        storage = Address(resolver.hold())
+        rungs.append((Instruction("CPT", (storage, index)),))
+        return storage
 
     steps = tuple(
-        SubscriptStep(tuple(map(kept, step.indices))) if isinstance(step, SubscriptStep) else step
+        SubscriptStep(tuple(map(stored, step.indices))) if isinstance(step, SubscriptStep) else step
         for step in instance.steps
     )
     return replace(instance, steps=steps), tuple(rungs)
 
 
-def handed_over(
+def inout_arguments(
     definition: AddOn, arguments: Mapping[str, Address], resolver: Resolver
 ) -> dict[str, Place | Group]:
     """Return the arguments of the InOuts by name in capitals, or raise an OperandError."""
     inouts = {inout.name: inout for inout in definition.inouts}
-    passed = {}
+    arguments_by_name = {}
     for name, argument in arguments.items():
-        resolved = _passed(inouts[name], argument, resolver)
-        _check(definition, inouts[name], argument, resolved)
-        passed[name.upper()] = resolved
-    return passed
+        resolved = _resolve_argument(inouts[name], argument, resolver)
+        _check_argument(definition, inouts[name], argument, resolved)
+        arguments_by_name[name.upper()] = resolved
+    return arguments_by_name
 
 
 OWNER = "AMCI3601"
@@ -66,13 +66,13 @@ def model_number(words: ModuleWords | None) -> int:
 
 
 MODULE = "MODULE"
-"""Type of an InOut that takes a module's name."""
+"""Type of an InOut that accepts a module's name."""
 
 MODULE_TAG = "scanrack_module_"
 """Prefix of a module's tag if another tag has the module's name."""
 
 
-def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
+def _resolve_argument(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
     """Resolve an argument. For an InOut of type MODULE, a module hides a tag of the same name."""
     if inout.type.name.upper() == MODULE and not argument.steps:
         try:
@@ -82,21 +82,21 @@ def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
     return resolver.address(argument)
 
 
-def _check(definition: AddOn, required: Tag, argument: Address, given: Place | Group) -> None:
-    if given.type != required.type or not _has_dims(required.dims, given):
+def _check_argument(definition: AddOn, required: Tag, argument: Address, resolved: Place | Group) -> None:
+    if resolved.type != required.type or not _has_dims(required.dims, resolved):
         raise OperandError(
-            f"{required.name} of {definition.name} is {_kind(required)}, {argument} is {described(given)}",
+            f"{required.name} of {definition.name} is {_kind(required)}, {argument} is {described(resolved)}",
             "pass a tag of that type",
         )
-    leaf = first_leaf(given)
+    leaf = first_leaf(resolved)
     if leaf.path.startswith("S:"):
-        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and pass that")
-    if leaf.slot is not None and isinstance(given.type, Structure):
+        raise OperandError(f"{argument} is a status flag", "copy it to a tag, and pass the tag")
+    if leaf.slot is not None and isinstance(resolved.type, Structure):
         raise OperandError(f"{argument} is a whole module", "pass its Data, or a copy of it")
 
 
-def _has_dims(required: tuple[int, ...], given: Place | Group) -> bool:
-    dims = given.dims
+def _has_dims(required: tuple[int, ...], resolved: Place | Group) -> bool:
+    dims = resolved.dims
     if len(required) == 1:
         return len(dims) == 1 and (required[0] == OPEN or required[0] <= dims[0])
     # a whole array means its first element, as in COP

@@ -66,7 +66,7 @@ from ..state.lowered import (
 from .statements import StatementLowering
 
 ITSELF = -1
-"""Number of the lines that belong to no element."""
+"""Number of the lines of the chart itself."""
 
 
 class ChartLowering:
@@ -80,7 +80,7 @@ class ChartLowering:
         self._statements = StatementLowering(lowering)
         self._lines: list[LoweredLine] = []
         self._number, self._origin = ITSELF, Origin()  # of the current element
-        self._loops = False
+        self._loops = False  # whether a scan repeats passes until no transition is true
 
     def bodies(self) -> Iterable[tuple[str, Block]]:
         """Yield name and statements of the bodies of actions."""
@@ -107,26 +107,32 @@ class ChartLowering:
 
     def _chart(self) -> LoweredChart | None:
         try:
-            return self._resolved()
+            return self._resolve_chart()
         except (AddressError, OperandError) as error:
             self._lowering.report(str(error), error.remedy, tag=missing_in(error))
             return None
 
-    def _resolved(self) -> LoweredChart:
+    def _resolve_chart(self) -> LoweredChart:
+        """Return the chart; raise an AddressError or OperandError for a wrong tag."""
         nodes: dict[str, ChartNode] = {}
         actions: list[ChartAction] = []
         for step in self._tree.steps:
             self._lowering.at(step.number, step.origin, step.head)
             tag = self._tag(step.name, STOP_TYPE if step.stop else STEP_TYPE)
-            index, bits = lasting_number(step.name), self._bits(tag)
+            index, bits = lasting_number(step.name), self._members_of(tag)
             node = ChartNode(index, step.number, step.name, bits, tag, step.stop)
             nodes[step.name.upper()] = node
-            node.actions = tuple(self._action(step, action, node, actions) for action in step.actions)
-        for lowered in actions:
-            lowered.resets = tuple(
-                other for other in actions if other.tag.path == lowered.tag.path and other is not lowered
+            node.actions = tuple(self._chart_action(step, tree, node) for tree in step.actions)
+            actions += node.actions
+        for action in actions:
+            action.resets = tuple(
+                other_action
+                for other_action in actions
+                if other_action.tag.path == action.tag.path and other_action is not action
             )
-        transitions = tuple(self._transition(transition, nodes) for transition in self._tree.transitions)
+        transitions = tuple(
+            self._chart_transition(transition, nodes) for transition in self._tree.transitions
+        )
         initial = self._tree.initial
         assert initial is not None
         return LoweredChart(
@@ -151,24 +157,20 @@ class ChartLowering:
             raise mismatch(name, tag, f"a tag of type {kind}", "declare it so")
         return tag
 
-    def _bits(self, tag: Group) -> dict[str, Place]:
+    def _members_of(self, tag: Group) -> dict[str, Place]:
         """Return the members of a step or action by name, bits of Status included."""
         assert isinstance(tag.type, Structure)
         bits = {member.name: tag.member(member.name) for member in tag.type.members}
         return bits | {member.name: tag.member(f"{HIDDEN}{member.name}") for member in tag.type.hidden}
 
-    def _action(
-        self, step: ChartStep, action: Action, node: ChartNode, actions: list[ChartAction]
-    ) -> ChartAction:
+    def _chart_action(self, step: ChartStep, action: Action, node: ChartNode) -> ChartAction:
         self._lowering.at(action.number, action.origin, action.head)
         tag = self._tag(action.name, ACTION_TYPE)
         body = None if action.body is None else body_name(self._name, step, action).upper()
-        index, bits = lasting_number(f"{step.name}.{action.name}"), self._bits(tag)
-        lowered = ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
-        actions.append(lowered)
-        return lowered
+        index, bits = lasting_number(f"{step.name}.{action.name}"), self._members_of(tag)
+        return ChartAction(index, action.number, action.name, action.qualifier, bits, tag, body, node)
 
-    def _transition(self, transition: Transition, nodes: dict[str, ChartNode]) -> ChartTransition:
+    def _chart_transition(self, transition: Transition, nodes: dict[str, ChartNode]) -> ChartTransition:
         self._lowering.at(transition.number, transition.origin, transition.head)
         place = self._lowering.target(Address(transition.name))
         if not place.type.is_bool:
@@ -180,146 +182,152 @@ class ChartLowering:
 
     # --- lines
 
-    def _at(self, number: int = ITSELF, origin: Origin | None = None) -> None:
+    def _start_element(self, number: int = ITSELF, origin: Origin | None = None) -> None:
         """Start the lines of an element, or of the chart itself."""
         self._number, self._origin = number, origin or self._tree.steps[0].origin
 
     def _line(self, text: str, spec: Spec, *operands: Any) -> LoweredLine:
         """Add and return a line of the current element."""
         self._lowering.at(self._number, self._origin, text)
-        return self._added(text, LoweredStep(spec, operands, self._lowering.site(text)))
+        return self._add_step(text, LoweredStep(spec, operands, self._lowering.site(text)))
 
-    def _added(self, text: str, step: LoweredStep) -> LoweredLine:
+    def _add_step(self, text: str, step: LoweredStep) -> LoweredLine:
         line = LoweredLine(self._number, (step,), self._origin, text, "")
         self._lines.append(line)
         return line
 
-    def _set(self, place: Place, value: Resolved, text: str) -> Act:
+    def _assign(self, place: Place, value: Resolved, text: str) -> Act:
         return Act(self._line(text, assignment(place, retentive=True), place, value))
 
-    def _block(self, block: Block) -> Body:
+    def _lower_block(self, block: Block) -> Body:
         """Lower statements of structured text."""
         body = self._statements.body(block)
-        self._lines += self._statements.taken()
+        self._lines += self._statements.take_lines()
         return body
 
     def _body(self, chart: LoweredChart) -> Body:
-        self._at()
+        self._start_element()
         self._loops = chart.options.control is ExecutionControl.UNTIL_FALSE
         begin = self._line("begin of the chart", BEGIN, chart)
         clock = Act(self._line("clock of the chart", CLOCK, chart))
-        body: list[Any] = [Arms(((begin, (clock, *self._scan(chart))),), ())]
+        body: list[Any] = [Arms(((begin, (clock, *self._scan_body(chart))),), ())]
         if self._tree.returns:
-            self._at()
+            self._start_element()
             returned = Instruction("RET", self._tree.returns)
             self._lowering.at(ITSELF, Origin(), str(returned))
-            body.append(Act(self._added(str(returned), self._lowering.step(returned))))
+            body.append(Act(self._add_step(str(returned), self._lowering.step(returned))))
         return tuple(body)
 
-    def _scan(self, chart: LoweredChart) -> Body:
+    def _scan_body(self, chart: LoweredChart) -> Body:
         """Lower the steps and the transitions, once or until no transition is true."""
         if not self._loops:
-            return self._pass(chart)
-        first = self._set(chart.first, constant(1), "first pass")
-        start = self._set(chart.moved, constant(0), "next pass")
-        inner = self._pass(chart)
-        self._at()
+            return self._pass_body(chart)
+        first = self._assign(chart.first, constant(1), "first pass")
+        start = self._assign(chart.moved, constant(0), "next pass")
+        inner = self._pass_body(chart)
+        self._start_element()
         end = (
-            self._set(chart.first, constant(0), "no further first pass"),
+            self._assign(chart.first, constant(0), "no further first pass"),
             *(
-                self._set(place, constant(0), "no time until the next pass")
+                self._assign(place, constant(0), "no time until the next pass")
                 for place in (chart.delta, chart.rest)
             ),
         )
         until = self._line("until no transition is true", CONDITION, Calculation("NOT", (chart.moved,)))
         return (first, Loop(None, None, (start, *inner, *end), None, until))
 
-    def _pass(self, chart: LoweredChart) -> Body:
+    def _pass_body(self, chart: LoweredChart) -> Body:
         steps = zip(chart.nodes, self._tree.steps, strict=True)
         transitions = zip(chart.transitions, self._tree.transitions, strict=True)
         return (
-            *(self._step(chart, node, tree) for node, tree in steps if not node.stop),
-            *(self._leaving(chart, transition, tree) for transition, tree in transitions),
+            *(self._lower_step(chart, node, tree) for node, tree in steps if not node.stop),
+            *(self._lower_transition(chart, transition, tree) for transition, tree in transitions),
         )
 
-    def _step(self, chart: LoweredChart, node: ChartNode, tree: ChartStep) -> Arms:
-        self._at(tree.number, tree.origin)
+    def _lower_step(self, chart: LoweredChart, node: ChartNode, tree_step: ChartStep) -> Arms:
+        self._start_element(tree_step.number, tree_step.origin)
         text, active = f"step {node.name}", node.bits["X"]
-        when: Resolved = active
+        condition: Resolved = active
         if self._loops:
-            when = _and(active, _or(chart.first, node.bits["new"]))
-        head = self._line(f"{text} is active", CONDITION, when)
-        presets = self._block(tuple(presets_of(tree)))
+            condition = _and(active, _or(chart.first, node.bits["new"]))
+        head = self._line(f"{text} is active", CONDITION, condition)
+        presets = self._lower_block(tuple(presets_of(tree_step)))
         step = Act(self._line(text, STEP, chart, node, node.tag))
-        actions = self._actions(chart, node.actions, tree)
-        self._at(tree.number, tree.origin)
+        actions = self._actions(chart, node.actions, tree_step)
+        self._start_element(tree_step.number, tree_step.origin)
         done = Act(self._line(f"{text} is done", DONE, node))
-        return Arms(((head, (*presets, step, *actions, done)), *self._after(chart, node, tree)), ())
+        return Arms(
+            ((head, (*presets, step, *actions, done)), *self._lasting_arms(chart, node, tree_step)), ()
+        )
 
-    def _after(
-        self, chart: LoweredChart, node: ChartNode, tree: ChartStep
+    def _lasting_arms(
+        self, chart: LoweredChart, node: ChartNode, tree_step: ChartStep
     ) -> tuple[tuple[LoweredLine, Body], ...]:
         """Lower the actions that may be on while their step is inactive."""
         lasting = tuple(action for action in node.actions if action.outlives)
         if not lasting:
             return ()
         stored = [_is_not_0(action.bits["latch"]) for action in lasting if action.qualifier.is_stored]
-        after = _or(*(action.bits["A"] for action in lasting), *stored)
+        condition = _or(*(action.bits["A"] for action in lasting), *stored)
         if self._loops:
-            after = _and(chart.first, after)
-        self._at(tree.number, tree.origin)
-        head = self._line(f"step {node.name}: actions after it", CONDITION, after)
-        return ((head, self._actions(chart, lasting, tree)),)
+            condition = _and(chart.first, condition)
+        self._start_element(tree_step.number, tree_step.origin)
+        head = self._line(f"step {node.name}: actions after it", CONDITION, condition)
+        return ((head, self._actions(chart, lasting, tree_step)),)
 
     def _actions(self, chart: LoweredChart, actions: tuple[ChartAction, ...], tree: ChartStep) -> Body:
         origins = {action.number: action.origin for action in tree.actions}
-        return tuple(self._act(chart, action, origins[action.number]) for action in actions)
+        return tuple(self._lower_action(chart, action, origins[action.number]) for action in actions)
 
-    def _act(self, chart: LoweredChart, each: ChartAction, origin: Origin) -> Arms:
-        self._at(each.number, origin)
-        text = f"step {each.node.name}, action {each.name} ({each.qualifier.value})"
-        head = self._line(text, ACT, chart, each, each.tag)
-        if each.body is None:
+    def _lower_action(self, chart: LoweredChart, action: ChartAction, origin: Origin) -> Arms:
+        self._start_element(action.number, origin)
+        text = f"step {action.node.name}, action {action.name} ({action.qualifier.value})"
+        head = self._line(text, ACT, chart, action, action.tag)
+        if action.body is None:
             return Arms(((head, ()),), ())
-        call = self._line(f"{text}: body", CALL, Call(each.body, (), ()))
+        call = self._line(f"{text}: body", CALL, Call(action.body, (), ()))
         return Arms(((head, (Act(call),)),), ())
 
-    def _leaving(self, chart: LoweredChart, each: ChartTransition, tree: Transition) -> Arms:
-        self._at(each.number, tree.origin)
-        text = f"transition {each.name}"
-        executed = [(node.bits["X"], Calculation("NOT", (node.bits["new"],))) for node in each.sources]
+    def _lower_transition(self, chart: LoweredChart, transition: ChartTransition, tree: Transition) -> Arms:
+        self._start_element(transition.number, tree.origin)
+        text = f"transition {transition.name}"
+        executed: list[Resolved] = []
+        for node in transition.sources:
+            executed += (node.bits["X"], Calculation("NOT", (node.bits["new"],)))
         sources, targets = (
-            " and ".join(node.name for node in nodes) for nodes in (each.sources, each.targets)
+            " and ".join(node.name for node in nodes) for nodes in (transition.sources, transition.targets)
         )
-        head = self._line(
-            f"{text} after {sources}", CONDITION, _and(*(part for pair in executed for part in pair))
+        head = self._line(f"{text} after {sources}", CONDITION, _and(*executed))
+        condition = self._condition_body(transition, tree)
+        true = self._line(f"{text} is true", CONDITION, transition.place)
+        transition.condition, transition.text = self._assigned_value(condition), str(tree.condition)
+        tags = [node.tag for node in (*transition.sources, *transition.targets)]
+        fire = Act(
+            self._line(
+                f"{text} to {targets}", fire_of(transition), chart, transition, transition.condition, *tags
+            )
         )
-        decided = self._decided(each, tree)
-        true = self._line(f"{text} is true", CONDITION, each.place)
-        each.condition, each.text = self._condition_of(decided), str(tree.condition)
-        tags = [node.tag for node in (*each.sources, *each.targets)]
-        fire = Act(self._line(f"{text} to {targets}", fire_of(each), chart, each, each.condition, *tags))
-        return Arms(((head, (*decided, Arms(((true, (fire,)),), ()))),), ())
+        return Arms(((head, (*condition, Arms(((true, (fire,)),), ()))),), ())
 
     @staticmethod
-    def _condition_of(decided: Body) -> Resolved:
-        """Return the operand that is assigned to a transition's tag."""
-        (step,) = decided[-1].line.nodes if isinstance(decided[-1], Act) else (None,)
+    def _assigned_value(body: Body) -> Resolved:
+        """Return the operand that a condition's statements assign to the transition's tag."""
+        (step,) = body[-1].line.nodes if isinstance(body[-1], Act) else (None,)
         return step.operands[1] if isinstance(step, LoweredStep) and len(step.operands) > 1 else constant(0)
 
-    def _decided(self, each: ChartTransition, tree: Transition) -> Body:
+    def _condition_body(self, transition: ChartTransition, tree: Transition) -> Body:
         """Lower the condition of a transition: statements that set its tag."""
         if not isinstance(tree.condition, Instruction):
-            return self._block((tree.statement,))
+            return self._lower_block((tree.statement,))
         self._lowering.kept(EOT_STATE, 0)
         state = Place(self._lowering.lowered.layout.leaf(EOT_STATE), (), None, "EOT")
-        clear = self._set(state, constant(0), "no EOT yet")
-        called = self._block((tree.statement,))
-        return (clear, *called, self._set(each.place, _is_not_0(state), f"{each.name} := EOT"))
+        clear = self._assign(state, constant(0), "no EOT yet")
+        called = self._lower_block((tree.statement,))
+        return (clear, *called, self._assign(transition.place, _is_not_0(state), f"{transition.name} := EOT"))
 
 
 def lasting_number(name: str) -> int:
-    """Return a number above 0 that depends on a name alone, so online edits of the chart do not change it."""
+    """Return a number above 0 that depends only on a name, so that online edits do not change it."""
     return crc32(name.upper().encode()) + 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from scanrack.io_images.site import Site
 
@@ -56,11 +57,11 @@ def check_whole(lowered: LoweredProgram) -> list[Problem]:
     """Return the errors of a lowered program as a whole."""
     return [
         *(problem for routine in lowered.routines.values() for problem in _jumps(lowered, routine)),
-        *_chains(lowered),
+        *_deep_calls(lowered),
         *_main_with_inputs(lowered),
         *_half_words(lowered),
         *_without_stub(lowered),
-        *_beyond_a_3601(lowered),
+        *_impossible_on_3601(lowered),
     ]
 
 
@@ -73,7 +74,7 @@ def _without_stub(lowered: LoweredProgram) -> Iterator[Problem]:
                 'describe its end: MSG = "done after 20 ms" below [stubs] of the rack file, '
                 'STUB MSG : done after 20 ms, or program.stub("MSG", "done after 20 ms")'
             )
-            text = f"nothing says how the message {message.text} ends"
+            text = f"no stub for the message {message.text}"
             yield _problem(routine, line, text, remedy)
 
 
@@ -100,14 +101,14 @@ def ideal_motion_of(lowered: LoweredProgram) -> dict[str, list[str]]:
 def _motion_steps(
     lowered: LoweredProgram, *, on_3601: bool
 ) -> Iterator[tuple[LoweredRoutine, LoweredLine, LoweredStep, Group]]:
-    """Yield the motion instructions on 3601s of the rack, or all others, with their axis or its like."""
+    """Yield motion instructions, on 3601s of the rack or all others, with their axis, group or system."""
     for routine, line, step in _all_steps(lowered, copies=False):
         axis = step.operands[0] if Use.MOTION in step.uses else None
         if isinstance(axis, Group) and (axis.path.upper() in lowered.axes) == on_3601:
             yield routine, line, step, axis
 
 
-def _beyond_a_3601(lowered: LoweredProgram) -> Iterator[Problem]:
+def _impossible_on_3601(lowered: LoweredProgram) -> Iterator[Problem]:
     """Yield problems of motion instructions on a rack's axis that a 3601 can't execute."""
     for routine, line, step, axis in _motion_steps(lowered, on_3601=True):
         if step.name not in STARTERS:
@@ -124,21 +125,21 @@ def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
 
 
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
-    seen: dict[object, Site] = {}
+    first_sites: dict[object, Site] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
         for use, operand, place in exclusive_places(step):
             if _EXCLUSIVE[use][0] in allowed:
                 continue
-            if place in seen:
+            if place in first_sites:
                 _, phrase, remedy = _EXCLUSIVE[use]
-                text = f"{operand.text} {phrase} in {seen[place].where} already"
+                text = f"{operand.text} {phrase} in {first_sites[place].where} already"
                 yield _problem(routine, line, text, remedy, "repeated-coil")
             else:
-                seen[place] = _site(routine, line)
+                first_sites[place] = _site(routine, line)
 
 
 def exclusive_places(step: LoweredStep) -> Iterator[tuple[Use, Place | Group, object]]:
-    """Yield an instruction's operands whose places should have only one such use, with a key per place."""
+    """Yield an instruction's operands in uses that should occur once per place, with a key per place."""
     for use, operand in zip(step.uses, step.operands, strict=False):
         place = _identity(use, step.name, operand) if use in _EXCLUSIVE else None
         if place is not None and isinstance(operand, Place | Group):
@@ -146,7 +147,7 @@ def exclusive_places(step: LoweredStep) -> Iterator[tuple[Use, Place | Group, ob
 
 
 def _identity(use: Use, name: str, operand: object) -> object:
-    """Return a key that is equal for equal places, None for a place computed in the scan."""
+    """Return a key that is equal for equal places; None for a computed place."""
     kind = "bit" if use in (Use.COIL, Use.STORAGE) else use.name
     if isinstance(operand, Place):
         if operand.can_fault:
@@ -204,7 +205,7 @@ def _jump_problem(
 
 
 def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
-    """Return the problem with the chart or step that an SFR or SFP names; None if both exist."""
+    """Return the problem with the chart or step in an SFR or SFP; None if both exist."""
     chart = lowered.charts.get(routine)
     if chart is None:
         names = ", ".join(lowered_chart.name for lowered_chart in lowered.charts.values()) or "none"
@@ -233,9 +234,9 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
         return f"no routine {call.routine}", f"routines are {', '.join(names)}"
     parameters = target.parameters or ()
     if len(parameters) > len(call.inputs):
-        text = f"{target.name} takes {len(parameters)} inputs, {len(call.inputs)} are given"
+        text = f"{target.name} has {len(parameters)} inputs, but JSR passes {len(call.inputs)}"
         return text, "make SBR and JSR agree"
-    mismatch = _other_type(zip(call.inputs, parameters, strict=False))
+    mismatch = _type_mismatch(zip(call.inputs, parameters, strict=False))
     if mismatch:
         return f"{target.name} takes {mismatch[1]}, {mismatch[0]} is passed", "make SBR and JSR agree"
     return _return_problem(target, call)
@@ -246,26 +247,26 @@ def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | Non
         for step in line.all_steps:
             if step.name != "RET":
                 continue
-            place = f"RET in {target.unit} {line.number} of {target.name} returns"
+            head = f"RET in {target.unit} {line.number} of {target.name} returns"
             if len(step.operands) < len(call.returns):
-                text = f"{place} {len(step.operands)} values, {len(call.returns)} are expected"
+                text = f"{head} {len(step.operands)} values; JSR expects {len(call.returns)}"
                 return text, "make RET and JSR agree"
-            mismatch = _other_type(zip(step.operands, call.returns, strict=False))
+            mismatch = _type_mismatch(zip(step.operands, call.returns, strict=False))
             if mismatch:
-                return f"{place} {mismatch[0]}, {mismatch[1]} is expected", "make RET and JSR agree"
+                return f"{head} {mismatch[0]}; JSR expects {mismatch[1]}", "make RET and JSR agree"
     return None
 
 
-def _other_type(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
-    """Return the given and the expected type of the first structures or arrays that differ."""
+def _type_mismatch(pairs: Iterable[tuple[Resolved, Resolved]]) -> tuple[str, str] | None:
+    """Return the types of the first passed and expected structures or arrays that differ."""
     for passed, expected in pairs:
-        kinds = _whole(passed), _whole(expected)
+        kinds = _type_text(passed), _type_text(expected)
         if kinds[0] != kinds[1] and (isinstance(passed, Group) or isinstance(expected, Group)):
             return kinds
     return None
 
 
-def _whole(parameter: Resolved) -> str:
+def _type_text(parameter: Resolved) -> str:
     """Return the type of a parameter with its dimensions, as `INT[5]`; describe a constant or calculation."""
     if not isinstance(parameter, Place | Group):
         return described(parameter)
@@ -305,19 +306,19 @@ MOST_CALLS = 50
 """Maximum depth of calls of routines and add-on instructions."""
 
 
-def _chains(lowered: LoweredProgram) -> Iterator[Problem]:
-    """Yield the first routine whose calls nest too deeply. Recursive calls are counted during the scan."""
+def _deep_calls(lowered: LoweredProgram) -> Iterator[Problem]:
+    """Yield a problem for the first routine with too deeply nested calls; scans check recursion."""
     depths: dict[str, int] = {}
-    ends = lowered.routines.keys() - lowered.recursive
-    todo = list(lowered.routines)
-    while todo:
-        name = todo[-1]
-        called = [callee for callee in calls_of(lowered.routines[name]) if callee in ends]
+    non_recursive = lowered.routines.keys() - lowered.recursive
+    pending = list(lowered.routines)
+    while pending:
+        name = pending[-1]
+        called = [callee for callee in calls_of(lowered.routines[name]) if callee in non_recursive]
         unknown = [callee for callee in called if callee not in depths]
         if name not in depths and unknown:
-            todo += unknown
+            pending += unknown
             continue
-        todo.pop()
+        pending.pop()
         depths[name] = 1 + max((depths[callee] for callee in called), default=0)
         if depths[name] > MOST_CALLS:
             site = Site(routine=lowered.routines[name].name)
@@ -334,7 +335,7 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
             continue
         site = Site(routine=main.name, rung=0)
         text = "SBR takes inputs, but a scan passes none to the main routine"
-        yield Problem(site.where, main.lines[0].text, text, "take SBR out, or call the routine by JSR", site)
+        yield Problem(site.where, main.lines[0].text, text, "remove SBR, or call the routine by JSR", site)
 
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
@@ -348,32 +349,30 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
             continue
         source, target = (region_of(operand) for operand in step.operands[:2])
         length = step.operands[2]
-        room = longest if target.whole else target.fixed_left(target.fixed_first or 0)
-        most = min(int(length.value), room) if isinstance(length, Constant) else room
-        if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, most * target.size):
+        elements_left = longest if target.whole else target.fixed_left(target.fixed_first or 0)
+        count = min(int(length.value), elements_left) if isinstance(length, Constant) else elements_left
+        if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, count * target.size):
             text = (
                 f"{source.text} may end in the middle of a word of {target.text}, "
-                "which would hold half of a new command and half of an old one"
+                "which would then contain half of a new and half of an old command"
             )
-            remedy = "copy from an array of INT, or as many bytes as the words take"
+            remedy = "copy from an array of INT, or copy an even number of bytes"
             yield _problem(routine, line, text, remedy)
 
 
 def _outputs_handed(lowered: LoweredProgram) -> set[tuple[str, str]]:
     """Return the InOuts that get words of an output image: add-on and InOut, in capitals."""
+    operands = chain.from_iterable(step.operands for _, _, step in _all_steps(lowered))
+    calls = [operand for operand in operands if isinstance(operand, AddOnCall)]
     handed: set[tuple[str, str]] = set()
     while True:
-        added = {
-            (call.name, name)
-            for _, _, step in _all_steps(lowered)
-            for call in step.operands
-            if isinstance(call, AddOnCall)
-            for name, operand in call.handed.items()
-            if _in_outputs(first_leaf(operand), handed)
-        }
-        if added <= handed:
+        count = len(handed)
+        for call in calls:
+            for name, operand in call.handed.items():
+                if _in_outputs(first_leaf(operand), handed):
+                    handed.add((call.name, name))
+        if len(handed) == count:
             return handed
-        handed |= added
 
 
 def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
@@ -387,5 +386,5 @@ def _may_end_in_a_byte(source: ArrayRegion, size: int) -> bool:
     first = source.fixed_first
     if first is None:
         return True
-    left = source.fixed_left(first) * source.size
-    return left < size and left % 2 == 1
+    bytes_left = source.fixed_left(first) * source.size
+    return bytes_left < size and bytes_left % 2 == 1

@@ -45,8 +45,8 @@ IMPLICIT_TASK = "MainTask"
 class Controller(LadderLogic):
     r"""Shared tags, programs and tasks.
 
-    Names in a program mean its own tags first, then the controller's; `\Main.Run` is the tag Run
-    of program Main from anywhere. Routines are called `\Main.Step` here, `Step` in their program.
+    Names in a program refer to its own tags first, then to the controller's; `\Main.Run` is the tag Run of
+    program Main everywhere. Full names of routines are `\Main.Step`; their name in the program is `Step`.
     """
 
     kind = "controller"
@@ -62,7 +62,7 @@ class Controller(LadderLogic):
         """Add and return an empty program; `main` (by default the first) and `fault` name its routines."""
         self._refuse_if_built()
         if not name.isidentifier() or not name.isascii():
-            raise LadderError(f"{name!r} is not a program name: letters, digits and _ are allowed")
+            raise LadderError(f"{name!r} is not a program name; use letters, digits and _")
         if name.upper() in (existing.name.upper() for existing in self.programs):
             raise LadderError(f"there are two programs {name}")
         program = Program(name, main=main, fault=fault)
@@ -92,7 +92,7 @@ class Controller(LadderLogic):
             LadderError: see `Task`; or both `rate_ms` and `event` are given.
         """
         if event and rate_ms is not None:
-            raise LadderError(f"task {name} has a rate and is triggered by EVENT: choose one")
+            raise LadderError(f"task {name} has both a rate and event=True; use one")
         kind = TaskKind.EVENT if event else TaskKind.CONTINUOUS if rate_ms is None else TaskKind.PERIODIC
         try:
             rate_ns = exact_ns(rate_ms or 0, "ms", f"task {name}: rate")
@@ -137,7 +137,7 @@ class Controller(LadderLogic):
 
     @property
     def overlaps(self) -> dict[str, int]:
-        """Overlaps of each task by name: how often it became due before it had run."""
+        """Overlaps by task name: how often the task became due before it had run."""
         schedule = self.build().schedule
         tasks = schedule.tasks if schedule else ()
         return {task.task.name: int(self.engine.memory.read(task.overlaps)) for task in tasks}
@@ -149,15 +149,15 @@ class Controller(LadderLogic):
         self._declare_missing(self.programs)
         layout = self.layout_of(self._all_declarations())
         lowering = self.lowering(layout, "")
-        problems = list(self._wrong_tasks())
-        tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
+        problems = list(self._task_problems())
+        tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._program_names()))]
         if not problems:
             roots = [scope.roots(scope.name) for scope in self.programs]
             lowering.lowered.schedule = schedule_of(layout, tasks, roots)
         for program in self.programs:
             problems += program.lower_into(lowering, program.name)
         lowered, warnings = self._checked(lowering, problems)
-        return lowered, [*warnings, *self._idle(tasks)]
+        return lowered, [*warnings, *self._idle_program_warnings(tasks)]
 
     def _all_declarations(self) -> Iterator[Declaration]:
         yield from self.declarations
@@ -165,33 +165,33 @@ class Controller(LadderLogic):
             for declaration in program.declarations:
                 yield replace(declaration, name=scoped(program.name, declaration.name))
 
-    def _names_of_programs(self) -> list[str]:
+    def _program_names(self) -> list[str]:
         return [program.name for program in self.programs]
 
-    def _wrong_tasks(self) -> Iterator[Problem]:
-        where = f"controller {self.name}"
+    def _task_problems(self) -> Iterator[Problem]:
+        controller_place = f"controller {self.name}"
         if not self.programs:
-            yield Problem(where, "", "no program", "add a program")
-        known = {program.upper() for program in self._names_of_programs()}
+            yield Problem(controller_place, "", "no program", "add a program")
+        program_names = {program.upper() for program in self._program_names()}
         scheduled: dict[str, str] = {}
         continuous = [existing.name for existing in self.tasks if existing.kind is TaskKind.CONTINUOUS]
         if len(continuous) > 1:
             names = " and ".join(continuous)
-            yield Problem(where, "", f"tasks {names} are continuous", "give all but one a rate")
+            yield Problem(controller_place, "", f"tasks {names} are continuous", "add a rate to all but one")
         for task in self.tasks:
             for name in task.programs:
-                if name.upper() not in known:
-                    programs = f"programs are {', '.join(self._names_of_programs())}"
+                if name.upper() not in program_names:
+                    programs = f"programs are {', '.join(self._program_names())}"
                     yield Problem(f"task {task.name}", "", f"no program {name}", programs)
                 elif name.upper() in scheduled:
                     text = f"program {name} is in task {scheduled[name.upper()]} already"
                     yield Problem(f"task {task.name}", "", text, "a program is in one task")
                 scheduled[name.upper()] = task.name
 
-    def _idle(self, tasks: list[Task]) -> Iterator[Problem]:
-        run = {name.upper() for task in tasks for name in task.programs}
-        for name in self._names_of_programs():
-            if name.upper() not in run:
+    def _idle_program_warnings(self, tasks: list[Task]) -> Iterator[Problem]:
+        scheduled = {name.upper() for task in tasks for name in task.programs}
+        for name in self._program_names():
+            if name.upper() not in scheduled:
                 yield Problem(
                     f"program {name}", "", "no task runs it", "name it in a task", rule="unreachable"
                 )

@@ -13,7 +13,7 @@ from ..model.spec import Spec
 LOGIX, SLC = "logix", "slc"
 
 DIALECTS: Mapping[str, Mapping[str, Spec]] = {LOGIX: BY_NAME, SLC: SLC_SPECS}
-"""Logix 5000 controllers; SLC 500 and MicroLogix."""
+"""Instruction sets of Logix 5000 controllers, and of SLC 500 and MicroLogix."""
 
 Hooks = tuple[tuple[Callable[[Any, bool], None], ...], tuple[Callable[[Any], None], ...]]
 

@@ -1,4 +1,4 @@
-"""Edited rungs, checked against the running program: only they are read and resolved again.
+"""Checks edited rungs against the running program. Only the edited rungs are read and resolved again.
 
     running    0 1 2 3 4            routine Main
     edits      Main 2 -> two rungs, Main 4 -> none
@@ -28,13 +28,13 @@ from .runnable import LadderLogic
 from .text import parse_rung
 
 NUMBERS = ("DINT", "INT", "SINT", "LINT", "REAL")
-"""Types that a number's use can't tell apart."""
+"""Numeric types; uses do not distinguish them."""
 
 _JUMPS = ("JMP", "JSR", "FOR", "SBR", "RET", "JXR")
 """Instructions that name a label or a routine."""
 
 BEFORE_FIRST = -1
-"""Used as a rung's number: before the first rung of its routine."""
+"""Rung number of an edit before the first rung of its routine."""
 
 
 class RungEdit(NamedTuple):
@@ -42,8 +42,8 @@ class RungEdit(NamedTuple):
 
     routine: str  # as in a controller, `\\Main.Step`
     rung: int  # its number in the running program, or `BEFORE_FIRST`
-    texts: tuple[str, ...]  # none deletes it; a second one is a new rung after it
-    keeps: bool = False  # whether the first text is the running program's, and so is in its file already
+    texts: tuple[str, ...]  # the new rungs: (), to delete it; further texts are new rungs after it
+    keeps: bool = False  # whether the first text is the unchanged running rung
 
 
 def normalized(edit: RungEdit, program: LadderLogic) -> RungEdit:
@@ -71,21 +71,21 @@ class FileChange(NamedTuple):
 
 
 class Rewritten(NamedTuple):
-    """The bytes of a program's file with edits, and what changed in it."""
+    """The bytes of a program's file with edits, and its changes."""
 
     data: bytes
     changes: tuple[FileChange, ...]
 
 
 def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[FileChange]:
-    """Yield what edits change in a file without rung numbers."""
+    """Yield the changes by edits in a file without rung numbers."""
     for edit in edits:
         if edit.rung != BEFORE_FIRST and not edit.keeps:
             change = "its text is edited" if edit.texts else "it is deleted"
             yield FileChange(f"{edit.routine} rung {edit.rung}", change)
         new = edit.texts if edit.rung == BEFORE_FIRST else edit.texts[1:]
-        place = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
-        yield from (FileChange(name, f"it is new at {place} of {edit.routine}") for name in new)
+        neighbor = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
+        yield from (FileChange(name, f"it is new at {neighbor} of {edit.routine}") for name in new)
     yield from (FileChange(f"tag {tag.name}", "it is new") for tag in tags)
 
 
@@ -94,7 +94,7 @@ class Mistake(NamedTuple):
 
     text: str
     element: int | None = None  # the instruction, in order of execution
-    column: int | None = None  # where a text can't be read, from 1
+    column: int | None = None  # of an unreadable text, from 1
 
 
 class MissingTag(NamedTuple):
@@ -117,7 +117,7 @@ class CheckedRung:
     warnings: list[Mistake] = field(default_factory=list)
 
 
-def _places(line: LoweredLine) -> Iterator[object]:
+def _exclusive_places_in(line: LoweredLine) -> Iterator[object]:
     """Yield the places in a line that only one instruction of a program should use."""
     return (place for step in line.steps for _, _, place in exclusive_places(step))
 
@@ -132,7 +132,7 @@ class RungIndex:
         for name, routine in program.build().routines.items():
             for number, line in enumerate(routine.lines):
                 self.jumps.setdefault(name, []).extend(number for step in line.steps if step.name in _JUMPS)
-                for place in _places(line):
+                for place in _exclusive_places_in(line):
                     self.places.setdefault(place, []).append((name, number))
         self.warnings = {(warning.text, warning.rung) for warning in program.warnings}
 
@@ -147,7 +147,7 @@ class EditedProgram:
         index: index of the program; None builds one.
 
     Attributes:
-        rungs: the edited ones, in order.
+        rungs: the edited rungs, in order.
         missing: undeclared tags that they use.
         mistakes: mistakes in other rungs and in the whole program, with their places.
 
@@ -164,20 +164,22 @@ class EditedProgram:
     ) -> None:
         self._program, self._running = program, program.build()
         self._index = index or RungIndex(program)
-        self._kept: dict[str, dict[int, LoweredLine]] = {}  # unedited lines of edited routines, by old number
-        self._edited: dict[str, list[LoweredLine]] = {}
+        self._unedited_lines: dict[
+            str, dict[int, LoweredLine]
+        ] = {}  # unedited lines of edited routines, by old number
+        self._edited_lines: dict[str, list[LoweredLine]] = {}
         self.rungs: list[CheckedRung] = []
         self.mistakes: list[str] = []
         layout = self._running.layout
-        declared = [*layout.declarations.values(), *map(self._tag, tags)]
+        declared = [*layout.declarations.values(), *map(self._new_tag, tags)]
         self._layout = Layout(declared, files=layout.files, modules=layout.modules)
-        self._changed: dict[str, LoweredRoutine] = {}
+        self._edited_routines: dict[str, LoweredRoutine] = {}
         self._lowering = program.lowering(self._layout, self._running.main)
         by_routine: dict[str, dict[int, RungEdit]] = {}
         for edit in edits:
             by_routine.setdefault(edit.routine.upper(), {})[edit.rung] = edit
         for name, numbered in by_routine.items():
-            self._routine(name, numbered)
+            self._edit_routine(name, numbered)
         self.missing = (
             list(self._missing()) if any(problem.site.tag for problem in self._lowering.problems) else []
         )
@@ -188,18 +190,18 @@ class EditedProgram:
         """Whether no mistake was found."""
         return not (self.mistakes or self.missing or any(rung.mistakes for rung in self.rungs))
 
-    def _tag(self, new: NewTag) -> Tag:
-        full = scoped(new.program, new.name)
+    def _new_tag(self, new: NewTag) -> Tag:
+        full_name = scoped(new.program, new.name)
         if not re.fullmatch(TAG_NAME, new.name) or len(new.name) > 40:
-            raise LadderError(f"{new.name!r} is no name for a tag: a letter, then letters, digits and _")
-        if full.upper() in self._running.layout.declarations:
-            raise LadderError(f"there is a tag {full} already")
+            raise LadderError(f"{new.name!r} is not a tag name; use a letter, then letters, digits and _")
+        if full_name.upper() in self._running.layout.declarations:
+            raise LadderError(f"tag {full_name} exists")
         kind = types_of(self._program).get(new.type.upper())
         if kind is None:
             raise LadderError(f"no type {new.type}; choose from {', '.join(NUMBERS)}, BOOL, TIMER, COUNTER")
-        return Tag(full, kind)
+        return Tag(full_name, kind)
 
-    def _routine(self, name: str, edits: dict[int, RungEdit]) -> None:
+    def _edit_routine(self, name: str, edits: dict[int, RungEdit]) -> None:
         """Read and resolve the edited rungs of a routine, and renumber the others."""
         routine = next(
             (candidate for candidate in self._program.routines if candidate.name.upper() == name), None
@@ -209,13 +211,15 @@ class EditedProgram:
         last = len(routine.rungs) - 1
         for number in edits:
             if not BEFORE_FIRST <= number <= last:
-                raise LadderError(f"routine {routine.name} has no rung {number}: {BEFORE_FIRST} to {last}")
+                raise LadderError(
+                    f"routine {routine.name} has no rung {number}; must be {BEFORE_FIRST} to {last}"
+                )
         program = program_of(routine.name)
         self._lowering.enter(program)
         self._lowering.begin(routine)
         lines: list[LoweredLine] = []
-        kept = self._kept.setdefault(name, {})
-        edited = self._edited.setdefault(name, [])
+        unedited = self._unedited_lines.setdefault(name, {})
+        edited = self._edited_lines.setdefault(name, [])
         running = self._running.routines[name]
         for number in range(BEFORE_FIRST, last + 1):
             if number in edits:
@@ -224,10 +228,10 @@ class EditedProgram:
                 edited += new
             elif number >= 0:
                 line = running.lines[number]
-                kept[number] = line if line.number == len(lines) else replace(line, number=len(lines))
-                lines.append(kept[number])
+                unedited[number] = line if line.number == len(lines) else replace(line, number=len(lines))
+                lines.append(unedited[number])
         labels = self._labels(routine.name, lines)
-        self._changed[name] = replace(running, lines=tuple(lines), labels=labels)
+        self._edited_routines[name] = replace(running, lines=tuple(lines), labels=labels)
 
     def _labels(self, name: str, lines: Iterable[LoweredLine]) -> dict[str, int]:
         """Return the rung numbers of a routine's labels; add a mistake for a duplicate label."""
@@ -252,9 +256,9 @@ class EditedProgram:
                 yield LoweredLine(checked.number, (), Origin(), text, "")
                 continue
             checked.rung, checked.text = rung, str(rung)
-            before = len(self._lowering.problems)
+            problem_count = len(self._lowering.problems)
             line = self._lowering.line(checked.number, rung)
-            for problem in self._lowering.problems[before:]:
+            for problem in self._lowering.problems[problem_count:]:
                 checked.mistakes.append(
                     Mistake(f"{problem.text}; {problem.remedy}", element_of(rung, problem))
                 )
@@ -262,58 +266,65 @@ class EditedProgram:
 
     def _check_whole(self) -> None:
         """Check rungs together: jumps, routines, coils; skip warnings of the running program."""
-        edited = replace(self._running, layout=self._layout, routines=self._concerned())
+        edited = replace(self._running, layout=self._layout, routines=self._affected_routines())
         for problem in check_whole(edited):
-            self._note(problem, warns=False)
+            self._add_mistake(problem, warns=False)
         for problem in warnings_of(edited, self._program.allowed):
             if (problem.text, problem.rung) not in self._index.warnings:
-                self._note(problem, warns=True)
+                self._add_mistake(problem, warns=True)
 
-    def _concerned(self) -> dict[str, LoweredRoutine]:
-        """Return all routines, each with its edited lines and other lines that an edit may make wrong."""
-        lines = {name: list(rungs) for name, rungs in self._edited.items()}
-        places = {place for rungs in self._edited.values() for line in rungs for place in _places(line)}
-        others = {index for place in places for index in self._index.places.get(place, ())}
-        others |= {(name, number) for name in self._edited for number in self._index.jumps.get(name, ())}
-        for name, number in others:
-            kept = self._kept.get(name)
-            line = self._running.routines[name].lines[number] if kept is None else kept.get(number)
+    def _affected_routines(self) -> dict[str, LoweredRoutine]:
+        """Return all routines with their edited lines, and other lines that an edit may make wrong."""
+        lines = {name: list(rungs) for name, rungs in self._edited_lines.items()}
+        places = {
+            place
+            for rungs in self._edited_lines.values()
+            for line in rungs
+            for place in _exclusive_places_in(line)
+        }
+        affected = {index for place in places for index in self._index.places.get(place, ())}
+        affected |= {
+            (name, number) for name in self._edited_lines for number in self._index.jumps.get(name, ())
+        }
+        for name, number in affected:
+            unedited = self._unedited_lines.get(name)
+            line = self._running.routines[name].lines[number] if unedited is None else unedited.get(number)
             if line is not None:
                 lines.setdefault(name, []).append(line)
         return {
             name: replace(
-                self._changed.get(name, routine),
+                self._edited_routines.get(name, routine),
                 lines=tuple(sorted(lines.get(name, ()), key=lambda line: line.number)),
             )
             for name, routine in self._running.routines.items()
         }
 
-    def _note(self, problem: Problem, *, warns: bool) -> None:
+    def _add_mistake(self, problem: Problem, *, warns: bool) -> None:
         text = f"{problem.text}; {problem.remedy}"
         for rung in self.rungs:
-            place = rung.edit.routine.upper(), rung.number
-            if (problem.site.routine.upper(), problem.site.rung) == place:
-                noted = Mistake(text, None if rung.rung is None else element_of(rung.rung, problem))
-                (rung.warnings if warns else rung.mistakes).append(noted)
+            rung_key = rung.edit.routine.upper(), rung.number
+            if (problem.site.routine.upper(), problem.site.rung) == rung_key:
+                mistake = Mistake(text, None if rung.rung is None else element_of(rung.rung, problem))
+                (rung.warnings if warns else rung.mistakes).append(mistake)
                 return
         if not warns:
             self.mistakes.append(f"{problem.where}: {text}")
 
     def _missing(self) -> Iterator[MissingTag]:
-        """Yield the undeclared tags with the types that their uses in the edited rungs show."""
+        """Yield the undeclared tags with their possible types, from their uses in the edited rungs."""
         declared = self._layout.declarations
 
-        def full(program: str, name: str) -> str:
+        def scoped_key(program: str, name: str) -> str:
             scoped_name = scoped(program, name).upper()
             return scoped_name if scoped_name in declared else name.upper()
 
         def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
             name = address.name
-            is_known = full(program, name) in declared or name.upper() in STATUS_FLAGS or ":" in name
+            is_known = scoped_key(program, name) in declared or name.upper() in STATUS_FLAGS or ":" in name
             return None if is_known or not re.fullmatch(TAG_NAME, name) else (name, address.steps)
 
         def known(program: str, address: Address) -> DataType | None:
-            return type_at(declared.get(full(program, address.name)), address)
+            return type_at(declared.get(scoped_key(program, address.name)), address)
 
         program = self._program
         guesses = program.guesses(missing, known)
@@ -328,7 +339,7 @@ class EditedProgram:
             if guess.dims or kind.name.upper() not in types_of(program):
                 continue  # an array or a structure: declared in the text
             decided = guess.root.votes or guess.root.members or not isinstance(kind, Elementary)
-            types = (kind.name, *(other for other in NUMBERS if other != kind.name))
+            types = (kind.name, *(number_type for number_type in NUMBERS if number_type != kind.name))
             yield MissingTag(
                 guess.name, owned[name], types if not decided and kind.name in NUMBERS else types[:1]
             )

@@ -28,28 +28,28 @@ class Guess:
     """The evidence for the type of a tag or member."""
 
     name: str
-    structures: tuple[Structure, ...] = ()  # candidates with all its members
+    structures: tuple[Structure, ...] = ()  # candidates for its type
     members: dict[str, Guess] = field(default_factory=dict)  # by name in capitals
     lengths: list[int] = field(default_factory=list)  # of its dimensions, from subscripts
     votes: list[DataType] = field(default_factory=list)  # types that its uses require
     weak: list[DataType] = field(default_factory=list)  # types that its uses suggest
     bit: int = -1  # the highest accessed bit, -1 without one
-    copied: int = 0  # elements that COP and the like name, 0 without such a use
-    number: DataType = DINT  # a number without other evidence
-    single: bool = False  # whether a use takes it as a whole, as a single value
-    twin: Guess | None = None  # has the evidence of both, see `same_as`
-    _made: DataType | None = None
+    copied: int = 0  # length of a copy of it, elements; 0 without a copy
+    number: DataType = DINT  # type of a number without other evidence
+    single: bool = False  # whether a use reads or writes it as a single value
+    twin: Guess | None = None  # the guess with the evidence of both, see `same_as`
+    _cached_type: DataType | None = None
 
     @property
     def root(self) -> Guess:
-        """The holder of its evidence: itself, or the last of its twins."""
+        """The guess with its evidence: itself, or the last of its twins."""
         guess = self
         while guess.twin is not None:
             guess = guess.twin
         return guess
 
     def same_as(self, other: Guess) -> None:
-        """Note that both have the same type, such as a queue's element and what is loaded into it."""
+        """Note that both have the same type, such as a queue and the value that is loaded into it."""
         own_root, other_root = self.root, other.root
         todo = [(own_root, other_root)]
         while todo:
@@ -64,7 +64,7 @@ class Guess:
             for name, member in absorbed.members.items():
                 if name in kept.members:
                     member_guess = kept.members[name]
-                    member_guess.lengths = _longest(member_guess.lengths, member.lengths)
+                    member_guess.lengths = _longer_lengths(member_guess.lengths, member.lengths)
                     todo.append((member_guess.root, member.root))
                 else:
                     kept.members[name] = member
@@ -84,15 +84,15 @@ class Guess:
         """Note subscripts."""
         while len(self.lengths) < len(step.indices):
             self.lengths.append(0)
-        for place, index in enumerate(step.indices):
+        for dimension, index in enumerate(step.indices):
             length = COMPUTED if len(step.indices) == 1 else COMPUTED_EACH
             if isinstance(index, Number) and isinstance(index.value, int):
                 length = min(max(index.value, 0), MOST - 1) + 1
-            self.lengths[place] = max(self.lengths[place], length)
+            self.lengths[dimension] = max(self.lengths[dimension], length)
 
     @property
     def dims(self) -> tuple[int, ...]:
-        """Its dimensions: from its subscripts, else from a copy if no other use takes it as a whole."""
+        """Its dimensions: from its subscripts, or from a copy if it has no use as a single value."""
         lengths = self.lengths
         if self.copied and (lengths or not self.single):
             lengths = [max([self.copied, *lengths[:1]]), *lengths[1:]]
@@ -101,15 +101,15 @@ class Guess:
     def type(self, path: str) -> DataType:
         """Return its type; `path` is the name of a new structure with its members."""
         root = self.root
-        if root._made is None:
-            root._made = root._type(path)
-        return root._made
+        if root._cached_type is None:
+            root._cached_type = root._infer_type(path)
+        return root._cached_type
 
-    def _type(self, path: str) -> DataType:
+    def _infer_type(self, path: str) -> DataType:
         if self.needed is not None:
             return self._with_members(self.needed, path)
         if self.members:
-            return self._structure(path)
+            return self._structure_type(path)
         if self.bit >= 0:
             return LINT if self.bit > 31 else self.number
         for votes in (self.votes, self.weak):
@@ -145,8 +145,11 @@ class Guess:
             return False
         return BOOL not in self.root.votes or member.type is BOOL
 
-    def _structure(self, path: str) -> Structure:
-        for structure in self.structures if ":" not in self.name else ():
+    def _structure_type(self, path: str) -> Structure:
+        """Return the first candidate with all members in use, or a new structure of them, called `path`."""
+        is_module_tag = ":" in self.name
+        candidates = () if is_module_tag else self.structures
+        for structure in candidates:
             if all(guess.fits(structure.member(guess.name)) for guess in self.members.values()):
                 return structure
         return Structure(path, tuple(self.own_members(path)))
@@ -159,12 +162,12 @@ class Guess:
 
 def add_kind(kinds: list[DataType], kind: DataType) -> None:
     """Add a type once: a tag may have thousands of uses."""
-    if all(other is not kind for other in kinds):
+    if all(known is not kind for known in kinds):
         kinds.append(kind)
 
 
-def _longest(some: list[int], others: list[int]) -> list[int]:
-    return [max(pair) for pair in zip_longest(some, others, fillvalue=0)]
+def _longer_lengths(a: list[int], b: list[int]) -> list[int]:
+    return [max(pair) for pair in zip_longest(a, b, fillvalue=0)]
 
 
 def type_at(declaration: Declaration | None, address: Address) -> DataType | None:

@@ -1,4 +1,4 @@
-"""Parameters of the same type: what JSR passes and SBR takes, what RET returns and JSR takes."""
+"""Parameters of the same type: of JSR and SBR, and of RET and JSR."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ..model.tree import Address, Instruction, Number, Operand
 
 Pair = tuple[str, Operand, Operand]
-"""A program, and two of its operands that have the same type."""
+"""A program, and two of its operands with the same type."""
 
 
 class ParameterPairs:
@@ -26,17 +26,16 @@ class ParameterPairs:
             self._sides.setdefault((program, routine.upper()), []).append(instruction)
 
     def __iter__(self) -> Iterator[Pair]:
-        """Yield the pairs of operands that have the same type."""
+        """Yield the pairs of operands with the same type."""
         for program, routine, call in self._calls:
-            inputs, returns = _parts(call)
+            inputs, returns = _inputs_and_returns(call)
             for side in self._sides.get((program, routine), ()):
-                for outer, inner in zip(
-                    inputs if side.name == "SBR" else returns, side.operands, strict=False
-                ):
+                passed = inputs if side.name == "SBR" else returns
+                for outer, inner in zip(passed, side.operands, strict=False):
                     yield program, outer, inner
 
 
-def _parts(call: Instruction) -> tuple[tuple[Operand, ...], tuple[Operand, ...]]:
+def _inputs_and_returns(call: Instruction) -> tuple[tuple[Operand, ...], tuple[Operand, ...]]:
     """Return the inputs and the returned values of a JSR."""
     count = call.operands[1] if len(call.operands) > 1 else None
     number = count.value if isinstance(count, Number) and isinstance(count.value, int) else 0

@@ -109,7 +109,7 @@ class Program(LadderLogic):
         return self.main or next(iter(self.names), None)
 
     def routine(self, function: Callable[[RungMaker], None]) -> Callable[[RungMaker], None]:
-        """Add a routine: the function is called once, now, with a `rung` that it calls per rung."""
+        """Add a routine of rungs: call the function at once; it calls its argument `rung` for each rung."""
         maker = RungMaker(self.specs)
         function(maker)
         self.add_routine(Routine(function.__name__, tuple(maker.rungs), (function.__doc__ or "").strip()))
@@ -135,23 +135,23 @@ class Program(LadderLogic):
 
     def _refuse_name(self, name: str) -> None:
         if not name.isidentifier():
-            raise LadderError(f"{name!r} is not a routine name: write a function with a name")
+            raise LadderError(f"{name!r} is not a routine name; use a named function")
         if name.upper() in map(str.upper, self.names):
             raise LadderError(f"there are two routines {name}")
 
     # --- building
 
     def lower_into(self, lowering: Lowering, scope: str = "") -> list[Problem]:
-        """Lower the routines, in the scope of a controller's program; return more problems."""
+        """Lower the routines, in the scope of a controller's program; return further problems."""
         lowering.enter(scope)
         for name, function in self._functions.items():
             lowering.lowered.functions[scoped(scope, name).upper()] = function
         for routine in self._routines:
             lowering.routine(routine)
-        known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
+        remedy = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
         names = set(map(str.upper, self.names))
         missing = [used for used in (self.main, self.fault) if used and used.upper() not in names]
-        return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
+        return [Problem(f"program {self.name}", "", f"no routine {name}", remedy) for name in missing]
 
     def roots(self, scope: str = "") -> ProgramRoutines:
         """Return its main and fault routine, under full names in capitals."""

@@ -1,4 +1,4 @@
-"""The Python front end: a rung is a call, and reads from left to right like the rung it is.
+"""The Python front end: a rung is a call, and reads from left to right like the rung.
 
 | Python | rung text |
 |---|---|
@@ -54,12 +54,12 @@ class RungMaker:
 def _checked(series: Series) -> Series:
     deep = too_deep(series)
     if deep:
-        raise LadderError(f"{deep}; use fewer, or steps in between")
+        raise LadderError(f"{deep}; split the rung with an internal bit")
     return series
 
 
 def series_of(elements: Sequence[object]) -> Series:
-    """Return the series that Python values stand for."""
+    """Return the series of Python values, see the table above."""
     series: list[Element] = []
     for element in elements:
         if isinstance(element, tuple):
@@ -69,23 +69,23 @@ def series_of(elements: Sequence[object]) -> Series:
     return tuple(series)
 
 
-def _element(given: object) -> Element:
-    if isinstance(given, (Instruction, Branch)):
-        return given
-    if isinstance(given, list):
-        legs = tuple(series_of(leg if isinstance(leg, tuple) else (leg,)) for leg in given)
+def _element(value: object) -> Element:
+    if isinstance(value, (Instruction, Branch)):
+        return value
+    if isinstance(value, list):
+        legs = tuple(series_of(leg if isinstance(leg, tuple) else (leg,)) for leg in value)
         return Branch(legs)
-    if isinstance(given, TagRef):
-        return Instruction("XIC", (given.operand,))
-    if isinstance(given, str):
-        return Instruction("XIC", (operand_of(given),))
-    shown = f"the expression {given}" if isinstance(given, Expression) else repr(given)
+    if isinstance(value, TagRef):
+        return Instruction("XIC", (value.operand,))
+    if isinstance(value, str):
+        return Instruction("XIC", (operand_of(value),))
+    shown = f"the expression {value}" if isinstance(value, Expression) else repr(value)
     raise LadderError(f"{shown} is not part of a rung; write a tag, an instruction, or a list as a branch")
 
 
-def make(name: str, *given: object) -> Instruction:
+def make(name: str, *operands: object) -> Instruction:
     """Return an instruction by its name, see `Spec`, or raise a LadderError."""
     spec = BY_NAME.get(name.upper())
     if spec is None:
         raise LadderError(f"no instruction {name}")
-    return spec(*given)
+    return spec(*operands)

@@ -1,4 +1,4 @@
-"""Moves edits of rungs to a later version of their program, whose rungs others may have edited."""
+"""Moves edits of rungs to a later version of their program, which others may have edited."""
 
 from __future__ import annotations
 
@@ -20,44 +20,46 @@ class MovedEdits(NamedTuple):
 def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) -> MovedEdits:
     """Return edits of a program as edits of a later one.
 
-    An edit follows its rung, or the rung that replaced it. If the rung was removed, new rungs follow the rung
-    before it. Changes that the later program already has are left out.
+    An edit applies to its rung, or to the rung that replaced it. If the rung was removed, new rungs go after
+    the rung before it. Changes that the later program already has are omitted.
     """
     old, new = _texts(before), _texts(after)
-    by_place: dict[tuple[str, int], list[str]] = {}
+    texts_by_rung: dict[tuple[str, int], list[str]] = {}
     conflicts = 0
-    for routine, number, replacement, _ in sorted(edits, key=lambda each: each.rung):
+    for routine, number, replacement, _ in sorted(edits, key=lambda edit: edit.rung):
         old_rungs, rungs = old.get(routine.upper(), []), new.get(routine.upper(), [])
-        place, is_there, is_same = _place(old_rungs, rungs, number)
+        later = _counterpart(old_rungs, rungs, number)
         texts = list(replacement)
-        if is_there:
-            texts = _without_known(texts, old_rungs, rungs, number, place)
+        if later.exists:
+            texts = _without_known(texts, old_rungs, rungs, number, later.number)
         keeps = number != BEFORE_FIRST and texts[:1] == [old_rungs[number]]
         if keeps:  # the rung stays, and new rungs follow it
-            texts[:1] = rungs[place : place + 1] if is_there else []
-        if is_there:
-            conflicts += not is_same and texts != [rungs[place]] and not keeps
+            texts[:1] = _rung_at(rungs, later.number) if later.exists else []
+        if later.exists:
+            conflicts += not later.is_same and texts != [rungs[later.number]] and not keeps
         else:
             conflicts += bool(texts)
-            texts = [*by_place.get((routine, place), _rung_at(rungs, place)), *texts]
-        by_place[routine, place] = texts
+            texts = [*texts_by_rung.get((routine, later.number), _rung_at(rungs, later.number)), *texts]
+        texts_by_rung[routine, later.number] = texts
     moved_edits = tuple(
-        RungEdit(routine, position, tuple(texts))
-        for (routine, position), texts in by_place.items()
-        if texts != _rung_at(new.get(routine.upper(), []), position)
+        RungEdit(routine, number, tuple(texts))
+        for (routine, number), texts in texts_by_rung.items()
+        if texts != _rung_at(new.get(routine.upper(), []), number)
     )
     return MovedEdits(moved_edits, conflicts)
 
 
-def _rung_at(rungs: list[str], at: int) -> list[str]:
-    return rungs[at : at + 1] if at >= 0 else []
+def _rung_at(rungs: list[str], number: int) -> list[str]:
+    return rungs[number : number + 1] if number >= 0 else []
 
 
-def _without_known(texts: list[str], own: list[str], rungs: list[str], number: int, at: int) -> list[str]:
+def _without_known(
+    texts: list[str], old: list[str], rungs: list[str], number: int, later_number: int
+) -> list[str]:
     """Return the texts of an edit without its new rungs if the later program has the same rungs."""
-    end = _next(own, rungs, number)
+    end = _next(old, rungs, number)
     first = 0 if number == BEFORE_FIRST else 1
-    return texts[:first] if end is not None and texts[first:] == rungs[at + 1 : end] else texts
+    return texts[:first] if end is not None and texts[first:] == rungs[later_number + 1 : end] else texts
 
 
 def _texts(program: LadderLogic) -> dict[str, list[str]]:
@@ -68,19 +70,28 @@ def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
     """Return the number of the next rung in a later routine; None if it was removed."""
     if number + 1 >= len(old):
         return len(new)
-    place, is_there, _ = _place(old, new, number + 1)
-    return place if is_there else None
+    later = _counterpart(old, new, number + 1)
+    return later.number if later.exists else None
 
 
-def _place(old: Sequence[str], new: Sequence[str], number: int) -> tuple[int, bool, bool]:
-    """Return a rung's number in a later routine, whether a rung is in its place, and whether it is the same.
+class _LaterRung(NamedTuple):
+    """The counterpart of a rung in a later routine."""
 
-    Without one, the number is that of the rung before it.
-    """
+    number: int  # its number; without a counterpart, the number of the rung before it
+    exists: bool
+    is_same: bool  # whether its text is unchanged
+
+
+def _counterpart(old: Sequence[str], new: Sequence[str], number: int) -> _LaterRung:
+    """Return the counterpart of a rung: the same rung, or the rung that replaced it."""
     if number == BEFORE_FIRST:
-        return BEFORE_FIRST, True, True
+        return _LaterRung(BEFORE_FIRST, True, True)
     for tag, first, end, start, stop in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         if first <= number < end:
-            place = start + number - first
-            return (place, True, tag == "equal") if place < stop else (stop - 1, False, False)
+            later = start + number - first
+            return (
+                _LaterRung(later, True, tag == "equal")
+                if later < stop
+                else _LaterRung(stop - 1, False, False)
+            )
     raise AssertionError(number)

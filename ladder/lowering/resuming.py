@@ -1,9 +1,9 @@
 """Start of a program from the values of an export, in the middle of its work.
 
-No prescan comes before its first scan, S:FS is off, and steps of charts stay active. Hidden state of
-instructions, which an export does not have, is derived from the members that it has:
+The first scan has no prescan, S:FS is off, and steps of charts stay active. An export does not have the
+hidden state of instructions. It is derived from visible members:
 
-| of | from |
+| hidden state | derived from |
 |---|---|
 | PID: integral term | the output, without a bump |
 | PID, one-shots, counters, flip-flops of diagrams: values of the previous scan | the current values |
@@ -22,7 +22,7 @@ from ..run.engine import Engine
 from ..state.memory import Value
 
 Visible = Callable[[str], Any]
-"""Gives the value of a member of an instance."""
+"""Returns the value of a member of an instance, by name."""
 
 
 def _integral(pid: Visible) -> float:
@@ -33,7 +33,7 @@ def _integral(pid: Visible) -> float:
 
 
 def _measured(pid: Visible) -> float:
-    """Return the value whose derivative the PID uses."""
+    """Return the value that the PID differentiates: the error, or the process variable."""
     return float(pid("ERR") if pid("DOE") else pid("PV") if pid("CA") else -pid("PV"))
 
 
@@ -53,8 +53,8 @@ HIDDEN_STATE: Mapping[str, Mapping[str, Callable[[Visible], Value]]] = {
         "up": lambda counter: bool(counter("CUEnable")),
         "down": lambda counter: bool(counter("CDEnable")),
     },
-    "FLIP_FLOP_D": {"before": lambda one: bool(one("Clock"))},
-    "FLIP_FLOP_JK": {"before": lambda one: bool(one("Clock"))},
+    "FLIP_FLOP_D": {"before": lambda flip_flop: bool(flip_flop("Clock"))},
+    "FLIP_FLOP_JK": {"before": lambda flip_flop: bool(flip_flop("Clock"))},
     "ALARM_DIGITAL": {
         **_ALARM,
         "Ack": lambda alarm: bool(alarm("ProgAck")),

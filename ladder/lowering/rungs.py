@@ -47,17 +47,17 @@ from ..state.lowered import (
     Parallel,
 )
 from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
-from .calls import MODEL, OWNER, handed_over, held_subscripts, model_number
+from .calls import MODEL, OWNER, inout_arguments, model_number, with_stored_subscripts
 from .charts import ChartLowering
 from .statements import StatementLowering
 
-_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses of numbers that accept characters: MOV('A',Code)
+_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses that accept characters as numbers: MOV('A',Code)
 
 _KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
 
 
 class Lowering:
-    """Lowers routine by routine into `lowered`; collects problems and warnings."""
+    """Lowers routine by routine into `lowered`, and collects problems and warnings."""
 
     def __init__(
         self,
@@ -75,9 +75,9 @@ class Lowering:
         self._specs = specs
         self._stubbed = specs_of_stubs(stubs)
         self._add_ons = add_ons
-        self._uncompiled: list[AddOn] = []
-        self._frame: AddOnFrame | None = None
-        self._to_check: list[tuple[AddOnCall, Site, str]] = []
+        self._pending_add_ons: list[AddOn] = []  # called, but not lowered yet
+        self._frame: AddOnFrame | None = None  # the add-on that is being lowered; None for a program
+        self._calls_to_check: list[tuple[AddOnCall, Site, str]] = []  # with site and text of the rung
         self.resolver = Resolver(layout)
         self._program = ""
         self._site = NOWHERE
@@ -90,38 +90,38 @@ class Lowering:
 
     def routine(self, routine: Routine) -> None:
         """Lower a routine after the add-on instructions that it calls."""
-        self._one(replace(routine, name=scoped(self._program, routine.name)))
+        self._lower_routine(replace(routine, name=scoped(self._program, routine.name)))
         resolver, program = self.resolver, self._program
         self._program = ""
-        while self._uncompiled:
-            self._add_on_routines(self._uncompiled.pop(0))
+        while self._pending_add_ons:
+            self._add_on_routines(self._pending_add_ons.pop(0))
         self.resolver, self._program, self._frame = resolver, program, None
         pass_bits_on(self.lowered)
-        self._check_handed()
+        self._check_handed_inputs()
 
     def _add_on_routines(self, definition: AddOn) -> None:
         self._frame = self.lowered.frames[definition.name.upper()]
         self.resolver = Resolver(self._frame.layout)
         for routine in definition.routines:
             name = routine_name(definition, routine.name)
-            self._one(replace(routine, name=name))
+            self._lower_routine(replace(routine, name=name))
             lowered = self.lowered.routines[name.upper()]
             self.lowered.routines[name.upper()] = replace(lowered, frame=definition.name.upper())
 
-    def _check_handed(self) -> None:
+    def _check_handed_inputs(self) -> None:
         """Report calls that pass an input to an InOut that the add-on writes."""
-        for call, site, text in self._to_check:
+        for call, site, text in self._calls_to_check:
             frame = self.lowered.frames[call.name]
             for name, operand in call.handed.items():
                 if is_input(operand) and writes(self.lowered, frame, name):
                     problem = f"{operand.text} is an input, and {frame.name} writes it as {name}"
                     self._note_input(operand, problem, site, text)
-        self._to_check.clear()
+        self._calls_to_check.clear()
 
-    def _one(self, routine: Routine) -> None:
+    def _lower_routine(self, routine: Routine) -> None:
         self.begin(routine)
         if routine.chart is not None:
-            self._chart(routine)
+            self._lower_chart(routine)
             return
         if routine.statements is not None:
             lowered = StatementLowering(self).routine(routine.name, routine.statements)
@@ -144,19 +144,19 @@ class Lowering:
             routine.name, tuple(lines), labels, parameters
         )
 
-    def _chart(self, routine: Routine) -> None:
+    def _lower_chart(self, routine: Routine) -> None:
         """Lower a chart, and the bodies of its actions as their own routines."""
         chart = ChartLowering(self, routine)
         self.lowered.routines[routine.name.upper()] = chart.routine()
         for name, block in chart.bodies():
-            self._one(Routine(name, (), statements=block))
+            self._lower_routine(Routine(name, (), statements=block))
 
     def begin(self, routine: Routine) -> None:
         """Start a routine under its full name."""
         self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
 
     def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
-        """Add a problem of the current rung, of its instruction, or of a tag that is missing."""
+        """Add a problem of the current rung, of an instruction in it, or of a missing tag."""
         site = replace(self._site, instruction=instruction, tag=tag)
         self.problems.append(Problem(site.where, self._rung_text, text, remedy, site))
 
@@ -178,7 +178,7 @@ class Lowering:
         deep = too_deep(rung.series)
         self.at(number, rung.origin, "" if deep else str(rung))
         if deep:
-            self.report(deep, "use fewer, or steps in between")
+            self.report(deep, "split the rung with an internal bit")
             return LoweredLine(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
         line = LoweredLine(number, nodes, rung.origin, self._rung_text, rung.comment)
@@ -187,7 +187,7 @@ class Lowering:
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
-                self.report("MCR is not last in its rung", "move what follows to a separate rung")
+                self.report("MCR is not last in its rung", "move the instructions after it to another rung")
         return line
 
     def _series(self, series: Series) -> tuple[Node, ...]:
@@ -215,7 +215,7 @@ class Lowering:
         site = self.site(str(instruction))
         if definition:
             call = ADD_ON_CALL if name == definition.name.upper() else ADD_ON_OFF_CALL
-            return LoweredStep(call, self._add_on(definition, instruction), site)
+            return LoweredStep(call, self._add_on_call(definition, instruction), site)
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:
@@ -229,13 +229,13 @@ class Lowering:
             )
         return LoweredStep(spec, operands, site)
 
-    def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
+    def _add_on_call(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
         try:
             instance = self._instance(definition, call)
             frame = self._frame_of(definition)
-            address, held = held_subscripts(self.resolver, call.operands[0])
+            address, storing_rungs = with_stored_subscripts(self.resolver, call.operands[0])
             copies = copies_of(definition, address, call)
-            handed = handed_over(definition, copies.handed, self.resolver)
+            handed = inout_arguments(definition, copies.handed, self.resolver)
         except (AddressError, OperandError) as error:
             self.report(f"{call}: {error}", error.remedy, str(call), missing_in(error))
             return ()
@@ -243,7 +243,7 @@ class Lowering:
             remedy = f"operands of {definition.name} are {_signature(definition)}"
             self.report(f"{call}: {error}", remedy, str(call))
             return ()
-        if held:
+        if storing_rungs:
             instance = self._instance(definition, replace(call, operands=(address, *call.operands[1:])))
         self._note_handed(frame, instance, handed)
         if definition.name.upper() == OWNER:
@@ -257,7 +257,7 @@ class Lowering:
             handed,
             instance.member("EnableIn"),
             instance.member("EnableOut"),
-            tuple(map(self._series, (*held, *copies.inputs))),
+            tuple(map(self._series, (*storing_rungs, *copies.inputs))),
             tuple(map(self._series, copies.outputs)),
             names[LOGIC],
             names.get(OTHERWISE),
@@ -266,21 +266,21 @@ class Lowering:
         )
         if self._frame is not None:
             self._frame.calls.append(lowered)
-        self._to_check.append((lowered, self._site, str(call)))
+        self._calls_to_check.append((lowered, self._site, str(call)))
         return (lowered,)
 
     def _note_model(
         self, definition: AddOn, instance: Group, outputs: Place | Group, call: Instruction
     ) -> None:
-        """Set a networked drive's model in the instance that owns its words; report blocks without one."""
+        """Set a networked drive's model in the instance that owns its words; report blocks without models."""
         number = model_number(self.lowered.layout.modules.get(first_leaf(outputs).slot or 0))
         if any(parameter.name == MODEL for parameter in definition.parameters):
             index = instance.member(MODEL).fixed_index
             if number and index is not None:
                 self.lowered.presets[instance.member(MODEL).leaf.path, index] = number
         elif number:
-            text = f"{call}: the module is a networked drive, and these blocks are those without one"
-            self.report(text, 'load_library("axis3601", drives=True) has them', str(call))
+            text = f"{call}: the module is a networked drive, but these blocks are for the 3601 only"
+            self.report(text, 'use load_library("axis3601", drives=True)', str(call))
 
     def _frame_of(self, definition: AddOn) -> AddOnFrame:
         """Return the frame of an add-on instruction and queue its routines for lowering."""
@@ -288,7 +288,7 @@ class Lowering:
         if name not in self.lowered.frames:
             layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
             self.lowered.frames[name] = AddOnFrame(definition.name, layout)
-            self._uncompiled.append(definition)
+            self._pending_add_ons.append(definition)
         return self.lowered.frames[name]
 
     def _note_handed(self, frame: AddOnFrame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
@@ -314,11 +314,13 @@ class Lowering:
             return spec.resolve(self, arguments)
         operands = [
             self.checked(use, operand)
-            for use, operand in zip(spec.operands, arguments, strict=False)  # optional ones may be missing
+            for use, operand in zip(
+                spec.operands, arguments, strict=False
+            )  # optional operands may be missing
             if use is not Use.PRESET
         ]
         if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
-            operands = list(map(as_number, operands))  # texts are compared with, and moved to, texts only
+            operands = list(map(as_number, operands))  # strings are compared with and moved to strings only
         self._note_presets(spec, arguments, operands)
         if spec.check is not None:
             spec.check(*operands)
@@ -367,7 +369,7 @@ class Lowering:
             self._note_input(resolved, f"{operand} is an input", self._site, self._rung_text)
 
     def _note_input(self, resolved: Place | Group, text: str, site: Site, rung: str) -> None:
-        """Warn of a written input: the value lasts until the module's next update."""
+        """Warn of a written input, which keeps the value only until the module's next update."""
         self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
         remedy = "write a tag of your own"
         text = f"{text}: its module writes over it"
@@ -378,19 +380,19 @@ class Lowering:
         if any(address.name.upper() in _KEPT_FLAGS for address in addresses_in(operand)):
             self.lowered.flags = True
 
-    def _note_presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
-        """Note the initial values that a rung gives to timers, counters and controls.
+    def _note_presets(self, spec: Spec, arguments: tuple[Operand, ...], operands: list[Any]) -> None:
+        """Note the initial values of timers, counters and controls in a rung.
 
         Args:
             operands: the resolved operands, without the presets.
         """
         if Use.PRESET not in spec.operands:
             return
-        places = (place for place, use in enumerate(spec.operands) if use is not Use.PRESET)
-        resolved = dict(zip(places, operands, strict=False))  # optional operands may be missing
-        for place, (structure, name) in spec.members.items():
-            if place < len(given):
-                self._note_initial(resolved[structure], name, given[place])
+        indices = (index for index, use in enumerate(spec.operands) if use is not Use.PRESET)
+        resolved = dict(zip(indices, operands, strict=False))  # optional operands may be missing
+        for index, (structure, name) in spec.members.items():
+            if index < len(arguments):
+                self._note_initial(resolved[structure], name, arguments[index])
 
     def _note_initial(self, structure: Group, name: str, operand: Operand) -> None:
         if isinstance(operand, Unknown):
@@ -406,18 +408,18 @@ class Lowering:
         index = place.fixed_index
         if index is None:
             raise OperandError(
-                f"{name} is not allowed in the rung, since the index is computed", "write ? and MOV to it"
+                f"{name} is not allowed in the rung because of the computed index", "write ? and MOV to it"
             )
         presets = self.lowered.presets
         if self._frame is not None:
             if place.leaf.root != OWN:
-                raise OperandError(f"{name} of an InOut is given in the rung", "write ? and MOV to it")
+                raise OperandError(f"{name} of an InOut has a value in the rung", "write ? and MOV to it")
             presets = self._frame.presets
         value = float(operand.value) if real else operand.value
-        known = presets.setdefault((place.leaf.path, index), value)
-        if known != value:
-            where = place.leaf.path if place.leaf.size == 1 else place.text
-            raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
+        earlier = presets.setdefault((place.leaf.path, index), value)
+        if earlier != value:
+            name_text = place.leaf.path if place.leaf.size == 1 else place.text
+            raise OperandError(f"{name_text} is {earlier} in another rung", "write the same number, or ?")
 
     def named(self, routine: str) -> str:
         """See `OperandResolver`."""
@@ -427,13 +429,13 @@ class Lowering:
         """See `OperandResolver`."""
         resolved = self.resolver.address(address)
         if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
-            around = self.resolver.address(replace(address, steps=address.steps[:-1]))
+            structure = self.resolver.address(replace(address, steps=address.steps[:-1]))
             if (
-                isinstance(around, Group)
-                and isinstance(around.type, Structure)
-                and around.type.members[0].name.upper() == address.steps[-1].name.upper()
+                isinstance(structure, Group)
+                and isinstance(structure.type, Structure)
+                and structure.type.members[0].name.upper() == address.steps[-1].name.upper()
             ):
-                resolved = around
+                resolved = structure
         _check(Use.DESTINATION, address, resolved)
         if written:
             self.note_written(address, resolved)
@@ -504,7 +506,7 @@ def is_input(operand: Place | Group) -> bool:
 
 
 def pass_bits_on(lowered: LoweredProgram) -> None:
-    """Propagate to called add-ons which InOuts may be bits of an integer."""
+    """Mark the InOuts of called add-ons that may be bits because an InOut of the caller may be."""
     changed = True
     while changed:
         changed = False
@@ -535,12 +537,12 @@ def _passes(operand: Operand) -> str:
     number = operand.value if isinstance(operand, Number) else 0
     if text in ("ALL", "INC") or (isinstance(number, int) and 0 < number <= DINT.highest):
         return text
-    raise OperandError(f"{operand} is not a mode", "write ALL, INC, or how many elements a scan does")
+    raise OperandError(f"{operand} is not a mode", "write ALL, INC, or the number of elements per scan")
 
 
 def _signature(definition: AddOn) -> str:
     named = [
-        f"{parameter.name} : {parameter.type.name} ({parameter.way.value})"
+        f"{parameter.name} : {parameter.type.name} ({parameter.mode.value})"
         for parameter in definition.required
     ]
     return ", ".join(["the instance", *named])

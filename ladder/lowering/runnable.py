@@ -54,8 +54,8 @@ REFUSALS_SHOWN = 5
 class LadderLogic(ABC):
     """Tags and rungs; callable as the logic of a rack.
 
-    The first use builds it: one error lists all mistakes, and no more declarations are accepted. A call
-    runs it compiled, on memory that `tags` shows.
+    The first use builds it. One error then lists all mistakes, and nothing more can be declared. A call runs
+    the compiled program; `tags` reads and writes its memory.
 
     Raises:
         LadderError: unknown `allow` or `dialect`.
@@ -67,7 +67,7 @@ class LadderLogic(ABC):
     def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
         self.name = name
         if dialect not in DIALECTS:
-            raise LadderError(f"{dialect!r} is not a dialect; there are {', '.join(DIALECTS)}")
+            raise LadderError(f"{dialect!r} is not a dialect; choose from {', '.join(DIALECTS)}")
         self.dialect = dialect  # its instruction set, see `instructions.dialects`
         self.builtin = DIALECTS[dialect]  # specs of its instruction set, by name in capitals
         self.opening: list[Callable[[Engine, bool], None]] = []  # before each scan: engine, first?
@@ -85,17 +85,18 @@ class LadderLogic(ABC):
         self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
         self.motion = MotionData()  # data of axes in an export
         self.outputs: Mapping[int, bytes] = {}  # first values of output images, by slot
-        self.keeps_values = False  # whether it begins with its initial values, without prescan
+        self.keeps_values = False  # whether it starts from its initial values, without prescan
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # tags declared by their use, once it is built
-        self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
-        self.monitors: Callable[[Lowering], None] | None = None  # lowers what follows the routines
-        self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and what they do
+        self.refused: Sequence[str] = ()  # omitted parts of an export, as text
+        self.monitors: Callable[[Lowering], None] | None = None  # lowers routines for proofs
+        self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and their stubs
         self._names: set[str] = set()
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
         self._memory: Memory | None = None  # created by the check, for the first engine
-        self._initial: tuple[object, Memory | None] = None, None  # `Layout.size`, memory for other engines
+        self._initial_memory: Memory | None = None  # copied for further engines
+        self._initial_size: object = None  # `Layout.size` at its creation
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 
@@ -115,7 +116,7 @@ class LadderLogic(ABC):
 
     @property
     def _has_status(self) -> bool:
-        """Whether its processor has a status file, which instructions use whether it is declared or not."""
+        """Whether its processor has a status file, which instructions use even if it is not declared."""
         return self.dialect == SLC
 
     def layout_of(self, declarations: Iterable[Declaration]) -> Layout:
@@ -173,8 +174,8 @@ class LadderLogic(ABC):
             LadderError: the text is not a stub, or the instruction can't be stubbed.
         """
         if callable(text):
-            named = getattr(text, "__name__", type(text).__name__)
-            self.take_stubs(Stubs({name.upper(): InPython(named, text)}))
+            function_name = getattr(text, "__name__", type(text).__name__)
+            self.take_stubs(Stubs({name.upper(): InPython(function_name, text)}))
         else:
             self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
 
@@ -183,8 +184,8 @@ class LadderLogic(ABC):
 
         Modules of a rack add names of tags only before the program is built.
         """
-        known = {name: self.stubs.get(name) for name in stubs.by_name}
-        is_new = known != stubs.by_name or stubs.missing_tags > self.declares_missing
+        existing = {name: self.stubs.get(name) for name in stubs.by_name}
+        is_new = existing != stubs.by_name or stubs.missing_tags > self.declares_missing
         if stubs == NO_STUBS or (self._lowered is not None and not is_new):
             return
         self._refuse_if_built()
@@ -195,21 +196,21 @@ class LadderLogic(ABC):
         self.stubs.update(stubs.by_name)
 
     def before_scans(self, hook: Callable[[Engine, bool], None]) -> None:
-        """Call a function before each scan, ahead of others: with the engine, and whether it is the first."""
+        """Call a function before each scan, ahead of others, with the engine and whether it is the first."""
         lowered = self.build()
         lowered.opening = (hook, *lowered.opening)
 
     def take_axes(self, axes: Axes) -> None:
         """Use the axes that the rack names; raise a LadderError if the program is already running."""
         if self._engine is not None:
-            raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
+            raise LadderError(f"{self.kind} {self.name} runs already; its axes can't change")
         self.axes = axes
         self.forget()
 
     def keep_values(self) -> None:
         """Start from the initial values, without prescan; raise a LadderError if it is already running."""
         if self._engine is not None:
-            raise LadderError(f"{self.kind} {self.name} runs already: it has begun")
+            raise LadderError(f"{self.kind} {self.name} runs already; it can't start from its initial values")
         self.keeps_values = True
         if self._lowered is not None:
             self._lowered.resume = resume
@@ -224,8 +225,7 @@ class LadderLogic(ABC):
 
     def forget(self) -> None:
         """Discard what was built; the next use builds it again."""
-        self._lowered = self._scanner = self._memory = self._engine = None
-        self._initial = None, None
+        self._lowered = self._scanner = self._memory = self._engine = self._initial_memory = None
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
@@ -234,7 +234,7 @@ class LadderLogic(ABC):
 
     @property
     def used_stubs(self) -> dict[str, str]:
-        """Stubs in use: by name what they do, and how often."""
+        """Stubs in use by name: their text, and the number of uses."""
         counted = Counter(uses_of_stubs(self.build()))
         used = {name: self._use(self.stubs[name], count) for name, count in counted.items()}
         ideal = self.build().ideal_names
@@ -255,13 +255,14 @@ class LadderLogic(ABC):
         """Declare the undeclared tags that the routines of `parts` use."""
         if not self.declares_missing:
             return
-        own = self._names | ({STATUS} if self._has_status else set())
-        known = {part.name: own | part._names for part in parts}
+        own_names = self._names | ({STATUS} if self._has_status else set())
+        declared_names = {part.name: own_names | part._names for part in parts}
 
         def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
             name = address.name
-            is_known = name.upper() in known[program] or name.upper() in STATUS_FLAGS or is_image(name)
-            return None if is_known or not name else (name, address.steps)
+            upper = name.upper()
+            is_declared = upper in declared_names[program] or upper in STATUS_FLAGS or is_image(name)
+            return None if is_declared or not name else (name, address.steps)
 
         tags = {part.name: _tags(self, part) for part in parts}
 
@@ -335,18 +336,18 @@ class LadderLogic(ABC):
         return TagRef(parse_address(name))
 
     def add(self, declaration: Declaration) -> None:
-        """Add a declaration; raise a LadderError if its name is taken, or name or dimensions are invalid."""
+        """Add a declaration; raise a LadderError for a taken or invalid name, or invalid dimensions."""
         self._refuse_if_built()
         name = declaration.name
         if not self._is_name(name):
-            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
+            raise LadderError(f"{name!r} is not a tag name; use letters, digits and _")
         if name.upper() in self._names:
-            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
+            raise LadderError(f"tag {name} is declared twice; names are not case-sensitive")
         dims = declaration.dims if isinstance(declaration, Tag) else ()
         if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
             raise LadderError(f"tag {name} has dimensions {dims}; must be at most 3, each 1 or more")
         if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
-            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
+            raise LadderError(f"tag {name} has more than {MOST_BYTES:,} bytes; make it shorter")
         if self._has_status and name.upper() == STATUS:
             _check_status(declaration)
         self._names.add(name.upper())
@@ -356,8 +357,8 @@ class LadderLogic(ABC):
         """Whether a tag may have this name; the dialect slc allows `I:2`, a slot's words as memory."""
         if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
             return True
-        named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
-        return named and not name.upper().startswith(("S:", "I:", "O:"))
+        is_valid = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
+        return is_valid and not name.upper().startswith(("S:", "I:", "O:"))
 
     def use(self, *add_ons: AddOn) -> None:
         """Add add-on instructions; raise a LadderError if another one has the same name."""
@@ -368,7 +369,7 @@ class LadderLogic(ABC):
 
     def _refuse_if_built(self) -> None:
         if self._lowered is not None:
-            raise LadderError(f"{self.kind} {self.name} has been built: nothing more can be added")
+            raise LadderError(f"{self.kind} {self.name} has been built; nothing can be added")
 
     # --- building
 
@@ -411,39 +412,32 @@ class LadderLogic(ABC):
         return Engine(self.build(), memory=self._take_memory())
 
     def _take_memory(self) -> Memory:
-        """Return a memory with initial values: the check's memory the first time, then copies of another."""
+        """Return a memory with initial values: first the memory of the check, then copies of another one."""
         lowered = self.build()
         memory, self._memory = self._memory, None
         if memory is not None:
             return memory
-        size, initial = self._initial
-        if initial is None or size != lowered.layout.size:
-            initial = Memory(lowered.layout, lowered.presets, lowered.defaults)
-            self._initial = lowered.layout.size, initial
-        return initial.copy()
+        if self._initial_memory is None or self._initial_size != lowered.layout.size:
+            self._initial_memory = Memory(lowered.layout, lowered.presets, lowered.defaults)
+            self._initial_size = lowered.layout.size
+        return self._initial_memory.copy()
 
     def reset_by_prescan(self) -> list[str]:
         """Return the values that prescan resets before the first scan, by address."""
         engine = self.interpret()
         memory, leaves = engine.memory, engine.lowered.layout.leaves.values()
-        before = {
-            retained.path: memory.values(retained)
-            for retained in leaves
-            if is_retained(engine.lowered.layout, retained)
-        }
+        retained = [leaf for leaf in leaves if is_retained(engine.lowered.layout, leaf)]
+        values_before = [memory.values(leaf) for leaf in retained]
         with suppress(LadderFault):
             engine.interpreter.prescan()
         reset: list[str] = []
-        old: Any
-        new: Any
-        for leaf in (retained for retained in leaves if retained.path in before):
-            old, new = (
-                stored if leaf.dims else [stored] for stored in (before[leaf.path], memory.values(leaf))
-            )
+        for leaf, before in zip(retained, values_before, strict=True):
+            after = memory.values(leaf)
+            pairs = zip(before, after, strict=True) if leaf.dims else [(before, after)]  # type: ignore[arg-type]
             reset += [
                 element_text(leaf.path, leaf.dims, index)
-                for index, (old_value, new_value) in enumerate(zip(old, new, strict=True))
-                if old_value and not new_value
+                for index, (old, new) in enumerate(pairs)
+                if old and not new
             ]
         return reset
 
@@ -471,10 +465,10 @@ class LadderLogic(ABC):
         (self._engine or self.engine)(scan)
 
     def __attach_logic__(self, _slots: object) -> None:
-        """Compile before the first scan, which has the same watchdog as every other."""
+        """Compile before the first scan, so that its watchdog does not include the compilation."""
         _ = self.engine
 
-    def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
+    def __close_logic__(self) -> None:  # noqa: B027 - nothing to close between two scans
         """Do nothing."""
 
     def step(self, ms: float = STEP_MS) -> None:
@@ -492,7 +486,7 @@ class LadderLogic(ABC):
             BuildError: it can't be built; the other one continues.
         """
         if self._engine is not None:
-            raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")
+            raise LadderError(f"{self.kind} {self.name} runs already; only a new program can take over")
         engine = self.compile()
         edit = carry_over(running.engine, engine)
         self._engine = engine
@@ -535,13 +529,13 @@ class LadderLogic(ABC):
 
 
 def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
-    """Return a list of names as text; of a long list, the first names and how many more there are.
+    """Return a list of names as text; for a long list, the first names and the number of further ones.
 
     >>> shortened(["Feed", "Clamp", "Table"], 2)
     'Feed, Clamp, and 1 more'
     """
-    others = [f"and {len(names) - most:,} more"] * (len(names) > most)
-    return ", ".join([*names[:most], *others])
+    ending = [f"and {len(names) - most:,} more"] if len(names) > most else []
+    return ", ".join([*names[:most], *ending])
 
 
 def times(count: int) -> str:
@@ -565,7 +559,7 @@ def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
 
 def _check_status(declaration: Declaration) -> None:
     """Raise a LadderError if a declaration does not have the words of the status file."""
-    needed = f"the status file of this dialect is {STATUS} : INT[{WORDS}] or longer, and is there undeclared"
+    needed = f"the status file of this dialect is {STATUS} : INT[{WORDS}] or longer; it needs no declaration"
     if not isinstance(declaration, Tag):
         raise LadderError(f"{declaration.name} is not a tag; {needed}")
     if declaration.type is not INT or len(declaration.dims) != 1 or declaration.dims[0] < WORDS:

@@ -33,7 +33,7 @@ from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredRoutine, 
 
 
 class Lowerer(Protocol):
-    """The part of `lowering.Lowering` that is used here."""
+    """The part of `rungs.Lowering` that the files below it use."""
 
     resolver: Resolver
 
@@ -75,13 +75,13 @@ class StatementLowering:
         body = self.body(statements)
         return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)
 
-    def taken(self) -> list[LoweredLine]:
+    def take_lines(self) -> list[LoweredLine]:
         """Return the lines since the last call."""
         lines, self._lines = self._lines, []
         return lines
 
     def body(self, block: Block) -> Body:
-        """Lower statements; `taken` returns their lines."""
+        """Lower statements; `take_lines` returns their lines."""
         lowered: list[Any] = []
         for statement in block:
             if isinstance(statement, Region):
@@ -94,21 +94,25 @@ class StatementLowering:
     # --- lines
 
     def _line(
-        self, at: Statement, text: str, find: Callable[[], tuple[Any, ...]], line: int = 0
+        self, statement: Statement, text: str, resolve: Callable[[], tuple[Any, ...]], line: int = 0
     ) -> LoweredLine:
-        """Lower a line to one step, whose spec and operands `find` returns; report refused operands."""
-        number = line or at.line
-        origin = Origin(at.origin.file, at.origin.line + number - at.line)
+        """Lower a line to one step, whose spec and operands `resolve` returns; report refused operands."""
+        number = line or statement.line
+        origin = Origin(statement.origin.file, statement.origin.line + number - statement.line)
         self._lowering.at(number, origin, text)
         site = self._lowering.site(text)
         try:
-            spec, *operands = find()
+            spec, *operands = resolve()
         except (AddressError, OperandError) as error:
             self._lowering.report(str(error), error.remedy, tag=missing_in(error))
             spec, operands = CONDITION, []
-        return self._added(number, origin, text, LoweredStep(spec, tuple(operands), site), at.comment)
+        return self._add_line(
+            number, origin, text, LoweredStep(spec, tuple(operands), site), statement.comment
+        )
 
-    def _added(self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str) -> LoweredLine:
+    def _add_line(
+        self, number: int, origin: Origin, text: str, step: LoweredStep, comment: str
+    ) -> LoweredLine:
         line = LoweredLine(number, (step,), origin, text, comment)
         self._lines.append(line)
         return line
@@ -119,16 +123,16 @@ class StatementLowering:
         )
 
     def _assigned(
-        self, at: Statement, text: str, target: Address, value: Operand, retentive: bool = True
+        self, statement: Statement, text: str, target: Address, value: Operand, retentive: bool = True
     ) -> LoweredLine:
-        def find() -> tuple[Any, ...]:
+        def resolve() -> tuple[Any, ...]:
             place = self._target(target)
             return assignment(place, retentive=retentive), place, self._value(place, value)
 
-        return self._line(at, text, find)
+        return self._line(statement, text, resolve)
 
-    def _condition(self, at: Statement, text: str, condition: Operand, line: int = 0) -> LoweredLine:
-        return self._line(at, text, lambda: (CONDITION, self._logical(condition)), line)
+    def _condition(self, statement: Statement, text: str, condition: Operand, line: int = 0) -> LoweredLine:
+        return self._line(statement, text, lambda: (CONDITION, self._logical(condition)), line)
 
     def _invocation(self, statement: Invocation) -> Act:
         called = statement.instruction
@@ -141,7 +145,7 @@ class StatementLowering:
                 self._lowering.report("SBR is not first", "make it the first statement")
         elif step.spec.instead:
             self._lowering.report(f"{step.name} is not an instruction of structured text", step.spec.instead)
-        return Act(self._added(statement.line, statement.origin, statement.head, step, statement.comment))
+        return Act(self._add_line(statement.line, statement.origin, statement.head, step, statement.comment))
 
     def _if(self, statement: If) -> Arms:
         arms = []
@@ -154,17 +158,14 @@ class StatementLowering:
     def _case(self, statement: Case) -> Selection:
         labels: list[Constant] = []
 
-        def find() -> tuple[Any, ...]:
+        def resolve() -> tuple[Any, ...]:
             selector = self._arithmetic(statement.selector)
-            labels.extend(
-                constant(label.value)
-                for choice in statement.choices
-                for bounds in choice.labels
-                for label in (bounds.low, bounds.high)
-            )
+            for choice in statement.choices:
+                for bounds in choice.labels:
+                    labels.extend((constant(bounds.low.value), constant(bounds.high.value)))
             return (CASE, selector, *labels)
 
-        line = self._line(statement, statement.head, find)
+        line = self._line(statement, statement.head, resolve)
         width = width_of(*self._operands(line))
         choices = tuple((_ranges(choice), self.body(choice.body)) for choice in statement.choices)
         return Selection(line, width, choices, self.body(statement.otherwise or ()))
@@ -178,28 +179,28 @@ class StatementLowering:
     def _for(self, statement: For) -> Loop:
         count, step, text = statement.count, statement.step or number(1), statement.head
         start = self._assigned(statement, text, count, statement.first)
-        self._refuse_count(start)
-        test = self._line(statement, text, lambda: (CONDITION, self._counting(statement, step)))
+        self._check_counter(start)
+        test = self._line(statement, text, lambda: (CONDITION, self._pass_condition(statement, step)))
         body = self._loop_body(statement.body)
         advance = self._assigned(statement, text, count, Operation("+", (count, step)))
         return Loop(start, test, body, advance, None)
 
-    def _refuse_count(self, start: LoweredLine) -> None:
+    def _check_counter(self, start: LoweredLine) -> None:
         operands = self._operands(start)
         if operands and not (isinstance(operands[0], Place) and operands[0].type.is_integer):
             counter = described(operands[0])
-            self._lowering.report(f"FOR counts in {counter}, an integer is needed", "use a SINT, INT or DINT")
+            self._lowering.report(f"FOR counts in {counter}; must be an integer", "use a SINT, INT or DINT")
 
-    def _counting(self, statement: For, step: Operand) -> Resolved:
+    def _pass_condition(self, statement: For, step: Operand) -> Resolved:
         """Return the condition of a pass of FOR: the count has not passed the last value."""
         count, last = self._arithmetic(statement.count), self._arithmetic(statement.last)
-        by = self._arithmetic(step)
+        increment = self._arithmetic(step)
         up, down = Calculation("<=", (count, last)), Calculation(">=", (count, last))
-        if isinstance(by, Constant):
-            return up if by.value >= 0 else down
+        if isinstance(increment, Constant):
+            return up if increment.value >= 0 else down
         zero = constant(0)
-        rising = Calculation("AND", (Calculation(">=", (by, zero)), up))
-        falling = Calculation("AND", (Calculation("<", (by, zero)), down))
+        rising = Calculation("AND", (Calculation(">=", (increment, zero)), up))
+        falling = Calculation("AND", (Calculation("<", (increment, zero)), down))
         return Calculation("OR", (rising, falling))
 
     def _while(self, statement: While) -> Loop:
@@ -248,7 +249,7 @@ class StatementLowering:
         if isinstance(target, Group):
             resolved = self._resolved(operand)
             if not is_string(resolved):
-                raise mismatch(operand, resolved, "a string", "assign like to like")
+                raise mismatch(operand, resolved, "a string", "assign a string to a string")
             return resolved
         return self._logical(operand) if target.type.is_bool else self._arithmetic(operand)
 

@@ -1,7 +1,7 @@
-"""Selects the tags to store as bytes: structures that instructions use as a whole often enough.
+"""Selects the tags to store as bytes: structures with enough uses as a whole.
 
 A copy of bytes costs little per value, but each use of a single value costs more than with a variable. A
-tag and the InOuts that it is passed to have the same storage: a compiled add-on instruction has one version.
+tag and the InOuts that it is passed to have the same storage, because an add-on instruction is compiled once.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep
 from ..state.regions import copied_singly
 from .rungs import pass_bits_on
 
-_WHOLE = frozenset(
+_WHOLE_USES = frozenset(
     (
         *(Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET, Use.ARRAY, Use.TABLE, Use.TEXT),
         *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET, Use.PARAMETERS),
@@ -30,27 +30,27 @@ _WHOLE = frozenset(
 _COPY = (Use.SOURCE, Use.DESTINATION)
 
 _VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
-"""Extra cost of bytes per use of a single value, and the costs of a value in a copy without bytes; all in ns.
+"""Costs, ns: extra cost of bytes per use of a single value, then the cost of a copied value without bytes.
 
-The latter are: singly from variable to variable; from or to an array of another type; in a region.
+The latter is for a value copied singly, for an array of another type, and in a region.
 """
 
 _MEMBERS = 4  # single values in a use of a timer and the like
 
 _Root = tuple[str, str]
-"""Memory stored in one way: an add-on instruction and `Leaf.root`, or "" and a tag; all in capitals."""
+"""A unit of storage: an add-on instruction and `Leaf.root`, or "" and a tag; all in capitals."""
 
 
 def choose_bytes(lowered: LoweredProgram) -> None:
-    """Lay out as bytes the tags and InOuts that are faster that way."""
+    """Lay out tags and InOuts as bytes if this is faster."""
     uses = _Uses()
     for step in lowered.all_steps:
-        uses.step(step)
+        uses.count_step(step)
     layout = lowered.layout
     layout.make_bytes([unused.name.upper() for unused in layout.unused if _is_large(unused)])
     if uses.gain:
         chosen: dict[str, list[str]] = defaultdict(list)
-        for owner, name in uses.chosen(lowered):
+        for owner, name in uses.roots_in_bytes(lowered):
             chosen[owner].append(name)
         for owner, names in chosen.items():
             _layout(lowered, owner).make_bytes(names)
@@ -58,12 +58,12 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     for path in uses.wholes:
         if tag_in(path).upper() not in layout.boxed:
             layout.request_below(path)
-    for tag in filter(_is_large, layout.begun):
+    for tag in filter(_is_large, layout.partly_used):
         layout.fold_rest(tag.name.upper())
 
 
 def _is_large(tag: Tag) -> bool:
-    """Whether a tag is a structure that can be bytes: then an unused tag takes only one variable."""
+    """Whether a tag is a structure that can be bytes; an unused one then needs only one variable."""
     return isinstance(tag.type, Structure) and fits_bytes(tag.type)
 
 
@@ -79,7 +79,7 @@ def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
 
 
 class _Uses:
-    """The uses of all roots, and which roots must be stored in the same way."""
+    """The uses of all roots, and the groups of roots with the same storage."""
 
     def __init__(self) -> None:
         self.gain: dict[_Root, int] = defaultdict(int)  # ns per scan that bytes gain by whole uses
@@ -87,59 +87,61 @@ class _Uses:
         self.unfit: set[_Root] = set()
         self.calls: list[AddOnCall] = []
         self.wholes: dict[str, None] = {}  # paths of structures of tags that instructions use as a whole
-        self._above: dict[_Root, _Root] = {}
+        self._parents: dict[_Root, _Root] = {}
 
-    def step(self, step: LoweredStep) -> None:
+    def count_step(self, step: LoweredStep) -> None:
         """Count the uses of an instruction."""
         if step.operands and isinstance(step.operands[0], AddOnCall):
-            self._call(step.operands[0])
+            self._count_call(step.operands[0])
             return
         for use, operand in zip(step.uses, step.operands, strict=False):
-            self._operand(operand, step, whole=use in _WHOLE)
+            self._count_operand(operand, step, whole=use in _WHOLE_USES)
 
-    def _operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
+    def _count_operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
         if isinstance(operand, (Calculation, Call)):
-            parts = operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
-            for part in parts:
-                self._operand(part, step, whole=True)
+            inner_operands = (
+                operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
+            )
+            for inner in inner_operands:
+                self._count_operand(inner, step, whole=True)
         elif isinstance(operand, Place):
-            self._array(operand, step)
-            self._subscripts(
+            self._count_array(operand, step)
+            self._count_subscripts(
                 operand.indices if operand.bit is None else (*operand.indices, operand.bit), step
             )
         elif isinstance(operand, Group):
             if isinstance(operand.type, Structure):
-                self._structure(operand, step, whole=whole)
+                self._count_structure(operand, step, whole=whole)
             else:
-                self._array(operand, step)
-            self._subscripts(operand.indices, step)
+                self._count_array(operand, step)
+            self._count_subscripts(operand.indices, step)
 
-    def _structure(self, operand: Group, step: LoweredStep, *, whole: bool) -> None:
+    def _count_structure(self, operand: Group, step: LoweredStep, *, whole: bool) -> None:
         root = _root_of(operand)
         if not whole:
             self.loss[root] += _MEMBERS * _VALUE_NS
         elif copied_singly(step.operands):
             self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
         else:
-            self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
+            self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _elements_copied(operand, step)
         if not root[0]:
             self.wholes[operand.path] = None
 
-    def _array(self, operand: Place | Group, step: LoweredStep) -> None:
+    def _count_array(self, operand: Place | Group, step: LoweredStep) -> None:
         """Count the use of a number, or of an array in a copy from or to another type."""
         root = _root_of(operand)
-        others = step.operands[: len(_COPY)] if step.uses[: len(_COPY)] == _COPY else ()
-        if any(operand is other for other in others) and others[0].type != others[1].type:
-            self.gain[root] += _CONVERTED_NS * _count(operand, step)
+        copied = step.operands[: len(_COPY)] if step.uses[: len(_COPY)] == _COPY else ()
+        if any(operand is copied_operand for copied_operand in copied) and copied[0].type != copied[1].type:
+            self.gain[root] += _CONVERTED_NS * _elements_copied(operand, step)
         else:
             self.loss[root] += _VALUE_NS
 
-    def _subscripts(self, indices: Iterable[Resolved], step: LoweredStep) -> None:
+    def _count_subscripts(self, indices: Iterable[Resolved], step: LoweredStep) -> None:
         for index in indices:
             if not isinstance(index, Constant):
-                self._operand(index, step, whole=False)
+                self._count_operand(index, step, whole=False)
 
-    def _call(self, call: AddOnCall) -> None:
+    def _count_call(self, call: AddOnCall) -> None:
         self.calls.append(call)
         self._join(_root_of(call.instance), (call.name, OWN))
         for place in (call.enable_in, call.enable_in, call.enable_out):
@@ -150,27 +152,31 @@ class _Uses:
             elif operand.type.is_bool and isinstance(operand, Group):
                 self.unfit.add(_root_of(operand))  # an array of BOOL is passed as a list
 
-    def _join(self, one: _Root, other: _Root) -> None:
-        first, second = self._top(one), self._top(other)
+    def _join(self, a: _Root, b: _Root) -> None:
+        first, second = self._representative(a), self._representative(b)
         if first != second:
-            self._above[first] = second
+            self._parents[first] = second
 
-    def _top(self, root: _Root) -> _Root:
-        while root in self._above:
-            above = self._above[root]
-            self._above[root] = self._above.get(above, above)
-            root = above
+    def _representative(self, root: _Root) -> _Root:
+        while root in self._parents:
+            parent = self._parents[root]
+            self._parents[root] = self._parents.get(parent, parent)
+            root = parent
         return root
 
-    def chosen(self, lowered: LoweredProgram) -> Iterator[_Root]:
+    def roots_in_bytes(self, lowered: LoweredProgram) -> Iterator[_Root]:
         """Yield the roots to store as bytes."""
-        roots = dict.fromkeys((*self.gain, *self.loss, *self._above, *self._above.values()))
+        roots = dict.fromkeys((*self.gain, *self.loss, *self._parents, *self._parents.values()))
         gains: dict[_Root, int] = defaultdict(int)
         for root in roots:
-            gains[self._top(root)] += self.gain[root] - self.loss[root]
-        unfit = {self._top(name) for name in roots if name in self.unfit or not _fits(lowered, name)}
+            gains[self._representative(root)] += self.gain[root] - self.loss[root]
+        unfit = {
+            self._representative(name)
+            for name in roots
+            if name in self.unfit or not _can_be_bytes(lowered, name)
+        }
         for root in roots:
-            top = self._top(root)
+            top = self._representative(root)
             if gains[top] > 0 and top not in unfit:
                 yield root
 
@@ -179,14 +185,14 @@ def _layout(lowered: LoweredProgram, owner: str) -> Layout:
     return lowered.frames[owner].layout if owner else lowered.layout
 
 
-def _fits(lowered: LoweredProgram, root: _Root) -> bool:
+def _can_be_bytes(lowered: LoweredProgram, root: _Root) -> bool:
     owner, name = root
     layout = _layout(lowered, owner)
     if isinstance(layout, FrameLayout) and name == OWN:
         return fits_bytes(layout.own)
     tag = layout.declarations.get(name)
     if not isinstance(tag, Tag) or not fits_bytes(tag.type):
-        return False  # numbers are passed as a list or a view, which are used in the same way
+        return False  # numbers are passed as a list or a view, with the same code
     return isinstance(tag.type, Structure) or (not owner and bool(tag.dims))
 
 
@@ -195,7 +201,7 @@ def _root_of(operand: Place | Group) -> _Root:
     return (leaf.frame, leaf.root) if leaf.frame else ("", tag_in(leaf.path).upper())
 
 
-def _count(operand: Place | Group, step: LoweredStep) -> int:
+def _elements_copied(operand: Place | Group, step: LoweredStep) -> int:
     """Return the number of elements of a copy; an estimate if its length is computed."""
     most = count_of(operand.dims or operand.array)
     length = step.operands[-1]

@@ -61,12 +61,12 @@ def parse_rung(
 
     Args:
         file: its file, for messages.
-        line: its first line there.
+        line: its first line in the file.
         rung: its number in its routine.
         specs: the known instructions, by name in capitals.
 
     Raises:
-        RungTextError: a syntax error; the message says where, and what was expected.
+        RungTextError: a syntax error; the message has the position and the expected text.
     """
     parser = RungParser(text, file=file, line=line, rung=rung, specs=specs)
     series = parser.series()
@@ -102,7 +102,7 @@ class RungParser(ExpressionParser):
 
     def _branch(self) -> Branch:
         if self._branches == BRANCHES:
-            self.fail(f"at most {BRANCHES} branches in one another", "another one")
+            self.fail(f"at most {BRANCHES} nested branches", "another one")
         self._branches += 1
         self.skip("[")
         legs = [self.series()]
@@ -140,7 +140,7 @@ class RungParser(ExpressionParser):
                 self.fail(f", or ) in {spec.name}")
 
     def _check_count(self, spec: Spec, operands: tuple[Operand, ...], start: int) -> None:
-        if expected := spec.other_count(len(operands)):
+        if expected := spec.expected_count(len(operands)):
             self.at = start
             self.fail(f"{expected} operands of {spec.name}", str(len(operands)))
 

@@ -1,11 +1,11 @@
 """Types of undeclared tags, inferred from their use.
 
 A partial export has rungs without the tags of their controller. All uses of a tag are collected in a tree of
-its members. A use that accepts one type decides; an operand beside a real number becomes REAL; a bit access
-makes it an integer. An array is as long as its highest constant subscript requires; with computed
-subscripts only it has `COMPUTED` elements.
+its members. A use that accepts one type decides. An operand of an instruction with a REAL becomes REAL. A tag
+with a bit access is an integer. The highest constant subscript determines the length of an array; with
+computed subscripts only, it has `COMPUTED` elements.
 
-| the program says | the tag is |
+| in the program | the tag is |
 |---|---|
 | `XIC(Run)` | BOOL |
 | `TON(Fill,?,?)`, `Fill.DN` | TIMER |
@@ -14,7 +14,8 @@ subscripts only it has `COMPUTED` elements.
 | `CONCAT(Text,'a',Text)` | STRING |
 | `Recipe[2].Step` | an array of a structure with a member Step |
 
-With `files`, as in an SLC 500, a number is an INT, and timers, counters and controls are those of data files.
+With `files`, as in an SLC 500, a number is an INT, and timers, counters and controls have the types of data
+files.
 """
 
 from __future__ import annotations
@@ -162,7 +163,7 @@ class Guesses:
         self.found: dict[str, Guess] = {}
         self._copies: list[tuple[Guess, Guess]] = []
         self._parameters = ParameterPairs()
-        self._again = False
+        self._is_second_pass = False
 
     def read_all(self, routines: Iterable[tuple[str, Routine]]) -> None:
         """Collect the uses in routines, in two passes: a later use may determine an earlier one."""
@@ -170,11 +171,11 @@ class Guesses:
         for _ in range(2):
             for program, routine in owned:
                 self.read(program, routine)
-            self._again = True
+            self._is_second_pass = True
             if not any(guess.asks_for_structure for guess in self.found.values()):
                 break
         for program, outer, inner in self._parameters:
-            self._alike(program, outer, inner)
+            self._unify(program, outer, inner)
         for copied, into in self._copies:
             if copied.is_bare != into.is_bare and (copied.root.members or into.root.members):
                 copied.same_as(into)
@@ -184,19 +185,19 @@ class Guesses:
         for name, kind in routine.chart.tags() if routine.chart else ():
             self.argument(program, Address(name), PREDEFINED_TYPES[kind], ())
         for statement in statements_in(routine.block):
-            self._statement(program, statement)
+            self._read_statement(program, statement)
         for _, instruction in routine.instructions():
-            self._instruction(program, instruction)
-            if not self._again:
+            self._read_instruction(program, instruction)
+            if not self._is_second_pass:
                 self._parameters.note(program, routine.name, instruction)
 
-    def _alike(self, program: str, one: Operand, other: Operand) -> None:
-        """Give two operands the same type if one of them is a structure."""
-        kinds = self._kind(program, one), self._kind(program, other)
+    def _unify(self, program: str, a: Operand, b: Operand) -> None:
+        """Note that two operands have the same type if one of them is a structure."""
+        kinds = self._kind(program, a), self._kind(program, b)
         kind = next((candidate for candidate in kinds if isinstance(candidate, Structure)), None)
-        if not isinstance(one, Address) or not isinstance(other, Address):
+        if not isinstance(a, Address) or not isinstance(b, Address):
             return
-        guesses = [self._address(program, operand, kind, None) for operand in (one, other)]
+        guesses = [self._note_address(program, operand, kind, None) for operand in (a, b)]
         if (
             guesses[0] is not None
             and guesses[1] is not None
@@ -206,29 +207,29 @@ class Guesses:
 
     # --- instructions and statements
 
-    def _instruction(self, program: str, instruction: Instruction) -> None:
+    def _read_instruction(self, program: str, instruction: Instruction) -> None:
         if instruction.name in ("GSV", "SSV"):
-            self._attribute(program, instruction)
-        uses, of_call = self._uses(instruction.name), self._of_call(instruction.name)
+            self._read_attribute(program, instruction)
+        uses, call_operands = self._uses(instruction.name), self._of_call(instruction.name)
         used = list(zip(instruction.operands, chain(uses, repeat(Use.PARAMETERS)), strict=False))
-        others = [operand for operand, use in used if use not in _NAMES and not _is_of_structure(use)]
-        partner = self._partner(program, others)
+        valued = [operand for operand, use in used if use not in _NAMES and not _is_of_structure(use)]
+        partner = self._partner(program, valued)
         guesses: dict[int, Guess] = {}
-        for place, (operand, use) in enumerate(used):
-            self._inside(program, operand)
+        for index, (operand, use) in enumerate(used):
+            self._read_subscripts(program, operand)
             if isinstance(operand, Operation):
-                self._operation(program, operand, partner, bits=use in _BITS)
+                self._read_operation(program, operand, partner, bits=use in _BITS)
             elif not isinstance(operand, Address) or _is_name(operand, use):
                 continue
-            elif place < len(of_call):
-                self.argument(program, operand, *of_call[place])
+            elif index < len(call_operands):
+                self.argument(program, operand, *call_operands[index])
             else:
-                guess = self._address(program, operand, *self._required(use, instruction, partner))
+                guess = self._note_address(program, operand, *self._types_by_use(use, instruction, partner))
                 if guess is not None:
-                    guesses[place] = guess
-                    self._extent(guess, operand, use, instruction)
+                    guesses[index] = guess
+                    self._note_extent(guess, operand, use, instruction)
         if 0 in guesses and 1 in guesses:
-            self._pair(instruction, guesses[0], guesses[1])
+            self._note_pair(instruction, guesses[0], guesses[1])
 
     def _uses(self, name: str) -> Sequence[Use]:
         if name == "JSR":
@@ -236,41 +237,41 @@ class Guesses:
         spec = self._specs.get(name.upper())
         return spec.operands if spec else ()
 
-    def _extent(self, here: Guess, operand: Address, use: Use, instruction: Instruction) -> None:
+    def _note_extent(self, guess: Guess, operand: Address, use: Use, instruction: Instruction) -> None:
         """Note whether an operand is one element or a region."""
         if use in _REGIONS:
-            self._region(here, operand, instruction)
+            self._note_region(guess, operand, instruction)
         elif not _ends_in_element(operand):
-            here.single = True
+            guess.single = True
 
-    def _pair(self, instruction: Instruction, one: Guess, other: Guess) -> None:
-        """Note that a queue instruction's operands have the same type; collect the operands of a copy."""
+    def _note_pair(self, instruction: Instruction, a: Guess, b: Guess) -> None:
+        """Note that the operands of a queue instruction have the same type; collect operands of a copy."""
         queue = instruction.name in ("FFL", "FFU", "LFL", "LFU")
         if queue:
-            one.same_as(other)
+            a.same_as(b)
         elif instruction.name in ("COP", "CPS"):
-            self._copies.append((one, other))
+            self._copies.append((a, b))
 
-    def _attribute(self, program: str, instruction: Instruction) -> None:
-        """Note a use by GSV or SSV: the tag, the attribute as its member, and the other tag."""
+    def _read_attribute(self, program: str, instruction: Instruction) -> None:
+        """Note a use by GSV or SSV: instance, attribute as its member, source or destination."""
         if len(instruction.operands) != 4:
             return
-        kind, instance, name, beside = instruction.operands
-        owner = BY_CLASS.get(str(kind).upper())
+        class_name, instance, name, tag = instruction.operands
+        owner = BY_CLASS.get(str(class_name).upper())
         if owner is None or not isinstance(instance, Address) or not isinstance(name, Address):
             return
-        beside_kind = self._kind(program, beside)
-        likely = beside_kind if isinstance(beside_kind, Elementary) and beside_kind is not BOOL else DINT
-        self._address(program, instance, owner, None)
-        self._address(program, instance.member(name.name), None, likely)
-        known = owner.member(name.name)
-        if known is not None and isinstance(beside, Address):
-            self._address(program, beside, None, known.type)
+        tag_kind = self._kind(program, tag)
+        likely = tag_kind if isinstance(tag_kind, Elementary) and tag_kind is not BOOL else DINT
+        self._note_address(program, instance, owner, None)
+        self._note_address(program, instance.member(name.name), None, likely)
+        member = owner.member(name.name)
+        if member is not None and isinstance(tag, Address):
+            self._note_address(program, tag, None, member.type)
 
-    def _required(
+    def _types_by_use(
         self, use: Use, instruction: Instruction, partner: DataType | None
     ) -> tuple[DataType | None, DataType | None]:
-        """Return the type that a use requires and the one that it suggests."""
+        """Return the type that a use requires, and the type that it suggests."""
         if use is Use.BLOCK:
             return _BLOCKS.get(instruction.name), None
         if use in BY_USE:
@@ -280,23 +281,23 @@ class Guesses:
         if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
             return partner, None
         if use in _MAY_BE_TEXT:
-            return None, STRING if _is_code(instruction) else partner  # without another use, it is a DINT
+            return None, STRING if _is_code(instruction) else partner  # None: a DINT without other uses
         return None, REAL if partner is REAL else DINT
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
         """Note an argument of an add-on instruction."""
-        guess = self._address(program, operand, kind, None)
+        guess = self._note_address(program, operand, kind, None)
         if guess is not None and dims and not guess.lengths and not _ends_in_element(operand):
             guess.lengths = [min(length, MOST) for length in dims]
 
-    def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
+    def _note_region(self, guess: Guess, operand: Address, instruction: Instruction) -> None:
         """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
         length = self._length(instruction)
-        if 1 < length <= MOST and (not here.lengths or _ends_in_element(operand)):
-            here.copied = max(here.copied, length)
+        if 1 < length <= MOST and (not guess.lengths or _ends_in_element(operand)):
+            guess.copied = max(guess.copied, length)
 
     def _length(self, instruction: Instruction) -> int:
-        """Return the constant length that an instruction gives, COMPUTED or 0 without one."""
+        """Return the constant length in an instruction; COMPUTED for a computed one, 0 without a length."""
         spec = self._specs.get(instruction.name.upper())
         preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
         counted = instruction.operands[preset] if preset < len(instruction.operands) else None
@@ -336,7 +337,7 @@ class Guesses:
             return None
         name, steps = missing
         guess = self.found.get(name.upper())
-        kind = _needed(guess)
+        kind = _required_structure(guess)
         for step in steps:
             if isinstance(step, SubscriptStep):
                 continue
@@ -344,75 +345,79 @@ class Guesses:
                 return None
             member = kind.member(step.name) if isinstance(kind, Structure) else None
             guess = guess.members.get(step.name.upper()) if guess else None
-            kind = _needed(guess) if member is None else member.type
+            kind = _required_structure(guess) if member is None else member.type
         return kind if guess is None or kind is not None else self._likely(guess)
 
-    def _likely(self, here: Guess) -> DataType | None:
-        if self._again and here.root.weak == [STRING]:
+    def _likely(self, guess: Guess) -> DataType | None:
+        if self._is_second_pass and guess.root.weak == [STRING]:
             return STRING
-        return BOOL if BOOL in here.root.votes else None
+        return BOOL if BOOL in guess.root.votes else None
 
-    def _statement(self, program: str, statement: Statement) -> None:
+    def _read_statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
             return
         for operand in operands_in(statement):
-            self._inside(program, operand)
+            self._read_subscripts(program, operand)
         if isinstance(statement, Assignment):
-            self._assignment(program, statement)
+            self._read_assignment(program, statement)
         elif isinstance(statement, If):
             for arm in statement.arms:
-                self._operation(program, arm.condition, None, bits=True)
+                self._read_operation(program, arm.condition, None, bits=True)
         elif isinstance(statement, While | Repeat):
             for operand in operands_in(statement):
-                self._operation(program, operand, None, bits=True)
+                self._read_operation(program, operand, None, bits=True)
         elif isinstance(statement, Case | For):
             for operand in operands_in(statement):
-                self._operation(program, operand, None, bits=False)
+                self._read_operation(program, operand, None, bits=False)
 
-    def _assignment(self, program: str, statement: Assignment) -> None:
+    def _read_assignment(self, program: str, statement: Assignment) -> None:
         value, target = statement.value, statement.target
         kind = self._kind(program, target) or self._kind(program, value)
         structure = kind if isinstance(kind, Structure) else None
         logical = isinstance(value, Operation) and (_is_truth(value) or kind is BOOL)
-        self._address(program, target, structure, BOOL if logical else kind or DINT)
+        self._note_address(program, target, structure, BOOL if logical else kind or DINT)
         if isinstance(value, Address):
-            self._address(program, value, structure, kind or DINT)
+            self._note_address(program, value, structure, kind or DINT)
         else:
-            self._operation(program, value, REAL if kind is REAL else None, bits=logical)
+            self._read_operation(program, value, REAL if kind is REAL else None, bits=logical)
 
-    def _operation(self, program: str, operand: Operand, partner: DataType | None, *, bits: bool) -> None:
-        todo: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
-        while todo:
-            node, is_bit, beside = todo.pop()
+    def _read_operation(
+        self, program: str, operand: Operand, partner: DataType | None, *, bits: bool
+    ) -> None:
+        pending: list[tuple[Operand, bool, DataType | None]] = [(operand, bits, partner)]
+        while pending:
+            node, is_bit, partner_here = pending.pop()
             if isinstance(node, Address):
-                needed = beside if isinstance(beside, Structure) else None
-                self._address(program, node, needed, BOOL if is_bit else beside or DINT)
+                structure = partner_here if isinstance(partner_here, Structure) else None
+                self._note_address(program, node, structure, BOOL if is_bit else partner_here or DINT)
             elif isinstance(node, Operation):
-                near = self._partner(program, node.operands) or beside
-                todo += [(inner, _takes_bits(node, is_bit), near) for inner in reversed(node.operands)]
+                inner_partner = self._partner(program, node.operands) or partner_here
+                pending += [
+                    (inner, _takes_bits(node, is_bit), inner_partner) for inner in reversed(node.operands)
+                ]
 
-    def _inside(self, program: str, operand: Operand) -> None:
+    def _read_subscripts(self, program: str, operand: Operand) -> None:
         for address in addresses_in(operand):
             for step in address.steps:
                 inner = step.indices if isinstance(step, SubscriptStep) else ()
                 if isinstance(step, BitStep):
                     inner = (step.index,)
                 for node in inner:
-                    self._operation(program, node, None, bits=False)
-                    self._index(program, node)
+                    self._read_operation(program, node, None, bits=False)
+                    self._note_index(program, node)
 
-    def _index(self, program: str, index: Operand) -> None:
-        """Note that a subscript is an integer, whatever its other uses suggest."""
+    def _note_index(self, program: str, index: Operand) -> None:
+        """Note that a subscript is an integer, even if other uses suggest another type."""
         for address in [index] if isinstance(index, Address) else addresses_in(index):
             if not (address.steps and isinstance(address.steps[-1], BitStep)):
-                self._address(program, address, self._number, None)
+                self._note_address(program, address, self._number, None)
 
     # --- addresses
 
-    def _address(
+    def _note_address(
         self, program: str, address: Address, needed: DataType | None, likely: DataType | None
     ) -> Guess | None:
-        """Note a use of an address; return the known type of its last member, None if declared or a bit."""
+        """Note a use of an address; return the guess of its last member, None for a declared tag or a bit."""
         missing = self._missing(program, address)
         if missing is None:
             return None
@@ -462,7 +467,7 @@ def _is_logical(operand: Operand) -> bool:
 
 
 def _is_truth(value: Operation) -> bool:
-    """Whether the value of an assignment is a bit, judging by its operators."""
+    """Whether the value of an assignment is a bit according to its operators."""
     return value.name in (*RELATIONS, "NOT") or (
         value.name in _LOGICAL and any(map(_is_logical, value.operands))
     )
@@ -484,8 +489,8 @@ def _is_name(operand: Address, use: Use) -> bool:
     return use in _NAMES or (use is Use.KEYWORD and not operand.steps and plain(operand.name) in KEYWORDS)
 
 
-def _needed(here: Guess | None) -> DataType | None:
-    return None if here is None else here.needed
+def _required_structure(guess: Guess | None) -> DataType | None:
+    return None if guess is None else guess.needed
 
 
 def _bit_of(step: object) -> int:

@@ -22,7 +22,7 @@ _pack, _unpack = _SINGLE.pack, _SINGLE.unpack
 
 
 def real(value: float) -> float:
-    """Round to single precision; what is too large becomes infinite.
+    """Round to single precision; a value that is too large becomes infinite.
 
     >>> real(0.1), real(1e39), real(16_777_217)
     (0.10000000149011612, inf, 16777216.0)
@@ -49,7 +49,7 @@ finite, root = math.isfinite, math.sqrt
 
 
 def whole(value: float) -> int:
-    """Round to the nearest integer, half to even; infinity and NaN give 0.
+    """Round to the nearest integer, half to even; return 0 for infinity and NaN.
 
     >>> [whole(x) for x in (2.5, 1.5, -1.5, -2.5, 1.4, -1.6)]
     [2, 2, -2, -2, 1, -2]
@@ -63,8 +63,8 @@ def quotient(a: int, b: int) -> int:
     >>> quotient(7, 2), quotient(-7, 2), quotient(7, -2)
     (3, -3, -3)
     """
-    size = abs(a) // abs(b)
-    return size if (a < 0) == (b < 0) else -size
+    magnitude = abs(a) // abs(b)
+    return magnitude if (a < 0) == (b < 0) else -magnitude
 
 
 def remainder(a: int, b: int) -> int:
@@ -144,7 +144,7 @@ def from_digits(pattern: int) -> int:
 
 
 def decimal(value: int) -> int:
-    """TOD in an expression: the last eight digits in BCD; 0 for a negative number.
+    """Return TOD in an expression: the last eight digits in BCD; 0 for a negative number.
 
     >>> hex(decimal(1254)), hex(decimal(123_456_789)), decimal(-1)
     ('0x1254', '0x23456789', 0)
@@ -153,12 +153,12 @@ def decimal(value: int) -> int:
 
 
 def real_decimal(value: float) -> float:
-    """TOD of a REAL, without its fraction; 0 for infinity and NaN."""
+    """Return TOD of a REAL, without its fraction; 0 for infinity and NaN."""
     return float(decimal(int(value))) if math.isfinite(value) else 0.0
 
 
 def from_decimal(value: int) -> int:
-    """FRD in an expression, of 32 bits.
+    """Return FRD in an expression, computed in 32 bits.
 
     >>> from_decimal(0x1254), from_decimal(-1)
     (1254, 166666665)
@@ -167,12 +167,12 @@ def from_decimal(value: int) -> int:
 
 
 def real_from_decimal(value: float) -> float:
-    """FRD of a REAL, without its fraction; 0 for infinity and NaN."""
+    """Return FRD of a REAL, without its fraction; 0 for infinity and NaN."""
     return float(from_decimal(int(value))) if math.isfinite(value) else 0.0
 
 
 def _or_nan(function: Callable[[float], float], at_zero: float | None = None) -> Callable[[float], float]:
-    """Wrap a function to return NaN where it is undefined, and `at_zero` at 0 unless that is None."""
+    """Wrap a function to return NaN where it is undefined, and at 0 `at_zero` if that is not None."""
 
     def compute(value: float) -> float:
         if value == 0 and at_zero is not None:
@@ -197,17 +197,17 @@ natural_log, common_log = _or_nan(math.log, -math.inf), _or_nan(math.log10, -mat
 
 
 def degrees(value: float) -> float:
-    """Degrees of an angle in radians."""
+    """Convert radians to degrees."""
     return value * (180 / math.pi)
 
 
 def radians(value: float) -> float:
-    """Radians of an angle in degrees."""
+    """Convert degrees to radians."""
     return value * (math.pi / 180)
 
 
 def truncated(value: float) -> int:
-    """Truncate; infinity and NaN give 0.
+    """Truncate to an integer; return 0 for infinity and NaN.
 
     >>> truncated(-357.06)
     -357
@@ -229,7 +229,7 @@ def swapped(value: int, bits: int, mode: str) -> int:
     '0x4241'
     """
     order = _ORDERS.get(mode, _REVERSED) if bits == 32 else (1, 0)
-    moved = sum((value >> 8 * source & 0xFF) << 8 * place for place, source in enumerate(order))
+    moved = sum((value >> 8 * source & 0xFF) << 8 * target for target, source in enumerate(order))
     return wrap(moved, bits)
 
 
@@ -253,7 +253,7 @@ def distributed(source: int, source_bit: int, target: int, target_bit: int, leng
 
 
 def scaled(value: float, low: float, high: float, least: float, most: float) -> float:
-    """Scale linearly from low .. high to least .. most; a span of 0 leaves the value as it is.
+    """Scale linearly from low .. high to least .. most; a span of 0 leaves the value unchanged.
 
     >>> scaled(5.0, 0.0, 10.0, 100.0, 200.0), scaled(5.0, 1.0, 1.0, 0.0, 9.0)
     (150.0, 5.0)
@@ -262,6 +262,6 @@ def scaled(value: float, low: float, high: float, least: float, most: float) -> 
 
 
 def percent(value: float, low: float, high: float) -> float:
-    """Return a number in percent of a span; a span of 0 leaves it as it is."""
+    """Return a number in percent of a span; a span of 0 leaves it unchanged."""
     span = high - low
     return value * 100 / span if span else value

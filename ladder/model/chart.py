@@ -23,7 +23,7 @@ STEP_TYPE, ACTION_TYPE, STOP_TYPE = "SFC_STEP", "SFC_ACTION", "SFC_STOP"
 
 
 class Qualifier(Enum):
-    """When an action starts and stops [1756-PM006, choose a qualifier for an action]."""
+    """Start and end of an action [1756-PM006, choose a qualifier for an action]."""
 
     N = "N"  # while its step is active
     P1 = "P1"  # once, when the step is activated
@@ -49,14 +49,14 @@ class Qualifier(Enum):
 
 
 class ExecutionControl(Enum):
-    """How far a scan of a chart goes [1756-PM006, execution control]."""
+    """Extent of a chart's scan [1756-PM006, execution control]."""
 
     CURRENT = "CURRENT"  # execute current active steps only
     UNTIL_FALSE = "UNTIL_FALSE"  # execute until FALSE transition
 
 
 class RestartPosition(Enum):
-    """Where a chart begins after program mode [1756-PM006, restart position]."""
+    """Step at which a chart begins after program mode [1756-PM006, restart position]."""
 
     MOST_RECENT = "MOST_RECENT"
     INITIAL = "INITIAL"
@@ -72,7 +72,7 @@ class LastScan(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ChartOptions:
-    """Options of all charts of a controller; the defaults are those of a new project."""
+    """Options of all charts of a controller; the defaults are as in a new project."""
 
     control: ExecutionControl = ExecutionControl.CURRENT
     restart: RestartPosition = RestartPosition.MOST_RECENT
@@ -179,8 +179,8 @@ class Chart:
 
     steps: tuple[ChartStep, ...]  # in order of execution
     transitions: tuple[Transition, ...]  # in order of evaluation
-    inputs: tuple[Address, ...] = ()  # tags that take the inputs of a call
-    returns: tuple[Operand, ...] = ()  # returned by a call
+    inputs: tuple[Address, ...] = ()  # tags that receive the inputs of a call
+    returns: tuple[Operand, ...] = ()  # operands that a call returns
     notes: tuple[str, ...] = ()  # text boxes
 
     @property
@@ -189,7 +189,7 @@ class Chart:
         return next((step for step in self.steps if step.initial), None)
 
     @property
-    def named(self) -> Mapping[str, ChartStep]:
+    def steps_by_name(self) -> Mapping[str, ChartStep]:
         """Its steps and stops by name in capitals."""
         return {step.name.upper(): step for step in self.steps}
 
@@ -221,19 +221,15 @@ class Chart:
     @property
     def leaving(self) -> Mapping[str, list[int]]:
         """The numbers of the transitions that leave each step, in order of priority, by name in capitals."""
-        by_step: dict[str, list[int]] = {name: [] for name in self.named}
+        by_step: dict[str, list[int]] = {name: [] for name in self.steps_by_name}
         for number, transition in enumerate(self.transitions):
             for name in transition.sources:
                 by_step.setdefault(name.upper(), []).append(number)
         return by_step
 
-    def after(self, name: str) -> Iterator[Transition]:
+    def transitions_after(self, name: str) -> Iterator[Transition]:
         """Yield the transitions that leave a step, in order of priority."""
-        yield from (
-            transition
-            for transition in self.transitions
-            if name.upper() in map(str.upper, transition.sources)
-        )
+        return (self.transitions[number] for number in self.leaving.get(name.upper(), ()))
 
     def bodies(self) -> Iterator[tuple[ChartStep, Action, Block]]:
         """Yield each action with a body."""
@@ -250,7 +246,7 @@ class Chart:
         yield from ((transition.name, "BOOL") for transition in self.transitions)
 
     def statements(self) -> Iterator[Statement]:
-        """Yield what the chart reads and writes, as statements: presets, bodies, conditions."""
+        """Yield the chart's presets, bodies and conditions as statements."""
         for step in self.steps:
             yield from presets_of(step)
             for action in step.actions:

@@ -1,8 +1,8 @@
-"""Checks of a chart: names, reachability, and that its simultaneous branches begin and end in pairs.
+"""Checks the names in a chart, its reachability, and that simultaneous branches begin and end in pairs.
 
-A step is inside each branch whose divergence comes before it and whose convergence comes after it. These are
-a list of pairs: a divergence and its legs. A convergence joins legs of one divergence; joining all of them
-leaves it. So two tokens never meet in one step, and no jump enters or leaves a branch.
+Each step has a list of the branches around it: pairs of a divergence and legs of it. A convergence joins legs
+of one divergence. After a convergence of all its legs, a step is outside the divergence. So two tokens never
+meet in one step, and no jump enters or leaves a branch.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ class ChartProblem(NamedTuple):
 
 
 def problems_of(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield what is wrong with a chart; if its names are wrong, nothing else is checked."""
-    problems = [*_names(chart)]
+    """Yield the problems of a chart; after a problem of names, branches are not checked."""
+    problems = [*_name_problems(chart)]
     yield from problems
     if not problems:
         yield from _Net(chart).problems()
 
 
 def unreached(chart: Chart) -> Iterator[ChartProblem]:
-    """Yield the steps that no path leads to; SFR may reach them."""
+    """Yield the steps without a path to them; SFR may reach them."""
     net = _Net(chart)
-    list(net.problems())
+    list(net.problems())  # fills `legs`
     for step in chart.steps:
         if step.name.upper() not in net.legs:
             text = f"no path leads to step {step.name}"
@@ -48,53 +48,57 @@ def unreached(chart: Chart) -> Iterator[ChartProblem]:
             )
 
 
-def _names(chart: Chart) -> Iterator[ChartProblem]:
+def _name_problems(chart: Chart) -> Iterator[ChartProblem]:
     size = len(chart.elements)
     if size > MOST_ELEMENTS:
-        text = f"it has {size:,} elements; {MOST_ELEMENTS:,} are allowed"
+        text = f"it has {size:,} elements; must be at most {MOST_ELEMENTS:,}"
         yield ChartProblem(0, "chart", text, "divide it into charts that call each other")
         return
     initial = [step for step in chart.steps if step.initial]
     if len(initial) != 1:
         names = ", ".join(step.name for step in initial) or "none"
-        text = f"it needs one initial step; there are: {names}"
+        text = f"it must have one initial step; it has {names}"
         yield ChartProblem(0, "chart", text, "mark the first step")
-    yield from _twice(chart)
-    named = chart.named
+    yield from _duplicate_problems(chart)
+    steps_by_name = chart.steps_by_name
     for transition in chart.transitions:
-        yield from _ends(named, transition)
+        yield from _end_problems(steps_by_name, transition)
 
 
-def _twice(chart: Chart) -> Iterator[ChartProblem]:
+def _duplicate_problems(chart: Chart) -> Iterator[ChartProblem]:
     """Yield steps with the same tag, and actions of one step with the same tag."""
     seen: set[str] = set()
     for step in chart.steps:
         if step.name.upper() in seen:
-            text = f"there are two steps {step.name}"
+            text = f"two steps are called {step.name}"
             yield ChartProblem(step.number, f"step {step.name}", text, "give each its own tag")
         seen.add(step.name.upper())
-        active = [named for named in step.actions if named.qualifier is not Qualifier.R]
-        names = [named.name.upper() for named in active]
-        for action in active:
+        starting = [action for action in step.actions if action.qualifier is not Qualifier.R]
+        names = [action.name.upper() for action in starting]
+        for action in starting:
             if names.count(action.name.upper()) > 1:
                 text = f"step {step.name} has the action {action.name} twice"
                 yield ChartProblem(action.number, f"action {action.name}", text, "give each its own tag")
 
 
-def _ends(named: Mapping[str, ChartStep], each: Transition) -> Iterator[ChartProblem]:
-    """Yield what is wrong with the steps before and after a transition."""
-    for name in (*each.sources, *each.targets):
-        if name.upper() not in named:
-            steps = ", ".join(step.name for step in named.values())
-            yield _of(each, f"no step {name}", f"steps are {steps}")
-    for name in each.sources:
-        if name.upper() in named and named[name.upper()].stop:
-            yield _of(each, f"it leaves the stop {name}", "end the path there, or use a step")
-    if not (each.sources and each.targets):
-        yield _of(each, "it needs a step before it and one after it", "link it to both")
+def _end_problems(steps_by_name: Mapping[str, ChartStep], transition: Transition) -> Iterator[ChartProblem]:
+    """Yield problems of the steps before and after a transition."""
+    for name in (*transition.sources, *transition.targets):
+        if name.upper() not in steps_by_name:
+            steps = ", ".join(step.name for step in steps_by_name.values())
+            yield _transition_problem(transition, f"no step {name}", f"steps are {steps}")
+    for name in transition.sources:
+        if name.upper() in steps_by_name and steps_by_name[name.upper()].stop:
+            yield _transition_problem(
+                transition, f"it leaves the stop {name}", "end the path there, or use a step"
+            )
+    if not (transition.sources and transition.targets):
+        yield _transition_problem(
+            transition, "it must have a step before it and one after it", "link it to both"
+        )
 
 
-def _of(transition: Transition, text: str, remedy: str) -> ChartProblem:
+def _transition_problem(transition: Transition, text: str, remedy: str) -> ChartProblem:
     return ChartProblem(transition.number, f"transition {transition.name}", text, remedy)
 
 
@@ -113,43 +117,47 @@ class _Net:
         if initial is None:
             return
         self.legs[initial.name.upper()] = ()
-        todo, done = [initial.name.upper()], set[int]()
-        while todo:
-            for number in self._leaving[todo.pop()]:
+        open_steps, fired = [initial.name.upper()], set[int]()
+        while open_steps:
+            for number in self._leaving[open_steps.pop()]:
                 transition = self._chart.transitions[number]
-                if number not in done and all(name.upper() in self.legs for name in transition.sources):
-                    done.add(number)
-                    yield from self._fire(number, transition, todo)
+                if number not in fired and all(name.upper() in self.legs for name in transition.sources):
+                    fired.add(number)
+                    yield from self._fire(number, transition, open_steps)
 
-    def _fire(self, number: int, each: Transition, todo: list[str]) -> Iterator[ChartProblem]:
-        joined = self._join([self.legs[name.upper()] for name in each.sources])
+    def _fire(self, number: int, transition: Transition, open_steps: list[str]) -> Iterator[ChartProblem]:
+        joined = self._join([self.legs[name.upper()] for name in transition.sources])
         if joined is None:
-            text = f"it converges from {', '.join(each.sources)}, which are not branches of one divergence"
-            yield _of(each, text, "begin the branches with one simultaneous divergence")
+            text = (
+                f"it converges from {', '.join(transition.sources)}, which are not branches of one divergence"
+            )
+            yield _transition_problem(transition, text, "begin the branches with one simultaneous divergence")
             return
-        self._sizes[number] = len(each.targets)
-        for leg, name in enumerate(each.targets):
-            inside = joined if len(each.targets) == 1 else (*joined, (number, frozenset((leg,))))
-            known = self.legs.setdefault(name.upper(), inside)
-            if known is inside:
-                todo.append(name.upper())
-            elif known != inside:
+        self._sizes[number] = len(transition.targets)
+        for leg, name in enumerate(transition.targets):
+            target_legs = joined if len(transition.targets) == 1 else (*joined, (number, frozenset((leg,))))
+            earlier_legs = self.legs.setdefault(name.upper(), target_legs)
+            if earlier_legs is target_legs:
+                open_steps.append(name.upper())
+            elif earlier_legs != target_legs:
                 text = f"it jumps to {name}, which is in another simultaneous branch, or in none"
-                yield _of(
-                    each, text, "enter simultaneous branches by their divergence, leave by their convergence"
+                yield _transition_problem(
+                    transition,
+                    text,
+                    "enter simultaneous branches by their divergence, leave by their convergence",
                 )
 
     def _join(self, sources: list[Legs]) -> Legs | None:
-        """Return where a convergence leads, None if its sources do not belong together."""
+        """Return the branches around a step after a convergence; None if its sources do not match."""
         if len(sources) == 1:
             return sources[0]
-        around = {(source[:-1], source[-1][0]) if source else None for source in sources}
-        if len(around) != 1 or None in around:
+        divergences = {(source[:-1], source[-1][0]) if source else None for source in sources}
+        if len(divergences) != 1 or None in divergences:
             return None
         number = sources[0][-1][0]
         legs = [source[-1][1] for source in sources]
-        together = frozenset[int]().union(*legs)
-        if len(together) != sum(map(len, legs)):
+        joined_legs = frozenset[int]().union(*legs)
+        if len(joined_legs) != sum(map(len, legs)):
             return None
         outer = sources[0][:-1]
-        return outer if len(together) == self._sizes[number] else (*outer, (number, together))
+        return outer if len(joined_legs) == self._sizes[number] else (*outer, (number, joined_legs))

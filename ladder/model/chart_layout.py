@@ -1,7 +1,7 @@
 """Layout of a chart's picture: columns from the left, rows from the top.
 
-A step is below all transitions that lead down to it. Further legs of a branch go to the right. What follows a
-convergence is in its first leg's column. A link back up to the beginning of a loop is a jump.
+A step is below all transitions that lead down to it. Further legs of a branch go to the right. Elements after
+a convergence are in the column of its first leg. A link back up to the beginning of a loop is a jump.
 """
 
 from __future__ import annotations
@@ -42,12 +42,17 @@ def layout_of(chart: Chart) -> ChartLayout:
 
 
 class _Visit(NamedTuple):
-    """A step or transition to place; `by` is the transition, and `column` None is the next free column."""
+    """A step or transition to place, or the end of all paths from a step."""
 
-    kind: str
-    name: str
-    by: int
-    column: int | None
+    kind: str  # step, transition, path end
+    step: str  # in capitals; for a transition, its source
+    transition: int  # number of the transition, or of the one that leads to the step; -1 for a start
+    column: int | None  # None for the next free column
+
+
+def _with_first_in(column: int, visits: list[_Visit]) -> list[_Visit]:
+    """Return visits with a column for the first one."""
+    return [visit._replace(column=column) for visit in visits[:1]] + visits[1:]
 
 
 class _Placing:
@@ -56,76 +61,65 @@ class _Placing:
     def __init__(self, chart: Chart) -> None:
         self._chart = chart
         self._leaving = chart.leaving
-        self._columns: dict[str, int] = {}
-        self._of_transitions: dict[int, int] = {}
+        self._step_columns: dict[str, int] = {}  # by name in capitals
+        self._transition_columns: dict[int, int] = {}  # by number
         self._jumps: set[tuple[int, str]] = set()
-        self._free = 0  # the next free column
+        self._free_column = 0
 
     def layout(self) -> ChartLayout:
-        """Place the elements of all paths, then the steps that no path reaches."""
+        """Place the elements below the initial step, then the unreachable ones; return all cells."""
         initial = self._chart.initial
         starts = ([initial] if initial else []) + list(self._chart.steps)
         for step in starts:
-            if step.name.upper() not in self._columns:
-                self._down(step.name.upper(), self._free)
-        rows, of_transitions = self._rows()
-        steps = {name: (column, rows[name]) for name, column in self._columns.items()}
-        cells = tuple(
-            (self._of_transitions.get(number, 0), of_transitions[number])
-            for number in range(len(self._chart.transitions))
+            if step.name.upper() not in self._step_columns:
+                self._assign_columns(step.name.upper())
+        step_rows, transition_rows = self._rows()
+        step_cells = {name: (column, step_rows[name]) for name, column in self._step_columns.items()}
+        transition_cells = tuple(
+            (self._transition_columns.get(number, 0), row) for number, row in transition_rows.items()
         )
-        return ChartLayout(steps, cells, frozenset(self._jumps))
+        return ChartLayout(step_cells, transition_cells, frozenset(self._jumps))
 
-    def _down(self, start: str, column: int) -> None:
+    def _assign_columns(self, start: str) -> None:
         """Assign columns down all paths from a step: the first leg stays in the column, others go right."""
-        open_steps: set[str] = set()
-        todo: list[_Visit] = [_Visit("step", start, -1, column)]
+        steps_above: set[str] = set()  # of the current path: a transition to one of them is a jump
+        todo = [_Visit("step", start, -1, self._free_column)]
         while todo:
             visit = todo.pop()
-            if visit.kind == "left":
-                open_steps.discard(visit.name)
+            if visit.kind == "path end":
+                steps_above.discard(visit.step)
             elif visit.kind == "transition":
                 todo += reversed(self._targets(visit))
-            elif visit.name in self._columns:
-                if visit.name in open_steps:
-                    self._jumps.add((visit.by, visit.name))
-            else:
-                self._columns[visit.name] = own_column = self._column(visit)
-                open_steps.add(visit.name)
-                todo.append(visit._replace(kind="left"))
+            elif visit.step not in self._step_columns:
+                self._step_columns[visit.step] = column = self._column(visit)
+                steps_above.add(visit.step)
+                todo.append(visit._replace(kind="path end"))
                 leaving = [
-                    transition
-                    for transition in self._leaving[visit.name]
-                    if transition not in self._of_transitions
+                    number for number in self._leaving[visit.step] if number not in self._transition_columns
                 ]
-                todo += reversed(
-                    [
-                        _Visit("transition", visit.name, transition, own_column if place == 0 else None)
-                        for place, transition in enumerate(leaving)
-                    ]
-                )
+                visits = [_Visit("transition", visit.step, number, None) for number in leaving]
+                todo += reversed(_with_first_in(column, visits))
+            elif visit.step in steps_above:
+                self._jumps.add((visit.transition, visit.step))
 
     def _targets(self, visit: _Visit) -> list[_Visit]:
-        """Assign a transition its column; return the steps after it."""
-        if visit.by in self._of_transitions:
+        """Assign a transition its column; return the visits of its targets."""
+        if visit.transition in self._transition_columns:
             return []
-        self._of_transitions[visit.by] = column = self._column(visit)
-        targets = self._chart.transitions[visit.by].targets
-        return [
-            _Visit("step", name.upper(), visit.by, column if place == 0 else None)
-            for place, name in enumerate(targets)
-        ]
+        self._transition_columns[visit.transition] = column = self._column(visit)
+        targets = self._chart.transitions[visit.transition].targets
+        visits = [_Visit("step", name.upper(), visit.transition, None) for name in targets]
+        return _with_first_in(column, visits)
 
     def _column(self, visit: _Visit) -> int:
-        if visit.column is None:
-            self._free += 1
-            return self._free - 1
-        self._free = max(self._free, visit.column + 1)
-        return visit.column
+        """Return a visit's column and make it used."""
+        column = self._free_column if visit.column is None else visit.column
+        self._free_column = max(self._free_column, column + 1)
+        return column
 
     def _rows(self) -> tuple[dict[str, int], dict[int, int]]:
-        """Return rows: each element below everything that leads to it, except jumps."""
-        steps = dict.fromkeys(self._columns, 0)
+        """Return the rows of steps and transitions, each below all that lead to it except by jumps."""
+        steps = dict.fromkeys(self._step_columns, 0)
         transitions = dict.fromkeys(range(len(self._chart.transitions)), 0)
         for _ in range(len(steps) + 1):
             changed = False

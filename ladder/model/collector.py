@@ -1,9 +1,9 @@
 """The cyclic garbage collector, paused while large trees are built.
 
 Each collection visits all live objects. While a program of thousands of rungs is read and compiled, nothing
-becomes garbage, and collections take a third of the time. What a large tree leaves is then declared old, as
-if it had survived them: otherwise the next collection would visit all of it at once. The collector does not
-count this, so old garbage would stay: after every few large trees, all garbage is collected.
+becomes garbage, and collections take a third of the time. Afterwards all objects move to the oldest
+generation; otherwise the next collection would visit the whole tree at once. The collector does not count
+this move, so old garbage would stay. Therefore everything is collected after every few large trees.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from contextlib import contextmanager
 from itertools import count
 
 LARGE = 100_000
-"""Number of new objects above which a tree counts as large: visiting them takes tens of ms."""
+"""Number of new objects above which a tree is large: visiting them takes tens of ms."""
 
 COLLECTED = 8
-"""Large trees after which all garbage is collected."""
+"""Number of large trees after which all garbage is collected."""
 
-_large = count(1)
+_large_trees = count(1)
 
 
 @contextmanager
@@ -31,10 +31,9 @@ def collector_paused() -> Iterator[None]:
         yield
     finally:
         if was_on:
-            if (
-                gc.get_count()[0] > LARGE and not gc.get_freeze_count()
-            ):  # what other code has frozen stays frozen
-                if next(_large) % COLLECTED:
+            frozen_elsewhere = gc.get_freeze_count() > 0  # `unfreeze` would unfreeze these objects
+            if gc.get_count()[0] > LARGE and not frozen_elsewhere:
+                if next(_large_trees) % COLLECTED:
                     gc.freeze()
                     gc.unfreeze()
                 else:

@@ -1,4 +1,4 @@
-"""The drawing of a function block diagram: what is where on its sheets, and the tags of its values."""
+"""The drawing of a function block diagram: elements and wires on its sheets, and the tags of their values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class DrawnSheet:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A diagram as it is drawn, and the record of the file, for export."""
+    """The sheets of a diagram."""
 
     sheets: tuple[DrawnSheet, ...]
-    record: Any
+    record: Any  # its data in the file, for export

@@ -27,9 +27,9 @@ class RungTextError(LadderError):
 class Problem:
     """A reason why a program can't be built."""
 
-    where: str  # routine and rung, or the tag, for people
+    where: str  # routine and rung, or the tag, as shown to the user
     rung: str  # the rung as text, "" if it is not a rung
-    text: str  # the error, with the value and what is allowed
+    text: str  # the error, with the wrong and the allowed values
     remedy: str
     site: Site = NOWHERE  # its `rung` is unset if the problem is not in a rung
     rule: str = ""  # for a warning, the rule of `scanrack check`
@@ -48,7 +48,7 @@ class BuildError(LadderError):
         super().__init__(text, *(problem.site for problem in problems))
 
 
-class LadderFault(Exception):  # noqa: N818 - what the trade calls it
+class LadderFault(Exception):  # noqa: N818 - the term in manuals
     """A major fault: the scan stops."""
 
     def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
@@ -73,7 +73,7 @@ CONTROL_CODE = 21
 """LEN or POS of a CONTROL is negative [1756-PM014, major fault codes]."""
 
 ASSERTION_CODE = 990
-"""A condition of ASSERT is false; codes 990 to 999 are the user's own [1756-PM014, major fault codes]."""
+"""A condition of ASSERT is false; codes 990 to 999 are user-defined [1756-PM014, major fault codes]."""
 
 TIMER_CODE = 34
 """PRE or ACC of a timer is negative [1756-RM003N p. 117]."""

@@ -35,7 +35,7 @@ from .tree import (
 NAME = re.compile(r"[A-Za-z_]\w*")
 _OF_MODULE = r"(?::\d{1,5})?:(?:[IOCSiocs]|[Ss][IOCioc])\d{0,2}(?!\w)"
 TAG_NAME = rf"(?:[A-Za-z_]\w*(?:{_OF_MODULE})?|&\w+{_OF_MODULE})"
-"""Names that a tag may have: `Run`, and those of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`.
+"""Names of tags, such as `Run`, and of modules: `Rack:3:O`, `Drive:I1`, `Local:1:C`, `Gate:SI`.
 
 Exports print `&4DA5D0F8:I` for a module without a name.
 """
@@ -57,7 +57,7 @@ _NUMBER = re.compile(
 )
 _INFINITE = ("1.$", "1.#INF")
 _NOT_A_NUMBER = ("1.#QNAN", "1.#SNAN", "1.#NAN", "1.#IND")
-"""Exports print NaN this way."""
+"""Exports print NaN as one of these."""
 
 _TIME_PART = re.compile(r"([0-9_]+(?:\.[0-9_]*)?)(d|h|ms|m|s)", re.IGNORECASE)
 _PART_MS = {"d": 86_400_000, "h": 3_600_000, "m": 60_000, "s": 1_000, "ms": 1}
@@ -131,7 +131,8 @@ class ExpressionParser(Scanner):
         if literal:
             number = self._number()
             if not self.text.startswith("**", self.at):
-                value = number.value if number.value != number.value else -number.value
+                is_nan = number.value != number.value
+                value = number.value if is_nan else -number.value
                 return Number(value, f"-{number.text}")
             self.at = start
             self.skip("-")
@@ -170,10 +171,10 @@ class ExpressionParser(Scanner):
         elif literal["real"]:
             value = float(text)
         elif literal["integer"]:
-            value = self._of_radix(10, text, start)
+            value = self._integer(10, text, start)
             text = str(value)
         else:
-            value = self._of_radix(int(literal["radix"]), literal["digits"], start)
+            value = self._integer(int(literal["radix"]), literal["digits"], start)
             text = f"{literal['radix']}#{literal['digits'].upper()}"
         self._move_to(literal.end())
         return Number(value, text)
@@ -195,7 +196,7 @@ class ExpressionParser(Scanner):
             self.fail("a time of whole milliseconds", text)
         return int(total)
 
-    def _of_radix(self, radix: int, digits: str, start: int) -> int:
+    def _integer(self, radix: int, digits: str, start: int) -> int:
         if len(digits) > MOST_DIGITS:
             self.at = start
             self.fail("a number of at most 64 bits", f"one of {len(digits)} digits")
@@ -224,7 +225,7 @@ class ExpressionParser(Scanner):
         if self.at < len(self.text) and self.text[self.at] == ":":
             self.at = start
             self.fail("a tag (Local:1:I, I:1, N7:0, S:FS)")
-        self._space()
+        self._skip_space()
         return Address(base.group(), tuple(steps))
 
     def _file_steps(self, base: str) -> tuple[Step, ...]:

@@ -54,7 +54,7 @@ class OperandError(ValueError):
 
 
 def mismatch(operand: object, resolved: Resolved, required: str, remedy: str) -> OperandError:
-    """Return the error for an operand that is not what is required, such as `a tag`."""
+    """Return the error for an operand that is not as `required`, such as `a tag`."""
     return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
@@ -77,10 +77,10 @@ def require_type(block: Group, kind: Structure) -> None:
 
 @dataclass(frozen=True, slots=True)
 class OperandCheck:
-    """The requirement of a use: its predicate, the same in words, and a remedy."""
+    """The requirement of a use: its predicate and a remedy."""
 
     accepts: Callable[[Resolved], bool]
-    text: str
+    text: str  # the requirement in words, such as `a number`
     remedy: str
 
 
@@ -105,6 +105,10 @@ def is_string(resolved: Resolved) -> bool:
     if not isinstance(resolved, Group):
         return isinstance(resolved, StringConstant)
     return not resolved.dims and not isinstance(resolved.type, Elementary) and resolved.type.is_string
+
+
+def _is_string_tag(resolved: Resolved) -> bool:
+    return isinstance(resolved, Group) and is_string(resolved)
 
 
 def _is_structure(types: Container[DataType], resolved: Resolved) -> bool:
@@ -174,7 +178,7 @@ def _has_dims(resolved: Resolved) -> bool:
 
 
 def array_of(resolved: Resolved) -> tuple[int, ...]:
-    """Return the dimensions of the array that an operand is, or is an element of; else none."""
+    """Return the dimensions of an array, or of the array around an element; () for another operand."""
     if isinstance(resolved, Group) and resolved.dims:
         return resolved.dims
     return resolved.array if isinstance(resolved, (Place, Group)) else ()
@@ -214,37 +218,35 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.STORAGE: _A_BIT,
     Use.NUMBER: _A_NUMBER,
     Use.TEXT_OR_NUMBER: OperandCheck(
-        lambda each: _is_plain_number(each) or is_string(each),
+        lambda operand: _is_plain_number(operand) or is_string(operand),
         "a number or a STRING",
         "use a numeric tag or a STRING; XIC reads bits",
     ),
     Use.TEXT: OperandCheck(is_string, "a STRING", "convert numbers with DTOS or RTOS"),
-    Use.TEXT_TARGET: OperandCheck(
-        lambda each: isinstance(each, Group) and is_string(each), "a STRING to write", "declare it as STRING"
-    ),
+    Use.TEXT_TARGET: OperandCheck(_is_string_tag, "a STRING to write", "declare it as STRING"),
     Use.INTEGER: _AN_INTEGER,
     Use.TARGET: OperandCheck(
-        _is_numeric_tag, "a numeric tag to write", "use a numeric tag; bits are written by OTE, OTL, OTU"
+        _is_numeric_tag, "a numeric tag to write", "use a numeric tag; write bits with OTE, OTL or OTU"
     ),
     Use.TEXT_OR_NUMBER_TARGET: OperandCheck(
-        lambda each: _is_numeric_tag(each) or (isinstance(each, Group) and is_string(each)),
+        lambda operand: _is_numeric_tag(operand) or _is_string_tag(operand),
         "a numeric tag or a STRING to write",
-        "use a numeric tag; bits are written by OTE, OTL, OTU",
+        "use a numeric tag; write bits with OTE, OTL or OTU",
     ),
     Use.INTEGER_TARGET: OperandCheck(
-        lambda each: isinstance(each, Place) and each.type.is_integer,
+        lambda operand: isinstance(operand, Place) and operand.type.is_integer,
         "an integer tag to write",
         "use a SINT, INT, DINT or LINT",
     ),
     Use.EXPRESSION: OperandCheck(
-        is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
+        is_arithmetic, "an arithmetic expression", "compare with CMP; use AND, OR, XOR, NOT with integers"
     ),
     Use.CONDITION: OperandCheck(_is_test, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
     Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
     Use.BLOCK: OperandCheck(
         partial(_is_structure, _BLOCKS),
         "a structure of its parameters",
-        "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or what its block is",
+        "declare the tag as FBD_TIMER, FBD_COUNTER, FBD_ONESHOT or the type of its block",
     ),
     **{
         use: OperandCheck(
@@ -277,7 +279,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.KEYWORD: OperandCheck(_is_plain_number, "a number or a word", "write a word of its list"),
     Use.SWITCH: OperandCheck(_is_switch, "a bit, 0 or 1", "use a BOOL"),
     Use.OPTIONAL_TARGET: OperandCheck(
-        lambda each: each == constant(0) or (isinstance(each, Place) and not each.type.is_bool),
+        lambda operand: operand == constant(0) or (isinstance(operand, Place) and not operand.type.is_bool),
         "a numeric tag to write, or 0",
         "use a numeric tag",
     ),
@@ -295,11 +297,13 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.ARRAY: _AN_ARRAY,
     Use.ITEM: OperandCheck(_is_item, "a number or a structure", "name a single tag"),
     Use.ITEM_TARGET: OperandCheck(
-        lambda each: _is_item(each) and not isinstance(each, Constant),
+        lambda operand: _is_item(operand) and not isinstance(operand, Constant),
         "a tag to write",
         "name a single number or structure",
     ),
     Use.CONSTANT: OperandCheck(
-        lambda each: isinstance(each, Constant) and each.type.is_integer, "a constant", "write a whole number"
+        lambda operand: isinstance(operand, Constant) and operand.type.is_integer,
+        "a constant",
+        "write a whole number",
     ),
 }

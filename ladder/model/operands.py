@@ -19,7 +19,7 @@ DOUBLE = -1
 """Width of a computation in LREAL."""
 
 FAULT = ":I.Fault"
-"""What follows the slot in the address of a connection's fault, which is not a word of an image."""
+"""End of the address of a connection's fault, after the slot; it is not a word of an image."""
 
 
 @record
@@ -127,7 +127,7 @@ class Calculation:
     can_fault: bool = field(init=False, compare=False, repr=False)  # see the function `can_fault`
 
     def __post_init__(self) -> None:
-        """Compute `can_fault` once: a chain of operations would compute it for each of its links."""
+        """Compute `can_fault` once, as a chain of operations would compute it for each of its parts."""
         object.__setattr__(self, "can_fault", any(map(can_fault, self.operands)))
 
 
@@ -154,7 +154,7 @@ def fixed_index_in(dims: tuple[int, ...], indices: tuple[Resolved, ...]) -> int 
 def subscripts_of(dims: tuple[int, ...], index: int) -> tuple[Constant, ...]:
     """Return the subscripts of an element from its flat index.
 
-    >>> [each.value for each in subscripts_of((2, 3), 4)]
+    >>> [subscript.value for subscript in subscripts_of((2, 3), 4)]
     [1, 1]
     """
     subscripts: list[Constant] = []
@@ -165,11 +165,11 @@ def subscripts_of(dims: tuple[int, ...], index: int) -> tuple[Constant, ...]:
 
 
 MOST_CHARACTERS = 8
-"""Characters in a string constant used as a number: the bytes of a LINT."""
+"""Maximum characters in a string constant used as a number: the bytes of a LINT."""
 
 
 def as_number(resolved: Resolved) -> Resolved:
-    """Return a string constant as its ASCII number where a number is needed; others unchanged.
+    """Return a string constant as its ASCII number, any other operand unchanged.
 
     The first character is the most significant byte, as in the display style ASCII.
 
@@ -186,18 +186,18 @@ def leaves_in(resolved: Place | Group) -> list[Leaf]:
     """Return the leaves of a place or group, without hidden ones."""
     if isinstance(resolved, Place):
         return [resolved.leaf]
-    return [resolved.layout.leaf(f"{resolved.path}{below}") for below in _rests(resolved.type)]
+    return [resolved.layout.leaf(f"{resolved.path}{suffix}") for suffix in _leaf_suffixes(resolved.type)]
 
 
 def first_leaf(resolved: Place | Group) -> Leaf:
     """Return the first leaf of a place or group."""
     if isinstance(resolved, Place):
         return resolved.leaf
-    return resolved.layout.leaf(f"{resolved.path}{_rests(resolved.type)[0]}")
+    return resolved.layout.leaf(f"{resolved.path}{_leaf_suffixes(resolved.type)[0]}")
 
 
 @lru_cache(maxsize=1024)
-def _rests(kind: DataType) -> tuple[str, ...]:
+def _leaf_suffixes(kind: DataType) -> tuple[str, ...]:
     """Return the paths of a type's visible values, each with a dot before it."""
     return tuple(f".{path}" if path else "" for path, _, _ in leaves_of(kind) if HIDDEN not in path)
 
@@ -235,7 +235,7 @@ def is_truth(resolved: Resolved) -> bool:
 
 
 def types_in(resolved: Resolved) -> set[Elementary]:
-    """Types of all values in an operand, except subscripts."""
+    """Return the types of all values in an operand, except subscripts."""
     if isinstance(resolved, (Constant, Place)):
         return {resolved.type}
     if isinstance(resolved, Calculation):
@@ -271,7 +271,7 @@ def width_of(*operands: Resolved) -> int:
 
 
 def width_moved(source: Resolved, *kinds: Elementary) -> int:
-    """Return the width in which a value is computed for tags of these types."""
+    """Return the width of a computation whose result is stored in tags of these types."""
     return DOUBLE if LREAL in kinds else width_of(source)
 
 

@@ -32,12 +32,12 @@ def unquoted(text: str) -> str:
     return _ESCAPE.sub(_character, text)
 
 
-def _character(found: re.Match[str]) -> str:
-    name = found.group(1)
+def _character(match: re.Match[str]) -> str:
+    name = match.group(1)
     if name is None:
-        escape = found.string[found.start() : found.start() + 3]
+        escape = match.string[match.start() : match.start() + 3]
         raise ValueError(
-            f"{escape} is not an escape: $$, $', $L, $N, $P, $R, $T and two digits as in $0D are"
+            f"{escape} is not an escape; must be $$, $', $L, $N, $P, $R, $T or two digits as in $0D"
         )
     return _NAMED.get(name.upper()) or chr(int(name, 16))
 
@@ -51,6 +51,6 @@ def quoted(value: str) -> str:
     return f"'{_SPECIAL.sub(_escape, value)}'"
 
 
-def _escape(found: re.Match[str]) -> str:
-    sign = found.group()
+def _escape(match: re.Match[str]) -> str:
+    sign = match.group()
     return f"${sign}" if sign in "$'" else f"${ord(sign):02X}"

@@ -1,6 +1,6 @@
 """Resolves addresses to places in memory, and checks types and bounds.
 
-| address | means |
+| address | resolves to |
 |---|---|
 | `Run`, `Fill.ACC` | a place: a leaf |
 | `Data[3]`, `Data[i,j+1]` | a place: an element, its indices known or computed |
@@ -76,7 +76,7 @@ class AddressError(LadderError):
 
 
 def missing_in(error: ValueError) -> str:
-    """Return the missing tag that an error reports; "" for another error."""
+    """Return the name of the undeclared tag in an error; "" for another error."""
     return next((site.tag for site in sites_of(error)), "")
 
 
@@ -115,7 +115,7 @@ def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tup
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
 
 _WORD = re.compile(r"DATA(?P<data>\d+)|CH(?P<channel>\d+)DATA")
-"""A word by its name in the AMCI profile or in an analog card's; the generic profile has an array Data."""
+"""Name of a word in the AMCI profile or an analog card's profile; the generic profile has an array Data."""
 
 
 @cache
@@ -129,8 +129,8 @@ def module_type(words: int, *, output: bool) -> Structure:
 _WORD_BITS = 16
 
 
-def _of_card(step: BitStep, first: int = 0) -> tuple[Step, Step]:
-    """Return word and bit of `Local:2:I.Data.20`: the first word and the next hold 32 terminals of a card."""
+def _card_word_and_bit(step: BitStep, first: int = 0) -> tuple[Step, Step]:
+    """Return the steps to word and bit of `Local:2:I.Data.20`: two words have the 32 terminals of a card."""
     bit = step.index
     if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
         return WordStep(first, "."), step
@@ -142,7 +142,7 @@ _SLOT_FILE = re.compile(r"([IO]):(\d+)")
 
 
 def is_image(name: str) -> bool:
-    r"""Whether a name needs no declaration here: a slot's image, or a tag of a named program.
+    r"""Whether a name needs no declaration: a slot's image, or a tag of a named program.
 
     >>> is_image("Local:1:I"), is_image("O:2"), is_image(r"\Main.Run"), is_image("Run")
     (True, True, True, False)
@@ -161,20 +161,20 @@ def slot_of_image(name: str) -> int | None:
     return int(local[1]) if local else None
 
 
-def _not_of_module(shown: Address, words: int, *, output: bool) -> AddressError:
+def _not_module_part_error(shown: Address, words: int, *, output: bool) -> AddressError:
     inputs = "" if output else ", ModuleOK, ConfigError, ConfigMode and Fault"
     parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}{inputs}"
-    return AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+    return AddressError(f"{shown} is not part of a module", f"its parts are {parts}, and bits of words")
 
 
 class Resolver:
-    """Resolves addresses in a memory; tags of `program` precede the controller's."""
+    """Resolves addresses in a memory; tags of `program` have precedence over the controller's."""
 
     def __init__(self, layout: Layout, program: str = "") -> None:
         self._layout = layout
         self._program = program
-        self._known: dict[Address, Place | Group] = {}
-        self._open: list[Address] = []
+        self._resolved: dict[Address, Place | Group] = {}
+        self._open: list[Address] = []  # addresses that are being resolved, to detect circular aliases
 
     def operand(self, operand: Operand) -> Resolved:
         """Resolve an operand and everything in it, or raise an AddressError."""
@@ -193,23 +193,23 @@ class Resolver:
         if isinstance(operand, Characters):
             return StringConstant(operand.value)
         assert isinstance(operand, Unknown)
-        raise AddressError("? is in place of a value", "write the tag or the number")
+        raise AddressError("? is not a value", "write the tag or the number")
 
     def address(self, address: Address) -> Place | Group:
         """Resolve an address, or raise an AddressError."""
-        known = self._known.get(address)
-        if known is None:
+        resolved = self._resolved.get(address)
+        if resolved is None:
             if address in self._open:
                 raise AddressError(f"{address} is an alias with itself as a subscript", "point it at a tag")
             self._open.append(address)
             try:
-                known = self._known[address] = self._find(address, address, self._program, 0)
+                resolved = self._resolved[address] = self._find(address, address, self._program, 0)
             finally:
                 self._open.pop()
-        return known
+        return resolved
 
-    def meant(self, text: str) -> Address:
-        """Return the address that a user's name means, see `io_images.tag_names`, or raise a LadderError."""
+    def address_of(self, text: str) -> Address:
+        """Return the address for a name from the user, see `io_images.tag_names`, or raise a LadderError."""
         address = parse_address(normal(text))
         name = address.name.upper()
         if is_image(name) or self._layout.declaration(name, self._program) is not None:
@@ -220,23 +220,23 @@ class Resolver:
             raise AmbiguousTagError(str(error), "write one of them") from None
 
     def named(self, text: str) -> Place | Group:
-        """Resolve a user's tag name, as `meant` does."""
-        return self.address(self.meant(text))
+        """Resolve a tag name from the user, see `address_of`."""
+        return self.address(self.address_of(text))
 
     def full_name(self, text: str) -> str:
-        """Return the declared name that a user's tag name means, see `meant`."""
-        address = self.meant(text)
-        where = self.address(address)
+        """Return the declared name for a tag name from the user, see `address_of`."""
+        address = self.address_of(text)
+        resolved = self.address(address)
         declaration = self._layout.declaration(address.name.upper(), self._program)
         if not isinstance(declaration, Tag):
             return str(address if declaration is None else replace(address, name=declaration.name))
-        members = where.path.removeprefix(declaration.name).split(".")[1:]
+        members = resolved.path.removeprefix(declaration.name).split(".")[1:]
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
     def base_name(self, text: str) -> str:
-        """Return the full name that a user's tag name means, with aliases replaced by their tags."""
+        """Return the full name for a tag name from the user, with aliases replaced by their tags."""
         self.named(text)  # circular aliases are an error
-        address, program = self.meant(text), self._program
+        address, program = self.address_of(text), self._program
         declaration = self._layout.declaration(address.name.upper(), program)
         while isinstance(declaration, Alias) and not declaration.type:
             target, program = declaration.target, program_of(declaration.name)
@@ -262,6 +262,7 @@ class Resolver:
         return self._layout.held().path
 
     def _find(self, address: Address, shown: Address, program: str, depth: int) -> Place | Group:
+        """Resolve an address behind `depth` aliases; `shown` is the address as written."""
         name = address.name.upper()
         declaration = self._layout.declaration(name, program)
         if isinstance(declaration, Tag):
@@ -274,7 +275,7 @@ class Resolver:
             scope = program_of(declaration.name)
             if declaration.type:
                 module = self._find(target, shown, scope, depth + 1)
-                return self._walk(_bound(declaration, module), address.steps)
+                return self._walk(_renamed_image(declaration, module), address.steps)
             return self._find(Address(target.name, target.steps + address.steps), shown, scope, depth + 1)
         if isinstance(declaration, SlotAlias):
             return self._by_meaning(declaration, address.steps, shown)
@@ -283,6 +284,7 @@ class Resolver:
         return self._image(name, address, shown)
 
     def _image(self, name: str, address: Address, shown: Address) -> Place | Group:
+        """Resolve a part of a slot's image; raise an AddressError for an undeclared tag."""
         local, file = _LOCAL.fullmatch(name), _SLOT_FILE.fullmatch(name)
         if local:
             return self._local(int(local[1]), local[2] == "O", address.steps, shown)
@@ -291,10 +293,10 @@ class Resolver:
             if not steps or not isinstance(steps[0], WordStep):
                 steps = (WordStep(0, "."), *steps)
             return self._data(int(file[2]), file[1] == "O", steps, shown)
-        raise self._undeclared(address.name)
+        raise self._undeclared_error(address.name)
 
     def _local(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        """Find a part of a module's tag, by the names of either profile."""
+        """Resolve a part of a module's tag, by the names of any profile."""
         if not steps:
             return self._module(slot, output, shown)
         name = steps[0].name.upper() if isinstance(steps[0], MemberStep) else ""
@@ -315,12 +317,12 @@ class Resolver:
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
-        raise _not_of_module(shown, words, output=output)
+        raise _not_module_part_error(shown, words, output=output)
 
     def _member_of_card(
         self, slot: int, name: str, member: MemberPlace, steps: tuple[Step, ...], shown: Address
     ) -> Place | Group:
-        """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
+        """Resolve a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
         output = member.image == "O"
         if member.bit is not None:
             word_place = Place(
@@ -330,7 +332,7 @@ class Resolver:
                 raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
             return replace(word_place, bit=constant(member.bit))
         if name == "READBACK" and len(steps) == 1 and isinstance(steps[0], BitStep):
-            return self._data(slot, output, _of_card(steps[0], member.word), shown)
+            return self._data(slot, output, _card_word_and_bit(steps[0], member.word), shown)
         return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
 
     def _module(self, slot: int, output: bool, shown: Address) -> Group:
@@ -343,11 +345,12 @@ class Resolver:
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
         if steps and isinstance(steps[0], BitStep):
-            steps = (*_of_card(steps[0]), *steps[1:])
+            steps = (*_card_word_and_bit(steps[0]), *steps[1:])
         leaf = self._layout.image(slot, output=output)
         return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
 
     def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
+        """Resolve a bit by group and name, such as `axis.status.MOVE_COMPLETE`."""
         members = (step.name.upper() for step in steps[:2] if isinstance(step, MemberStep))
         first, name, *_ = (*members, "", "")
         if first in ("I", "O"):
@@ -366,43 +369,43 @@ class Resolver:
         leaf = self._layout.image(alias.slot, output=output)
         return Place(leaf, (constant(word),), constant(bit), str(shown))
 
-    def _walk(self, here: Group, steps: tuple[Step, ...]) -> Place | Group:
+    def _walk(self, group: Group, steps: tuple[Step, ...]) -> Place | Group:
         for position, step in enumerate(steps):
             if isinstance(step, (SubscriptStep, WordStep)):
-                here = self._subscript(here, step)
+                group = self._subscript(group, step)
             elif isinstance(step, MemberStep):
-                if meant := _meant(here, step.name):
-                    return self._walk(here, (*meant, *steps[position + 1 :]))
-                here = self._member(here, step.name)
+                if alias_steps := _alias_steps(group, step.name):
+                    return self._walk(group, (*alias_steps, *steps[position + 1 :]))
+                group = self._member(group, step.name)
             else:
                 if position != len(steps) - 1:
-                    raise AddressError(f"nothing can follow the bit in {here.text}", "end the address there")
-                return self._bit(here, step)
-        return self._leaf(here)
+                    raise AddressError(f"nothing can follow the bit in {group.text}", "end the address there")
+                return self._bit(group, step)
+        return self._leaf(group)
 
-    def _leaf(self, here: Group) -> Place | Group:
+    def _leaf(self, group: Group) -> Place | Group:
         """Return a single elementary value as a place, any other group unchanged."""
-        if here.dims or isinstance(here.type, Structure):
-            return here
-        return Place(self._layout.leaf(here.path), here.indices, None, here.text, here.array)
+        if group.dims or isinstance(group.type, Structure):
+            return group
+        return Place(self._layout.leaf(group.path), group.indices, None, group.text, group.array)
 
-    def _subscript(self, here: Group, step: SubscriptStep | WordStep) -> Group:
+    def _subscript(self, group: Group, step: SubscriptStep | WordStep) -> Group:
         subscripts: tuple[Operand, ...] = (
             (number(step.index),) if isinstance(step, WordStep) else step.indices
         )
-        if len(subscripts) != len(here.dims):
-            shape = f"has {len(here.dims)} dimensions" if here.dims else "is not an array"
-            text = f"{here.path} {shape}, {len(subscripts)} subscripts are given"
-            raise AddressError(text, "give one per dimension")
-        indices = tuple(self._index(subscript, here.path) for subscript in subscripts)
-        for index, length in zip(indices, here.dims, strict=True):
+        if len(subscripts) != len(group.dims):
+            shape = f"has {len(group.dims)} dimensions" if group.dims else "is not an array"
+            text = f"{group.path} {shape}, but the address has {len(subscripts)} subscripts"
+            raise AddressError(text, "write one per dimension")
+        indices = tuple(self._index(subscript, group.path) for subscript in subscripts)
+        for index, length in zip(indices, group.dims, strict=True):
             if isinstance(index, Constant) and not 0 <= index.value < length:
-                slot = slot_of_image(here.path.rpartition(".")[0])
+                slot = slot_of_image(group.path.rpartition(".")[0])
                 remedy = f"must be 0 to {length - 1}"
                 if slot is not None and slot not in self._layout.modules:
-                    remedy += ", without a rack file that has a module with more words there"
-                raise AddressError(f"index {index.value} is outside {here.path}[{length}]", remedy)
-        return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
+                    remedy += "; for more words, load the program with its rack file"
+                raise AddressError(f"index {index.value} is outside {group.path}[{length}]", remedy)
+        return replace(group, indices=group.indices + indices, dims=(), array=group.dims)
 
     def _index(self, operand: Operand, path: str) -> Resolved:
         resolved = self.operand(operand)
@@ -412,30 +415,30 @@ class Resolver:
             )
         return resolved
 
-    def _member(self, here: Group, name: str) -> Group:
-        if here.dims:
-            raise AddressError(f"{here.path} is an array", f"write {here.path}[index].{name}")
-        if isinstance(here.type, Elementary):
-            raise AddressError(f"{here.path} is {here.type.name} and has no member {name}", "leave it out")
-        member = here.type.member(name)
+    def _member(self, group: Group, name: str) -> Group:
+        if group.dims:
+            raise AddressError(f"{group.path} is an array", f"write {group.path}[index].{name}")
+        if isinstance(group.type, Elementary):
+            raise AddressError(f"{group.path} is {group.type.name} and has no member {name}", "leave it out")
+        member = group.type.member(name)
         if member is None:
-            names = ", ".join(member.name for member in here.type.members)
-            raise AddressError(f"{here.type.name} has no member {name}", f"members are {names}")
-        path = f"{here.path}.{member.name}"
-        return replace(here, type=member.type, path=path, dims=member.dims, array=())
+            names = ", ".join(member.name for member in group.type.members)
+            raise AddressError(f"{group.type.name} has no member {name}", f"members are {names}")
+        path = f"{group.path}.{member.name}"
+        return replace(group, type=member.type, path=path, dims=member.dims, array=())
 
-    def _bit(self, here: Group, step: BitStep | SlashStep) -> Place:
-        whole = self._leaf(here)
-        if isinstance(whole, Group) or not whole.type.is_integer:
-            kind = "an array" if here.dims else here.type.name
-            raise AddressError(f"{here.path} is {kind} and has no bits", "use a BOOL or a bit of an integer")
-        index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, here.path)
-        bits = whole.type.bits
+    def _bit(self, group: Group, step: BitStep | SlashStep) -> Place:
+        word = self._leaf(group)
+        if isinstance(word, Group) or not word.type.is_integer:
+            kind = "an array" if group.dims else group.type.name
+            raise AddressError(f"{group.path} is {kind} and has no bits", "use a BOOL or a bit of an integer")
+        index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, group.path)
+        bits = word.type.bits
         if isinstance(index, Constant) and not 0 <= index.value < bits:
-            raise AddressError(f"{here.path} has no bit {index.value}", f"must be 0 to {bits - 1}")
-        return replace(whole, bit=index)
+            raise AddressError(f"{group.path} has no bit {index.value}", f"must be 0 to {bits - 1}")
+        return replace(word, bit=index)
 
-    def _undeclared(self, name: str) -> AddressError:
+    def _undeclared_error(self, name: str) -> AddressError:
         names = list(self._layout.names(self._program))
         elsewhere = [
             candidate
@@ -447,22 +450,22 @@ class Resolver:
                 f"the controller has no tag {name}", f"did you mean {' or '.join(elsewhere)}?"
             )
         close = difflib.get_close_matches(name, names, n=1)
-        some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
-        meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
-        return AddressError(f"no tag {name} ({meant})", "declare it", Site(tag=name))
+        listed = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
+        hint = f"did you mean {close[0]}?" if close else f"tags are {listed}"
+        return AddressError(f"no tag {name} ({hint})", "declare it", Site(tag=name))
 
 
 def address_in(resolver: Resolver, name: str) -> str | None:
-    """Return the address of the image word, image bit or fault that a user's name means; else None."""
+    """Return the address of an image word, image bit or fault by a name from the user; else None."""
     try:
-        where = resolver.named(name)
+        resolved = resolver.named(name)
     except LadderError:
         return None
-    return where.address if isinstance(where, Place) else None
+    return resolved.address if isinstance(resolved, Place) else None
 
 
-def _bound(alias: Alias, module: Place | Group) -> Group:
-    """Return a module's image with the names of a structure; AddressError if the bytes differ."""
+def _renamed_image(alias: Alias, module: Place | Group) -> Group:
+    """Return a module's image with the names of a structure; raise an AddressError if the bytes differ."""
     if not isinstance(module, Group) or slot_of_image(module.path) is None:
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
@@ -480,9 +483,9 @@ def _declared(member: Member) -> str:
     return f"{member.name} : {member.type.name}{dims_text(member.dims)}"
 
 
-def _meant(here: Group, name: str) -> tuple[Step, ...]:
-    """Return the steps that a member with `at` stands for, none for other members."""
-    member = here.type.member(name) if isinstance(here.type, Structure) and not here.dims else None
+def _alias_steps(group: Group, name: str) -> tuple[Step, ...]:
+    """Return the steps to the target of a member with `at`, none for other members."""
+    member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or not member.at:
         return ()
     address = parse_address(member.at)

@@ -63,13 +63,13 @@ class Routine:
                 if self.statements or self.chart
                 else f"0 to {len(self.rungs) - 1}"
             )
-            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {available}")
+            raise LadderError(f"routine {self.name} has no {self.unit} {number}; must be {available}")
         if self.chart is not None:
             return self.chart.elements[number]
         if self.statements is None:
             return str(self.rungs[number])
         lines = (line for statement in self.statements for line in statement.numbered())
-        return " ".join(text.strip() for place, text in lines if place == number)
+        return " ".join(text.strip() for line_number, text in lines if line_number == number)
 
     @property
     def text(self) -> str:
@@ -80,7 +80,7 @@ class Routine:
 
 
 def element_of(routines: Iterable[Routine], site: Site) -> tuple[str, int | None]:
-    """Return the routine of a place and its number there; for an action's body, the chart and the element."""
+    """Return routine and number of a site; for a body of an action, the chart and the element."""
     for routine in routines:
         if routine.chart is not None and site.routine.upper().startswith(f"{routine.name.upper()}."):
             for step, action, _ in routine.chart.bodies():

@@ -1,4 +1,4 @@
-"""A text with a reading position, which messages name."""
+"""A text with a reading position, which messages show."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _SPACE = re.compile(r"\s*")
 
 
 class Scanner:
-    """Reads a text from left to right; `line` and `rung` are numbers for messages."""
+    """Reads a text from left to right from position `at`; `line` and `rung` are numbers for messages."""
 
     def __init__(self, text: str, *, file: str, line: int, rung: int | None) -> None:
         self.text, self.at = text.rstrip(), 0
         self._file, self._line, self._rung = file, line, rung
-        self._space()
+        self._skip_space()
 
     def ended(self) -> bool:
         """Whether everything has been read."""
@@ -33,12 +33,12 @@ class Scanner:
 
     def fail(self, expected: str, found: str | None = None) -> NoReturn:
         """Raise a RungTextError at the current position."""
-        before = self.text[: self.at]
-        line = self._line + before.count("\n")
-        column = self.at - (before.rfind("\n") + 1) + 1
+        text_read = self.text[: self.at]
+        line = self._line + text_read.count("\n")
+        column = self.at - (text_read.rfind("\n") + 1) + 1
         if found is None:
-            shown = re.match(r"\w+|.", self.text[self.at :])
-            found = shown.group() if shown else "the end of the text"
+            next_word = re.match(r"\w+|.", self.text[self.at :])
+            found = next_word.group() if next_word else "the end of the text"
         site = Site(file=self._file, line=line, column=column, rung=self._rung)
         raise RungTextError(expected, found, site)
 
@@ -53,5 +53,5 @@ class Scanner:
         match = _SPACE.match(self.text, at)
         self.at = match.end() if match else at
 
-    def _space(self) -> None:
+    def _skip_space(self) -> None:
         self._move_to(self.at)

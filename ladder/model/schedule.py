@@ -2,9 +2,9 @@
 
 | task | runs |
 |---|---|
-| continuous | once in every scan; there is one at most |
+| continuous | once per scan; at most one |
 | periodic | at multiples of its rate after power-up |
-| event | when EVENT has triggered it |
+| event | after EVENT has triggered it |
 
 Between two scans of the continuous task all due tasks run, the lowest priority number first; tasks of equal
 priority run in order of declaration. A task that becomes due again before it has run counts an overlap.
@@ -29,7 +29,7 @@ LONGEST_NS = 2_000_000 * 1_000_000
 
 
 class TaskKind(Enum):
-    """Condition on which a task is due."""
+    """Condition that makes a task due."""
 
     CONTINUOUS = "CONTINUOUS"
     PERIODIC = "PERIODIC"
@@ -51,13 +51,15 @@ class Task:
     def __post_init__(self) -> None:
         if self.kind is TaskKind.PERIODIC:
             if not 0 < self.rate_ns <= LONGEST_NS:
-                raise LadderError(f"task {self.name}: rate {self.rate_ns} ns; must be at most 2,000 s")
+                raise LadderError(
+                    f"task {self.name}: rate is {self.rate_ns} ns; must be above 0 and at most 2,000 s"
+                )
         elif self.rate_ns:
-            raise LadderError(f"task {self.name} is {self.kind.value} and has no rate")
+            raise LadderError(f"task {self.name} is {self.kind.value}, so it can't have a rate")
         if self.priority not in PRIORITIES:
-            raise LadderError(f"task {self.name}: priority {self.priority}; must be 1 to 15")
+            raise LadderError(f"task {self.name}: priority is {self.priority}; must be 1 to 15")
         if self.preempt and self.kind is TaskKind.CONTINUOUS:
-            raise LadderError(f"task {self.name} is CONTINUOUS: it does not preempt itself")
+            raise LadderError(f"task {self.name} is CONTINUOUS, so it can't preempt")
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +90,7 @@ class Schedule:
     """The tasks in order of declaration; leaves of the memory hold their state, so snapshots include it."""
 
     tasks: tuple[ScheduledTask, ...]
-    before: Leaf  # leaf with the time of the previous scan, ns; -1 before the first
+    previous_scan: Leaf  # leaf with the time of the previous scan, ns; -1 before the first
 
     @property
     def continuous(self) -> ScheduledTask | None:
@@ -98,8 +100,8 @@ class Schedule:
     @property
     def called(self) -> tuple[ScheduledTask, ...]:
         """The other tasks, by priority and declaration."""
-        others = [task for task in self.tasks if task.task.kind is not TaskKind.CONTINUOUS]
-        return tuple(sorted(others, key=lambda each: each.task.priority))
+        called = [task for task in self.tasks if task.task.kind is not TaskKind.CONTINUOUS]
+        return tuple(sorted(called, key=lambda scheduled: scheduled.task.priority))
 
     @property
     def programs(self) -> tuple[ScheduledProgram, ...]:
@@ -130,9 +132,10 @@ class ProgramRoutines:
 
 def schedule_of(layout: Layout, tasks: Iterable[Task], programs: Iterable[ProgramRoutines]) -> Schedule:
     """Return the schedule of tasks, with leaves for their state."""
-    known = {program.name.upper(): _scheduled_program(layout, program) for program in programs}
+    programs_by_name = {program.name.upper(): _scheduled_program(layout, program) for program in programs}
     scheduled = tuple(
-        _scheduled_task(layout, task, tuple(known[name.upper()] for name in task.programs)) for task in tasks
+        _scheduled_task(layout, task, tuple(programs_by_name[name.upper()] for name in task.programs))
+        for task in tasks
     )
     return Schedule(scheduled, layout.hidden("~scan.before", LINT))
 

@@ -1,8 +1,8 @@
 """Specification of an instruction: its name, operands, and the functions that check, run and compile it.
 
 A family file in `instructions` holds one `Spec` per instruction. The parser, the Python front end,
-the checks, both back ends, the debugger and the drawing read what they need from it, so that an
-instruction is described in one place.
+the checks, both back ends, the debugger and the drawing all read it. So an instruction is described in one
+place.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def _always(*_operands: Any) -> bool:
 
 
 def do_nothing(*_parts: Any) -> None:
-    """Do nothing: for `postscan` of a row that keeps its state, or `run` of a row without effect."""
+    """Do nothing: `postscan` of an instruction that keeps its state, `run` of one without effect."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -119,7 +119,7 @@ class Spec:
     tags, numbers, or addresses as text, in the order of the rung text; missing presets become `?`.
 
     `run` executes the instruction in the interpreter, `write` writes it as Python. Both get the back end
-    first, then the rung condition where the table says so, then the resolved operands:
+    first, then the rung condition if the table says so, then the resolved operands:
 
     | kind | called on | condition passed | `run` returns | `write` returns |
     |---|---|---|---|---|
@@ -132,28 +132,28 @@ class Spec:
         run: executes it, see `interpreter.Interpreter`.
         write: writes it as Python, see `compiler.rungs.RungWriter`; None makes the compiled program call
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
-        prove: does what `run` does, for all values at once: called with the machine, the power before it and
-            the operands, it returns the power after it, see `prove.machine`; None runs `run` on terms.
-        faults: whether it may fault with all subscripts in range: a proof without a model of it assumes that.
-        partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
-        fetch: computes in the interpreter what `write` requests by `fetched(site, ...)`; called like `run`,
-            with the additional values before the operands.
+        prove: models `run` for all values at once. Its arguments are the machine, the power before it and the
+            operands. It returns the power after it, see `prove.machine`. None runs `run` on terms.
+        faults: whether it may fault with all subscripts in range; a proof without a model assumes so.
+        partly: whether the compiled program calls `run` in rare cases, by `interpret(site)`.
+        fetch: computes in the interpreter the value of `fetched(site, ...)` in the compiled program; called
+            like `run`, with the additional values before the operands.
         prescan: called like `run` without the condition; None if prescan does nothing.
-        postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
-            structured text for nothing [1756-PM006, automatic reset option].
+        postscan: called like `prescan` in the last scan of an SFC action with automatic reset; None runs it
+            on a false rung, in structured text not at all [1756-PM006, automatic reset option].
         check: raises an OperandError for resolved operands that do not match; None without such a rule.
         resolve: resolves the operands itself, see `lowering.Lowering`; None to resolve each by its use.
         inline: whether `write` of these operands returns an expression without writing lines (INPUT).
         optional: number of last operands that may be missing.
-        other: its second name, which Studio 5000 prints from revision 36 on; None without one.
+        other: its second name, in Studio 5000 from revision 36 on; None without one.
         decides: whether it also runs on a false rung, and decides the condition after it.
         alone: whether it may be the only element of a rung although it is an input.
         in_rungs: whether it can be used in rungs, not only in structured text.
         leaves: whether execution may continue elsewhere, so that the condition after it does not count.
-        symbol: the contact or coil that it is drawn as; "" for a box.
+        symbol: its contact or coil in a drawing; "" for a box.
         captions: names of the operands in its box, as in Studio 5000.
-        instead: what structured text has in its place [1756-RM003N, available languages]; "" if it is in
-            structured text too.
+        instead: its replacement in structured text [1756-RM003N, available languages]; "" if structured text
+            has the instruction.
     """
 
     name: str
@@ -194,47 +194,47 @@ class Spec:
         members: dict[int, tuple[int, str]] = {}
         structure = 0
         names: Iterator[str] = iter(())
-        for place, use in enumerate(self.operands):
+        for index, use in enumerate(self.operands):
             if use in WITH_PRESETS:
-                structure, names = place, iter(WITH_PRESETS[use])
+                structure, names = index, iter(WITH_PRESETS[use])
             elif use in (Use.PRESET, Use.SHOWN):
-                members[place] = structure, next(names)
+                members[index] = structure, next(names)
         return members
 
     @cached_property
     def variadic(self) -> bool:
-        """Whether it takes any number of additional operands."""
+        """Whether it accepts any number of additional operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
-    def use_at(self, place: int) -> Use | None:
-        """Return the use of an operand, None if it takes none; the last use repeats."""
-        return self.operands[min(place, len(self.operands) - 1)] if self.operands else None
+    def use_at(self, index: int) -> Use | None:
+        """Return the use of an operand, None without operands; the last use repeats."""
+        return self.operands[min(index, len(self.operands) - 1)] if self.operands else None
 
-    def other_count(self, count: int) -> str:
-        """Return how many operands it takes, as `2` or `2 to 4`; "" if `count` is allowed."""
+    def expected_count(self, count: int) -> str:
+        """Return the allowed number of operands, as `2` or `2 to 4`; "" if `count` is allowed."""
         most = len(self.operands)
         least = most - self.optional - self.variadic
         if least <= count and (count <= most or self.variadic):
             return ""
         return str(most) if least == most else f"{least} to {most}"
 
-    def __call__(self, *given: object) -> Instruction:
+    def __call__(self, *values: object) -> Instruction:
         """Return the instruction with these operands, or raise a LadderError."""
         operands = [
             Address(str(operand))
-            if self._is_name(place) and isinstance(operand, str)
+            if self._is_name(index) and isinstance(operand, str)
             else operand_of(operand)
-            for place, operand in enumerate(given)
+            for index, operand in enumerate(values)
         ]
-        most = len(self.operands)
-        if self.other_count(len(operands)):
-            raise LadderError(f"{self.name} takes {most} operands, {len(operands)} are given")
+        expected = self.expected_count(len(operands))
+        if expected:
+            raise LadderError(f"{self.name}: {len(operands)} operands; must be {expected}")
         if Use.PRESET in self.operands:
-            operands += [Unknown()] * (most - len(operands))
+            operands += [Unknown()] * (len(self.operands) - len(operands))
         return Instruction(self.name, tuple(operands))
 
-    def _is_name(self, place: int) -> bool:
-        return place < len(self.operands) and self.operands[place] in (Use.LABEL, Use.MODE, Use.ROUTINE)
+    def _is_name(self, index: int) -> bool:
+        return index < len(self.operands) and self.operands[index] in (Use.LABEL, Use.MODE, Use.ROUTINE)
 
     def __repr__(self) -> str:
         return f"<instruction {self.name}({', '.join(use.name for use in self.operands)})>"

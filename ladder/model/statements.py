@@ -1,4 +1,4 @@
-"""Statements of structured text in the tree; their operands are those of rungs.
+"""Statements of structured text in the tree, with the same operands as rungs.
 
 A routine has rungs or statements. A block is statements in order; IF, CASE, FOR, WHILE, REPEAT and
 regions hold blocks. `str()` of a statement is its text, one statement a line, four spaces per level.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import field, fields
+from itertools import chain
 from typing import Any, ClassVar
 
 from scanrack.io_images.dataclass import dataclass
@@ -283,18 +284,18 @@ def statements_in(block: Block) -> Iterator[Statement]:
 
 def operands_in(statement: Statement) -> tuple[Operand, ...]:
     """Return the operands of a statement, without those in its blocks."""
-    return tuple(
-        operand for part in fields(statement) for operand in _operands(getattr(statement, part.name))
-    )
+    values = [getattr(statement, attribute.name) for attribute in fields(statement)]
+    return tuple(chain.from_iterable(map(_operands, values)))
 
 
-def _operands(part: Any) -> Iterator[Operand]:
-    if isinstance(part, Operand):
-        yield part
-    elif isinstance(part, Instruction):
-        yield from part.operands
-    elif isinstance(part, tuple):  # a block, or a part with blocks
-        yield from (arm.condition for arm in part if isinstance(arm, Arm))
+def _operands(value: Any) -> Iterator[Operand]:
+    """Yield the operands in the value of a statement's attribute, without those in its blocks."""
+    if isinstance(value, Operand):
+        yield value
+    elif isinstance(value, Instruction):
+        yield from value.operands
+    elif isinstance(value, tuple):  # of arms, choices or statements
+        yield from (arm.condition for arm in value if isinstance(arm, Arm))
 
 
 def too_deep(block: Block) -> str | None:

@@ -1,4 +1,4 @@
-"""Stretches: the memory of values that are passed by reference, and of structures that are used as a whole.
+"""Stretches: memory of values that are passed by reference, and of structures that are copied whole.
 
 Most tags are variables of the compiled program. An instance of an add-on instruction, and a tag passed to an
 InOut, is a stretch of a list: its elementary values, in one order for all tags of a type. A function that
@@ -106,7 +106,7 @@ class BytePart:
 
 @lru_cache(maxsize=1024)
 def byte_parts(kind: DataType) -> dict[str, BytePart]:
-    """Return the parts of a structure by path in capitals, "" for itself; or those of a number.
+    """Return the parts of a type by path in capitals; "" is the structure or the number itself.
 
     >>> from .types import DINT, STRING, Member
     >>> found = byte_parts(Structure("Note", (Member("New", BOOL), Member("Text", STRING, (4,)))))
@@ -122,8 +122,8 @@ def byte_parts(kind: DataType) -> dict[str, BytePart]:
         name, dims, offset = member.name.upper(), member.dims, 8 * byte + (bit or 0)
         if isinstance(member.type, Structure):
             for path, part in byte_parts(member.type).items():
-                whole = part.within(offset, dims, 8 * size_of(member.type))
-                parts[f"{name}.{path}" if path else name] = whole
+                nested = part.within(offset, dims, 8 * size_of(member.type))
+                parts[f"{name}.{path}" if path else name] = nested
         else:
             view = BITS if member.type is BOOL else member.type.code
             parts[name] = BytePart(view, offset, dims, row_strides(dims, member.type.bits))
@@ -136,9 +136,9 @@ def byte_parts(kind: DataType) -> dict[str, BytePart]:
 def fits_bytes(kind: DataType) -> bool:
     """Whether a type can be stored as bytes.
 
-    Hidden members are numbered by their structure's first byte. So no structure may have more of them
-    than bytes, or begin with another structure that has some. A BOOL of its own
-    is a byte to COP, but a bit in memory.
+    The number of a hidden member is its position plus the structure's first byte. So a structure with hidden
+    members can't contain structures, or have more hidden members than bytes. A tag of type BOOL is a byte
+    to COP, but a bit in memory.
     """
     if isinstance(kind, Elementary):
         return not kind.is_bool
@@ -151,7 +151,7 @@ def fits_bytes(kind: DataType) -> bool:
 
 
 def hidden_places(kind: DataType, count: int) -> Iterator[int]:
-    """Yield the numbers of all hidden members in `count` elements of a type."""
+    """Yield the numbers of all hidden members in `count` elements of a type, see `fits_bytes`."""
     for path, part in byte_parts(kind).items():
         if part.view == HIDDEN_VALUES:
             spot = spot_of(kind, (count,), path, "", in_bytes=True)
@@ -207,7 +207,7 @@ class Spot:
 def spot_of(
     kind: DataType, dims: tuple[int, ...], rest: str, ident: str, base: str = "", *, in_bytes: bool = False
 ) -> Spot:
-    """Return the place of members `rest` of a tag, in list or bytes `ident` from the variable `base` on."""
+    """Return the place of the path `rest` in a tag, in list or bytes `ident` from the variable `base` on."""
     if in_bytes:
         bits = byte_parts(kind)[rest.upper()]
         size = size_of(kind) * 8 // _UNITS.get(bits.view, 8)

@@ -1,10 +1,10 @@
 """Stubs: replacements of instructions, the results of messages, and partners of consumed tags.
 
-| text | means |
+| text | effect |
 |---|---|
-| `done after 20 ms` | EN with the rung, DN that much later; a message ends the same way |
-| `error 16#00CB after 20 ms` | EN with the rung, ER and the code that much later |
-| `waits` | EN with the rung, and nothing more; a message ends when its TO bit is set |
+| `done after 20 ms` | EN with the rung, DN after the time; a message ends the same way |
+| `error 16#00CB after 20 ms` | EN with the rung, ER and the code after the time |
+| `waits` | EN with the rung only; a message ends when its TO bit is set |
 | `false`, `true` | the power after the instruction |
 | `plant.py:xrp` | a Python function replaces it; in the `[stubs]` of a rack file only |
 
@@ -12,9 +12,8 @@ STUB MSG : done after 20 ms                     // every message
 STUB Order : error 16#00CB after 1000 ms        // the message of this tag
 STUB ALMD : false                               // every ALMD
 
-A rack file may also give the reply of a message, and the data of a consumed tag: a constant, a table over
-time, or a tag of another rack. It is a `DataSource`, a function of time alone, so that any scan can be run
-again.
+A rack file may also have the reply of a message and the data of a consumed tag: a constant, a table over
+time, or a tag of another rack. Each is a `DataSource`. It depends on time only, so any scan can run again.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ ALL_MESSAGES = "MSG"
 """Name of the default stub of messages."""
 
 NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR", "BRK"})
-"""Instructions that decide what runs next: no stub can replace them."""
+"""Instructions that decide what runs next, so that no stub can replace them."""
 
 _TEXT = re.compile(
     rf"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{{1,4}})|(?P<code>\d{{1,5}})))\s+after\s+(?P<time>{TIME})",
@@ -44,7 +43,7 @@ _POWER = {"FALSE": False, "TRUE": True}
 
 
 class Sample(NamedTuple):
-    """What a partner sends."""
+    """One update from a partner."""
 
     value: Any  # as `Tags` returns values; None if nothing is new
     running: bool = True  # whether the producer is in run mode
@@ -56,7 +55,7 @@ Sampler = Callable[[int], Sample]
 
 
 class DataSource(Protocol):
-    """Where data come from: a constant, a table, or a tag of another rack."""
+    """Source of data: a constant, a table, or a tag of another rack."""
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
         """Return the samples.
@@ -66,7 +65,7 @@ class DataSource(Protocol):
             rpi_ns: interval of the samples.
 
         Raises:
-            LadderError: there is no such tag.
+            LadderError: the other rack has no such tag.
         """
 
     def __str__(self) -> str: ...
@@ -150,7 +149,7 @@ class Stubs:
 
     by_name: Mapping[str, Stub] = field(default_factory=dict)  # by instruction or message tag, in capitals
     missing_tags: bool = False  # whether undeclared tags are declared by their use
-    refused: bool = False  # whether an export runs although parts of it are refused; they do nothing
+    refused: bool = False  # whether an export runs although parts are refused; these parts do nothing
     modules: Mapping[int, ModuleWords] = field(default_factory=dict)  # words of the rack's modules by slot
 
 
@@ -184,7 +183,7 @@ def parse_stub(text: str) -> Ending | Power:
 def check_stubbed(name: str) -> None:
     """Raise a LadderError for an instruction, in capitals, that no stub can replace."""
     if name in NEVER_STUBBED:
-        raise LadderError(f"{name} decides what runs next: no stub can replace it")
+        raise LadderError(f"{name} decides what runs next, so no stub can replace it")
 
 
 def stub_of(stubs: Mapping[str, Stub], path: str) -> Ending | None:

@@ -14,16 +14,16 @@ _COMPARE = {operator: name for name, operator in COMPARISONS.items()}
 
 
 def _binary(name: str, *, reflected: bool = False) -> Callable[[Expression, object], Expression]:
-    def operate(own: Expression, other: object) -> Expression:
-        operands = (operand_of(own), operand_of(other))
+    def operate(left: Expression, right: object) -> Expression:
+        operands = (operand_of(left), operand_of(right))
         return Expression(Operation(name, operands[::-1] if reflected else operands))
 
     return operate
 
 
 def _relation(sign: str) -> Callable[[Expression, object], Instruction]:
-    def compare(own: Expression, other: object) -> Instruction:
-        operands = (operand_of(own), operand_of(other))
+    def compare(left: Expression, right: object) -> Instruction:
+        operands = (operand_of(left), operand_of(right))
         if any(isinstance(operand, Operation) for operand in operands):
             return Instruction("CMP", (Operation(sign, operands),))
         return Instruction(_COMPARE[sign], operands)
@@ -111,10 +111,10 @@ class TagRef(Expression):
         return TagRef(Address(self._address.name, (*self._address.steps, step)))
 
 
-def operand_of(given: object) -> Operand:
+def operand_of(value: object) -> Operand:
     """Return the operand of a Python value: a tag, a number, or an address as text."""
-    if isinstance(given, Expression):
-        return given.operand
-    if isinstance(given, bool) or not isinstance(given, (int, float, str)):
-        raise LadderError(f"{given!r} is not an operand; write a tag, a number or an address as text")
-    return parse_expression(given) if isinstance(given, str) else number(given)
+    if isinstance(value, Expression):
+        return value.operand
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise LadderError(f"{value!r} is not an operand; write a tag, a number or an address as text")
+    return parse_expression(value) if isinstance(value, str) else number(value)

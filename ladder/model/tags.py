@@ -1,9 +1,8 @@
 """Declarations of tags, and the layout of a program's memory that follows from them.
 
-Every elementary value is one leaf, or, if it is in arrays, one element of a
-leaf: `Recipe.Step.Time` of an array of structures is one list of all the times.
-A leaf has a Python identifier, under which the compiled program reads and writes
-it. The images of a slot are leaves, too, created when an address names them.
+Every elementary value is one leaf, or an element of a leaf if it is in arrays: `Recipe.Step.Time` of an array
+of structures is one list of all times. A leaf has a Python identifier in the compiled program. The images of
+a slot are also leaves, created when an address names them.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ OVERRIDE = "~mcr"
 """Leaf of the MCR zone's state."""
 
 IGNORES_ARRAY_FAULTS = "~GSV.CONTROLLER..IGNOREARRAYFAULTSDURINGPOSTSCAN"
-"""Leaf, in capitals, of the attribute with which array faults are ignored in postscan."""
+"""Leaf, in capitals, of the attribute that ignores array faults in postscan."""
 
 HELD = "~held"
 """Prefix of leaves that store a subscript during a call."""
@@ -164,7 +163,7 @@ def tag_in(path: str) -> str:
 
 
 class SparseTag(NamedTuple):
-    """A tag of a structure of which the program uses few values."""
+    """A structure tag with few values that the program uses."""
 
     ident: str  # variable of the bytes with all other values
     variables: Mapping[str, Leaf]  # the values in use, by path in capitals
@@ -193,15 +192,14 @@ class Layout:
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
         self._ordered = False
-        self._folded: dict[str, Tag] = {}  # tags with leaves not requested yet, in capitals
-        self._separate: dict[str, list[str]] = {}  # leaves of such tags that were requested, in capitals
+        self._folded: dict[str, Tag] = {}  # tags with leaves that are not created yet, by name in capitals
+        self._separate: dict[str, list[str]] = {}  # created leaves of such tags, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
         self.rests: dict[str, SparseTag] = {}  # by tag in capitals, see `fold_rest`
-        self.in_bytes: set[str] = (
-            set()
-        )  # tags, or roots of an add-on instruction, that are bytes, in capitals
+        self.in_bytes: set[str] = set()  # tags in bytes, or such roots of an add-on, in capitals
         self._spots: dict[str, Spot | None] = {}
-        self._single: tuple[tuple[int, int, int], list[Leaf]] = (0, 0, 0), []
+        self._single: list[Leaf] = []  # leaves with their own variable, valid for `_single_size`
+        self._single_size = (0, 0, 0)
         self._idents: set[str] = set()
         self._held = 0
         for name in (*STATUS_FLAGS, OVERRIDE):
@@ -228,19 +226,19 @@ class Layout:
                 yield f"{tag.name}.{path}" if path else tag.name
 
     def _unfold(self, *names: str) -> None:
-        """Create all leaves of tags, named in capitals."""
+        """Create all leaves of tags, by names in capitals."""
         for name in names:
             tag = self._folded.pop(name, None)
             if tag is not None:
                 self._separate.pop(name, None)
-                for below, row in _rows(tag.type).items():
-                    self._row_leaf(tag, f"{name}.{below}" if below else name, row)
+                for member_path, row in _rows(tag.type).items():
+                    self._row_leaf(tag, f"{name}.{member_path}" if member_path else name, row)
 
     def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
         """Return the leaf `name`, a path in capitals, of a row of a tag's type; create it if necessary."""
-        known = self._leaves.get(name)
-        if known is not None:
-            return known
+        leaf = self._leaves.get(name)
+        if leaf is not None:
+            return leaf
         if not row.path:
             return self._add(tag.name, row.type, tag.dims)
         path = f"{tag.name}.{row.path}"
@@ -271,23 +269,23 @@ class Layout:
         tag = self._folded.get(head)
         if tag is not None:
             start = f"{name}."[len(head) + 1 :]
-            for below in _rows(tag.type):
-                if below.startswith(start) and f"{head}.{below}" not in self._leaves:
-                    self._request(f"{head}.{below}")
+            for member_path in _rows(tag.type):
+                if member_path.startswith(start) and f"{head}.{member_path}" not in self._leaves:
+                    self._request(f"{head}.{member_path}")
 
-    def ending(self, member: str) -> list[Leaf]:
+    def leaves_ending_in(self, member: str) -> list[Leaf]:
         """Return the leaves whose path ends in a member, in the order of tags."""
         end = f".{member.upper()}"
         return [
-            self.leaf(f"{name}.{below}")
+            self.leaf(f"{name}.{member_path}")
             for name, tag in self.tags().items()
-            for below in _rows(tag.type)
-            if f".{below}".endswith(end)
+            for member_path in _rows(tag.type)
+            if f".{member_path}".endswith(end)
         ]
 
     @property
     def unused(self) -> Iterator[Tag]:
-        """The tags of which no leaf was requested."""
+        """The tags without a requested leaf."""
         return (tag for name, tag in self._folded.items() if name not in self._separate)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
@@ -342,11 +340,11 @@ class Layout:
     def image(self, slot: int, *, output: bool) -> Leaf:
         """Return the leaf of a slot's image."""
         path = f"Local:{slot}:{'O' if output else 'I'}.Data"
-        known = self.find(path)
-        if known is None:
+        leaf = self.find(path)
+        if leaf is None:
             dims = (self.words(slot, output=output),)
-            known = self._add(path, INT, dims, slot=slot, output=output)
-        return known
+            leaf = self._add(path, INT, dims, slot=slot, output=output)
+        return leaf
 
     def fault(self, slot: int) -> Leaf:
         """Return the leaf of a slot's connection fault, a DINT."""
@@ -380,7 +378,7 @@ class Layout:
     def fold_rest(self, name: str) -> None:
         """Lay out a tag, in capitals, as bytes; leaves that were requested stay variables.
 
-        A large structure of which the program uses few members then takes few variables.
+        A large structure with few used members then needs few variables.
         """
         tag, separate = self._folded[name], self._separate[name]
         if len(separate) < len(_rows(tag.type)):
@@ -391,8 +389,8 @@ class Layout:
             self._spots.clear()
 
     @property
-    def begun(self) -> list[Tag]:
-        """The structures of which some leaves were requested and that are neither lists nor bytes."""
+    def partly_used(self) -> list[Tag]:
+        """The structures with requested leaves that are neither lists nor bytes."""
         return [self._folded[name] for name in self._separate if name not in self.boxed]
 
     def spot(self, leaf: Leaf) -> Spot | None:
@@ -418,42 +416,43 @@ class Layout:
         return spot
 
     def rest_spot(self, leaf: Leaf) -> Spot:
-        """Return the place of a leaf in the bytes of `rests`; the place of a variable is unused."""
+        """Return the place of a leaf in the bytes of a sparse tag; also of a leaf that is a variable."""
         head = tag_in(leaf.path)
         tag = self.declarations[head.upper()]
         assert isinstance(tag, Tag)
-        below = leaf.path[len(head) + 1 :]
-        return spot_of(tag.type, tag.dims, below, self.rests[head.upper()].ident, in_bytes=True)
+        member_path = leaf.path[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, member_path, self.rests[head.upper()].ident, in_bytes=True)
 
     def byte_spot(self, path: str) -> Spot | None:
         """Return the place of a structure in bytes by path; None if it is not in bytes."""
         name = path.upper()
-        known = self._spots.get(name)
-        if known is None and tag_in(name) in self.in_bytes:
-            known = self._spots[name] = self._boxed_spot(tag_in(name), name)
-        return known
+        spot = self._spots.get(name)
+        if spot is None and tag_in(name) in self.in_bytes:
+            spot = self._spots[name] = self._boxed_spot(tag_in(name), name)
+        return spot
 
     def _boxed_spot(self, head: str, name: str) -> Spot:
         tag = self.declarations[head]
         assert isinstance(tag, Tag)
-        below = name[len(head) + 1 :]
-        return spot_of(tag.type, tag.dims, below, self.boxed[head], in_bytes=head in self.in_bytes)
+        member_path = name[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, member_path, self.boxed[head], in_bytes=head in self.in_bytes)
 
     @property
     def size(self) -> tuple[int, int, int]:
-        """Numbers of lists, rests and leaves: a memory that was created before they grew lacks some."""
+        """Numbers of lists, sparse tags and leaves: if they have grown, an older memory lacks some."""
         return len(self.boxed), len(self.rests), len(self._leaves)
 
     @property
     def single(self) -> list[Leaf]:
-        """The leaves with a variable of their own."""
+        """The leaves with their own variable."""
         boxed, rests = self.boxed, self.rests
         self._unfold(*[name for name in self._folded if name not in boxed and name not in rests])
         if not boxed and not rests:
             return list(self.leaves.values())
-        if self._single[0] != (state := self.size):
-            self._single = state, [leaf for name, leaf in self._leaves.items() if self._is_single(name)]
-        return self._single[1]
+        if self._single_size != self.size:
+            self._single_size = self.size
+            self._single = [leaf for name, leaf in self._leaves.items() if self._is_single(name)]
+        return self._single
 
     def _is_single(self, name: str) -> bool:
         head = tag_in(name)
@@ -475,7 +474,7 @@ class Layout:
 
     @property
     def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
-        """The tags, and rests of tags, that are bytes: identifier, type, number of elements."""
+        """The tags, and sparse tags, in bytes: identifier, type, number of elements."""
         named = [(name, ident) for name, ident in self.boxed.items() if name in self.in_bytes]
         named += [(name, remainder.ident) for name, remainder in self.rests.items()]
         for name, ident in named:
@@ -642,8 +641,8 @@ class FrameLayout(Layout):
             else:
                 tag, ident = self.declarations[root], self.inouts[root]
                 assert isinstance(tag, Tag)
-                below = name[len(root) + 1 :]
-                spot = spot_of(tag.type, tag.dims, below, ident, f"{ident}_at", in_bytes=in_bytes)
+                member_path = name[len(root) + 1 :]
+                spot = spot_of(tag.type, tag.dims, member_path, ident, f"{ident}_at", in_bytes=in_bytes)
             self._spots[name] = spot
         return spot
 

@@ -117,7 +117,7 @@ Step = MemberStep | SubscriptStep | BitStep | WordStep | SlashStep
 
 @record
 class Address:
-    """A tag or a part of one; `Local:1:I`, `I:1` and `S:FS` are names, too."""
+    """A tag or a part of one; `Local:1:I`, `I:1` and `S:FS` are also names."""
 
     name: str
     steps: tuple[Step, ...] = ()
@@ -172,15 +172,15 @@ def _text_at(node: Operand, level: int) -> str:
     return f"({text})" if strength < level else text
 
 
-def _operation_text(node: Operation, own: int) -> str:
+def _operation_text(node: Operation, strength: int) -> str:
     if node.name == "NEG":
-        inner = _text_at(node.operands[0], own)
+        inner = _text_at(node.operands[0], strength)
         return f"-({inner})" if inner[0] in "-0123456789" else f"-{inner}"
     if node.name == "NOT":
-        return f"NOT {_text_at(node.operands[0], own)}"
-    if own == ATOM:
+        return f"NOT {_text_at(node.operands[0], strength)}"
+    if strength == ATOM:
         return f"{node.name}({_text_at(node.operands[0], 0)})"
-    left, right = _text_at(node.operands[0], own), _text_at(node.operands[1], own + 1)
+    left, right = _text_at(node.operands[0], strength), _text_at(node.operands[1], strength + 1)
     if node.name == "/" and not left.endswith(")") and _ends_in_file(node.operands[0]):
         left = f"({left})"  # O:1.5/3 is a bit of O:1.5
     return f"{left} {node.name} {right}" if node.name in WORDS else f"{left}{node.name}{right}"
@@ -224,7 +224,7 @@ Series = tuple[Element, ...]
 
 
 def series_text(series: Series) -> str:
-    """Rung text of a series."""
+    """Return the rung text of a series."""
     return "".join(map(str, series))
 
 

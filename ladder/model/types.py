@@ -106,13 +106,13 @@ class Member:
     dims: tuple[int, ...] = ()
     bit: int | None = None  # of a predefined structure's BOOL: its bit in the first DINT
     initial: object = field(default=None, compare=False)  # see `tags.Tag`; None = zero. Not compared
-    at: str = ""  # the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with its own memory
+    at: str = ""  # the part of the structure that it is an alias of: `Host.3`; "" with its own memory
     hidden: bool = False  # whether views omit it, like the host of packed bits
 
 
 @dataclass(frozen=True)
 class Structure:
-    """A type with members; `hidden` members have no address and hold an instruction's state."""
+    """A type with members; `hidden` members have no address and store an instruction's state."""
 
     name: str
     members: tuple[Member, ...]
@@ -133,12 +133,12 @@ class Structure:
         return hash(self.name)
 
     def __post_init__(self) -> None:
-        """Raise a LadderError if `at` of a member names no member with its own memory."""
+        """Raise a LadderError if `at` of a member is not a member with its own memory."""
         for member in self.members:
             host = self.member(re.split(r"[.\[]", member.at)[0]) if member.at else member
             if host is None or (member.at and host.at):
                 raise LadderError(
-                    f"{member.name} of {self.name} is at {member.at}, which is not a member of its own"
+                    f"{member.name} of {self.name} is at {member.at}, which has no memory of its own"
                 )
 
     @cached_property
@@ -167,9 +167,9 @@ _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 
 
 def members_of(text: str) -> tuple[Member, ...]:
-    """Return the members in a text: after a type, names with their length and their initial value.
+    """Return the members in a text: a type, then names with optional length and initial value.
 
-    >>> [(each.name, each.dims, each.initial) for each in members_of("DINT PRE=500 SINT DATA[82]")]
+    >>> [(member.name, member.dims, member.initial) for member in members_of("DINT PRE=500 SINT DATA[82]")]
     [('PRE', (), 500), ('DATA', (82,), None)]
     """
     kind: DataType = BOOL
@@ -190,7 +190,9 @@ _MEMBER = re.compile(r"(\w+)(?:\[(\d+)\])?(?:=(.+))?")
 def _initial(kind: DataType, value: str) -> object:
     if value in _VALUES:
         return _VALUES[value]
-    return bool(int(value)) if kind is BOOL else float(value) if "." in value else int(value)
+    if kind is BOOL:
+        return value != "0"
+    return float(value) if "." in value else int(value)
 
 
 MAX_REAL, MIN_REAL = 3.4028234663852886e38, 1.1754943508222875e-38
@@ -326,10 +328,8 @@ ALARM_ANALOG = Structure(
 )
 """Structure of ALMA [1756-RM003N p. 56-63]."""
 
-TYPES |= {
-    kind.name: kind
-    for kind in (*(FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG),)
-}
+_STRUCTURES = (FBD_TIMER, FBD_COUNTER, FBD_ONESHOT, MESSAGE, PID, ALARM_DIGITAL, ALARM_ANALOG)
+TYPES |= {kind.name: kind for kind in _STRUCTURES}
 
 
 @record
@@ -350,7 +350,7 @@ def size_of(kind: DataType) -> int:
     >>> size_of(INT), size_of(TIMER), size_of(STRING)
     (2, 12, 88)
     """
-    return _laid_out(kind).size
+    return _layout_of(kind).size
 
 
 @lru_cache(maxsize=1024)
@@ -383,14 +383,14 @@ def _fields_in(kind: Structure) -> Iterator[Field]:
 def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
     """Return the members with their own memory, each with its byte and, for a BOOL, its bit.
 
-    >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
+    >>> [(member.name, byte, bit) for member, byte, bit in members_at(COUNTER)][-3:]
     [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]
     """
-    return tuple(_laid_out(kind).places)
+    return tuple(_layout_of(kind).places)
 
 
 @lru_cache(maxsize=1024)
-def _laid_out(kind: DataType) -> _Layout:
+def _layout_of(kind: DataType) -> _Layout:
     return _Layout(kind)
 
 
@@ -405,30 +405,30 @@ class _Layout:
         if isinstance(kind, Elementary):
             self.size = max(1, kind.bits // 8)
         else:
-            self._structure(kind)
+            self._add_structure(kind)
 
-    def _structure(self, kind: Structure) -> None:
+    def _add_structure(self, kind: Structure) -> None:
         if any(member.bit is not None for member in kind.members):
             self.size = 4 if any((member.bit or 0) > 15 for member in kind.members) else 2
         for member in kind.own:
             if member.bit is not None:
                 self.places.append((member, member.bit // 8, member.bit % 8))
             elif member.type is BOOL and not member.dims:
-                self._packed_bool(member)
+                self._add_packed_bool(member)
             else:
                 self._open_byte = None
-                self._member(member)
+                self._add_member(member)
         alignment = _alignment(kind)
         self.size = -(-self.size // alignment) * alignment
 
-    def _packed_bool(self, member: Member) -> None:
+    def _add_packed_bool(self, member: Member) -> None:
         if self._open_byte is None or self._bits_used == 8:
             self._open_byte, self._bits_used = self.size, 0
             self.size += 1
         self.places.append((member, self._open_byte, self._bits_used))
         self._bits_used += 1
 
-    def _member(self, member: Member) -> None:
+    def _add_member(self, member: Member) -> None:
         alignment = _alignment(member.type)
         self.size = -(-self.size // alignment) * alignment
         self.places.append((member, self.size, None))

@@ -18,7 +18,7 @@ from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
 from ..model.tags import program_of, scoped
 from ..state.fault_log import FaultLog
 from ..state.lowered import LoweredProgram
-from ..state.memory import Memory, Passed, Value, begin_with
+from ..state.memory import Memory, Passed, Value, set_initial_bytes
 from ..state.scheduler import Scheduler
 from .view import Tags
 from .whereabouts import Compiled, position_in_program
@@ -169,7 +169,7 @@ class Engine:
         slots = getattr(self._rack, "slot", {})
         for number, data in self.lowered.outputs.items():
             if number in slots:
-                begin_with(slots[number].outputs, data)
+                set_initial_bytes(slots[number].outputs, data)
 
     def call_python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
         """Call a routine in Python with the tags, the inputs, and `jsr` if it has that parameter."""

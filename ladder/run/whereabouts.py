@@ -21,7 +21,7 @@ def position_in_program(trace: TracebackType | None, compiled: Compiled) -> str:
     line: LoweredLine | None = None
     for frame, number in walk_tb(trace):
         if frame.f_code is _TASK:
-            task = frame.f_locals["each"].task.name
+            task = frame.f_locals["scheduled"].task.name
         elif frame.f_code in _INTERPRETED:
             routine, line = _interpreted(frame, routine, line)
         elif frame.f_code in compiled:
@@ -46,6 +46,6 @@ def _interpreted(
     return routine, frame.f_locals["line"]
 
 
-_TASK = Scheduler._task.__code__
+_TASK = Scheduler._run_task.__code__
 _ROUTINE = Interpreter._lines.__code__
 _INTERPRETED = (_ROUTINE, Interpreter._line.__code__)

@@ -157,7 +157,7 @@ class _Reader:
         spec = self._specs.get(name.upper())
         if spec is None:
             self._fail(name.start, f"an instruction; {name} is unknown")
-        if expected := spec.other_count(len(arguments)):
+        if expected := spec.expected_count(len(arguments)):
             self._fail(name.start, f"{expected} operands of {spec.name}", str(len(arguments)))
         uses = [*spec.operands, *[Use.PARAMETERS] * len(arguments)]
         operands = [

@@ -1,6 +1,6 @@
 """String instructions on characters, for both back ends.
 
-They record minor faults; a result of None leaves the destination unchanged.
+They record minor faults. A result of None leaves the destination unchanged.
 
 | code | fault |
 |---|---|
@@ -27,38 +27,40 @@ _WHOLE = re.compile(rb"-?\d+")
 _DECIMAL = re.compile(rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
-def too_long(faults: FaultLog, site: int, tag: str, length: int, room: int) -> None:
+def record_long_string(faults: FaultLog, site: int, tag: str, length: int, capacity: int) -> None:
     """Record a LEN above the size of DATA."""
-    faults.record(site, f"LEN of {tag} is {length!r}, DATA has {room} characters", STRING_CODE)
+    faults.record(site, f"LEN of {tag} is {length!r}, DATA has {capacity} characters", STRING_CODE)
 
 
-def read_string(faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str) -> bytes | None:
+def read_string(
+    faults: FaultLog, site: int, tag: Any, first_byte: int, capacity: int, name: str
+) -> bytes | None:
     """Return the characters of a STRING in bytes; fault and return None if LEN exceeds the size of DATA."""
-    length = tag.i[at >> 2]
-    if length > room:
-        too_long(faults, site, name, length, room)
+    length = tag.i[first_byte >> 2]
+    if length > capacity:
+        record_long_string(faults, site, name, length, capacity)
         return None
-    return tag.B[at + 4 : at + 4 + length].tobytes() if length > 0 else b""
+    return tag.B[first_byte + 4 : first_byte + 4 + length].tobytes() if length > 0 else b""
 
 
 def store_string(
-    faults: FaultLog, site: int, tag: Any, at: int, room: int, name: str, value: bytes, code: int
+    faults: FaultLog, site: int, tag: Any, first_byte: int, capacity: int, name: str, value: bytes, code: int
 ) -> None:
-    """Set a STRING in bytes to a result."""
+    """Set a STRING in bytes to a result; `code` is the fault for a result that is too long."""
     length = len(value)
-    if length > room:
-        if not fits(faults, site, name, value, room, code):
+    if length > capacity:
+        if not check_length(faults, site, name, value, capacity, code):
             return
-        value, length = value[:room], room
-    tag.i[at >> 2] = length
-    tag.B[at + 4 : at + 4 + room] = value.ljust(room, b"\0")
+        value, length = value[:capacity], capacity
+    tag.i[first_byte >> 2] = length
+    tag.B[first_byte + 4 : first_byte + 4 + capacity] = value.ljust(capacity, b"\0")
 
 
-def fits(faults: FaultLog, site: int, name: str, value: bytes, room: int, code: int) -> bool:
+def check_length(faults: FaultLog, site: int, name: str, value: bytes, capacity: int, code: int) -> bool:
     """Record a fault if a result does not fit; return whether to store it, truncated if necessary."""
-    if size(value) <= room:
+    if size(value) <= capacity:
         return True
-    faults.record(site, f"{size(value)!r} characters do not fit {name}, {room} do", code)
+    faults.record(site, f"{size(value)!r} characters do not fit {name}, {capacity} do", code)
     return code != SHORT_STRING_CODE
 
 
@@ -71,14 +73,14 @@ def size(text: bytes) -> int:
 
 
 def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
-    """Return one string followed by another."""
+    """Return two strings, one after the other."""
     return a + b
 
 
 def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int) -> bytes | None:
     """Return a string with another inserted at a position, counted from 1."""
     if not 1 <= start <= size(into) + 1:
-        _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(into) + 1!r}")
+        _record_place_fault(faults, site, f"start {start!r} is out of range; must be 1 to {size(into) + 1!r}")
         return None
     return into[: start - 1] + inserted + into[start - 1 :]
 
@@ -88,29 +90,30 @@ def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int
 
 def mid(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
     """Return `count` characters from a position on, counted from 1."""
-    if not _is_part(faults, site, text, count, start):
+    if not _check_part(faults, site, text, count, start):
         return None
     return text[start - 1 : start - 1 + count]
 
 
 def delete(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bytes | None:
     """Return a string without `count` characters from a position on, counted from 1."""
-    if not _is_part(faults, site, text, count, start):
+    if not _check_part(faults, site, text, count, start):
         return None
     return text[: start - 1] + text[start - 1 + count :]
 
 
-def _is_part(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bool:
-    if 1 <= start <= size(text) and count >= 0 and start - 1 + count <= size(text):
+def _check_part(faults: FaultLog, site: int, text: bytes, count: int, start: int) -> bool:
+    """Return whether `count` characters from `start` on are inside the text; record a fault if not."""
+    length = size(text)
+    if 1 <= start <= length and count >= 0 and start - 1 + count <= length:
         return True
-    _misplaced(
-        faults, site, f"{count!r} characters from {start!r} on are not inside of {size(text)!r} characters"
-    )
+    message = f"{count!r} characters from {start!r} on are not inside of {length!r} characters"
+    _record_place_fault(faults, site, message)
     return False
 
 
-def _misplaced(faults: FaultLog, site: int, text: str) -> None:
-    faults.record(site, text, STRING_PLACE_CODE)
+def _record_place_fault(faults: FaultLog, site: int, message: str) -> None:
+    faults.record(site, message, STRING_PLACE_CODE)
 
 
 # --- FIND: the position of a string in another, 0 if it is not there
@@ -119,7 +122,7 @@ def _misplaced(faults: FaultLog, site: int, text: str) -> None:
 def find(faults: FaultLog, site: int, text: bytes, searched: bytes, start: int) -> int | None:
     """Return the position, from 1, of a string in another from `start` on; 0 if it is not there."""
     if not 1 <= start <= size(text):
-        _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
+        _record_place_fault(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
         return None
     return text.find(searched, start - 1) + 1
 
@@ -201,4 +204,4 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     function.__name__.upper(): function
     for function in (concat, delete, dtos, find, insert, lower, mid, rtos, stod, stor, upper)
 }
-"""What each instruction computes, by its name."""
+"""Functions of the instructions, by name."""

@@ -28,7 +28,7 @@ MOST_RECURSION = 25
 """Maximum nested calls of recursive routines."""
 
 MOST_JUMPS = 200_000
-"""Backward jumps per scan: more than a controller does within its watchdog of 500 ms, at 2.5 µs each."""
+"""Maximum backward jumps per scan: 500 ms, the default watchdog, at 2.5 µs each."""
 
 
 class FaultLog:
@@ -40,11 +40,11 @@ class FaultLog:
         self.overflows = 0  # overflows and zero divisors so far
         self._jumps = 0
         self.depth = 0  # nested calls of recursive routines
-        self.checked: set[int] = set()  # sites of the ASSERTs that were reached so far
+        self.checked: set[int] = set()  # sites of the ASSERTs that have run
         self._lowered, self._memory = lowered, memory
-        self._recorded: set[int] = set()
-        self._overflow = memory.layout.leaf("S:V")
-        self._any = memory.layout.leaf("S:MINOR")
+        self._recorded: set[int] = set()  # sites of this scan's minor faults
+        self._overflow_flag = memory.layout.leaf("S:V")
+        self._minor_flag = memory.layout.leaf("S:MINOR")
 
     def new_scan(self, now_ns: int) -> None:
         """Start a scan: each instruction may record one minor fault again."""
@@ -58,12 +58,12 @@ class FaultLog:
         """Set S:V and record a minor fault, type 4 code 4."""
         self.overflows += 1
         if self._lowered.flags:
-            self._memory.write(self._overflow, 0, True)
+            self._memory.write(self._overflow_flag, 0, True)
         self.record(site, text, OVERFLOW_CODE)
 
     def record(self, site: int, text: str, code: int) -> None:
         """Record a minor fault, type 4."""
-        self._memory.write(self._any, 0, True)
+        self._memory.write(self._minor_flag, 0, True)
         if site not in self._recorded:
             self._recorded.add(site)
             self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text, code=code))
@@ -88,7 +88,7 @@ class FaultLog:
 
     @property
     def jumps_left(self) -> int:
-        """Backward jumps that the scan has left."""
+        """Remaining backward jumps of this scan."""
         return MOST_JUMPS - self._jumps
 
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
@@ -106,13 +106,13 @@ class FaultLog:
         """Count the return of a recursive routine."""
         self.depth -= 1
 
-    def check(self, site: int, holds: bool, values: Callable[[], Mapping[str, str]]) -> None:
+    def check(self, site: int, is_true: bool, values: Callable[[], Mapping[str, str]]) -> None:
         """Fault if the condition of an ASSERT is false, with the values of its tags."""
         self.checked.add(site)
-        if not holds:
+        if not is_true:
             tags = values()
-            shown = ", ".join(f"{tag} = {value}" for tag, value in tags.items())
-            text = f"the condition is false{f' [{shown}]' if shown else ''}"
+            listed_values = ", ".join(f"{tag} = {value}" for tag, value in tags.items())
+            text = f"the condition is false{f' [{listed_values}]' if listed_values else ''}"
             fault = LadderFault(self._lowered.sites[site], "ASSERT", text, ASSERTION_CODE)
             fault.tags = tuple(tags)
             raise fault

@@ -10,13 +10,13 @@ from scanrack.io_images.dataclass import dataclass
 
 from ..model.stretches import BITS
 from ..model.types import BOOL, DataType, Elementary, Structure, count_of, members_at, size_of
-from .named_parts import place_of
+from .named_parts import alias_place
 from .tag_bytes import TagBytes, set_chars
 from .values import checked
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _MemberPlace:
     """A member in the bytes of its structure."""
 
     type: DataType
@@ -33,35 +33,37 @@ def load_bytes(tag: TagBytes, kind: DataType, dims: tuple[int, ...], value: Any)
     return True
 
 
-def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
-    """Set the values that begin at a bit."""
+def _load(tag: TagBytes, kind: DataType, dims: tuple[int, ...], first_bit: int, value: Any) -> None:
+    """Set the values that begin at a bit; raise an exception for a value that does not fit."""
     if dims:
         if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > dims[0]:
             raise ValueError
         step = count_of(dims[1:]) * (1 if kind is BOOL else 8 * size_of(kind))
         for number, item in enumerate(value):
-            _load(tag, kind, dims[1:], at + number * step, item)
+            _load(tag, kind, dims[1:], first_bit + number * step, item)
     elif isinstance(kind, Elementary):
         view, bits = (BITS, 1) if kind is BOOL else (kind.code, kind.bits)
-        tag.put(view, at // bits, checked("", kind, value))
+        tag.put(view, first_bit // bits, checked("", kind, value))
     elif isinstance(value, str):
-        room, codes = kind.members[1].dims[-1], value.encode("latin-1", errors="replace")
-        if len(codes) > room or not kind.is_string:
+        capacity, characters = kind.members[1].dims[-1], value.encode("latin-1", errors="replace")
+        if len(characters) > capacity or not kind.is_string:
             raise ValueError
-        set_chars(tag, at // 8, room, codes)
+        set_chars(tag, first_bit // 8, capacity, characters)
     else:
-        places = _places(kind)
+        places = _member_places(kind)
         for name, item in value.items():
             place = places[name]
-            _load(tag, place.type, place.dims, at + place.bit, item)
+            _load(tag, place.type, place.dims, first_bit + place.bit, item)
 
 
 @lru_cache(maxsize=1024)
-def _places(kind: Structure) -> Mapping[str, _Place]:
+def _member_places(kind: Structure) -> Mapping[str, _MemberPlace]:
     """Return the members of a structure by name."""
     members = members_at(kind)
     places = {
-        own_member.name: _Place(own_member.type, own_member.dims, 8 * byte + (bit or 0))
-        for own_member, byte, bit in members
+        stored_member.name: _MemberPlace(stored_member.type, stored_member.dims, 8 * byte + (bit or 0))
+        for stored_member, byte, bit in members
     }
-    return places | {member.name: _Place(*place_of(kind, member)) for member in kind.members if member.at}
+    return places | {
+        member.name: _MemberPlace(*alias_place(kind, member)) for member in kind.members if member.at
+    }

@@ -1,4 +1,4 @@
-"""The tags of a program as clients of a server see them: types with the places of their members."""
+"""The tags that a server lists for its clients, and their types."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from ..model.types import (
     members_at,
     size_of,
 )
-from .named_parts import place_of
+from .named_parts import alias_place
 
 MOST_ALIASES = 20
-"""Maximum chained aliases."""
+"""Maximum aliases in a chain."""
 
 _HOST = "ZZZZZZZZZZ"
 """Prefix of the name of a byte that hosts BOOLs, as in Logix Designer."""
@@ -66,6 +66,7 @@ def _aliases(layout: Layout) -> Iterator[ListedAlias]:
 
 
 def _without_aliases(layout: Layout, alias: Alias) -> str | None:
+    """Return the address at the end of a chain of aliases; None if it does not end at a tag or a module."""
     target, scope = alias.target, program_of(alias.name)
     for _ in range(MOST_ALIASES):
         declaration = layout.declaration(target.name.upper(), scope)
@@ -83,7 +84,7 @@ def _without_aliases(layout: Layout, alias: Alias) -> str | None:
 
 @lru_cache(maxsize=1024)
 def kind_of(kind: DataType) -> Kind:
-    """Return a type as clients see it."""
+    """Return a type in the form for clients."""
     if isinstance(kind, Elementary):
         return PLAIN[kind.name]
     places = {member.name.upper(): (offset, bit) for member, offset, bit in members_at(kind)}
@@ -102,7 +103,7 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
     hosts: set[int] = set()
     for member in kind.members:
         if member.at:
-            yield _second_name(kind, member)
+            yield _alias_part(kind, member)
             continue
         offset, bit = places[member.name.upper()]
         if bit is not None and member.bit is None and offset not in hosts:
@@ -111,13 +112,14 @@ def _parts(kind: Structure, places: Places) -> Iterator[Part]:
         yield Part(member.name, kind_of(member.type), member.dims, offset, bit, member.hidden)
 
 
-def _second_name(kind: Structure, member: Member) -> Part:
-    """Return a member that names a part of another member, such as a packed bit or `Delay.PRE`."""
-    named, dims, at = place_of(kind, member)
-    return Part(member.name, kind_of(named), dims, at // 8, at % 8 if named is BOOL and not dims else None)
+def _alias_part(kind: Structure, member: Member) -> Part:
+    """Return a member that is an alias of a part of another member, such as a packed bit or `Delay.PRE`."""
+    target_type, dims, first_bit = alias_place(kind, member)
+    bit = first_bit % 8 if target_type is BOOL and not dims else None
+    return Part(member.name, kind_of(target_type), dims, first_bit // 8, bit)
 
 
-def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[int, int]]:
+def string_capacities(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[int, int]]:
     """Yield, for each STRING in one element, the byte of its LEN and its maximum number of characters."""
     if not isinstance(kind, Structure):
         return
@@ -126,5 +128,6 @@ def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[i
         return
     for member, offset, _ in members_at(kind):
         size = size_of(member.type) if member.type is not BOOL else 0
-        for place, room in tuple(string_rooms(member.type)):
-            yield from ((offset + number * size + place, room) for number in range(count_of(member.dims)))
+        for string_offset, capacity in tuple(string_capacities(member.type)):
+            for number in range(count_of(member.dims)):
+                yield offset + number * size + string_offset, capacity

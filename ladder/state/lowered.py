@@ -123,7 +123,7 @@ class LoweredStep:
 
     @property
     def kind(self) -> InstructionKind:
-        """The rung condition on which it acts."""
+        """Rung condition on which it acts."""
         return self.spec.kind
 
 
@@ -235,7 +235,7 @@ class ChartAction:
     tag: Group
     body: str | None  # the routine of its body in capitals, None for a Boolean action or R
     node: ChartNode
-    resets: tuple[ChartAction, ...] = ()  # what R ends: the other actions with its tag
+    resets: tuple[ChartAction, ...] = ()  # for R: the other actions with its tag, which it ends
 
     @property
     def outlives(self) -> bool:
@@ -258,7 +258,7 @@ class ChartTransition:
 
 @dataclass(eq=False, slots=True)
 class LoweredChart:
-    """A chart, ready to run; `instructions.charts` says what its places hold."""
+    """A chart, ready to run; `instructions.charts` describes its places."""
 
     name: str  # full name of the routine
     options: ChartOptions
@@ -399,17 +399,17 @@ def steps_of(nodes: tuple[Node, ...], *, copies: bool = True) -> list[LoweredSte
     return steps
 
 
-def _collect(nodes: tuple[Node, ...], copies: bool, found: list[LoweredStep]) -> None:
+def _collect(nodes: tuple[Node, ...], copies: bool, steps: list[LoweredStep]) -> None:
     for node in nodes:
         if isinstance(node, Parallel):
             for leg in node.legs:
-                _collect(leg, copies, found)
+                _collect(leg, copies, steps)
         elif copies and node.operands and isinstance(node.operands[0], AddOnCall):
             call = node.operands[0]
             for series in call.inputs:
-                _collect(series, copies, found)
-            found.append(node)
+                _collect(series, copies, steps)
+            steps.append(node)
             for series in call.outputs:
-                _collect(series, copies, found)
+                _collect(series, copies, steps)
         else:
-            found.append(node)
+            steps.append(node)

@@ -23,7 +23,7 @@ from ..model.stretches import Spot
 from ..model.tags import Layout, Leaf, Presets, Tag, tag_in
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of, dims_text
 from .initials import load_bytes
-from .named_parts import meant_by
+from .named_parts import alias_target
 from .tag_bytes import TagBytes, chars, set_chars
 from .values import checked
 
@@ -37,11 +37,11 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(slots=True)
 class _InputCopy:
-    """An input image that the program writes: its copy, the rack's image and the latest image copied."""
+    """An input image that the program writes."""
 
-    own: memoryview
-    rack: memoryview
-    taken: bytes = b""
+    copy: memoryview  # the program's words
+    rack: memoryview  # the module's words
+    last_copied: bytes = b""
 
 
 class Memory:
@@ -56,7 +56,7 @@ class Memory:
         self.layout = layout
         self.left = 1  # unused here, see `Store`
         self.cells: dict[str, CellType] = {}  # by identifier
-        self._own: dict[Leaf, Image] = {}
+        self._own_images: dict[Leaf, Image] = {}
         self._copied: list[_InputCopy] = []
         self._attached = False
         self._faults = layout.faults
@@ -67,7 +67,7 @@ class Memory:
         for leaf in layout.single:
             self.cells[leaf.ident] = CellType(self._blank(leaf))
         self._defaults = defaults
-        self._with_initials: dict[int, bool] = {}
+        self._initial_value_flags: dict[int, bool] = {}
         for tag in layout.tags().values():
             try:
                 self._load_defaults(tag.name, tag.type, count_of(tag.dims))
@@ -82,30 +82,32 @@ class Memory:
         """Return a memory with the same values, not attached to a rack."""
         other = type(self).__new__(type(self))
         other.layout, other.left, other._faults = self.layout, 1, self._faults
-        other._defaults, other._with_initials = self._defaults, self._with_initials
+        other._defaults, other._initial_value_flags = self._defaults, self._initial_value_flags
         other._copied, other._attached, other.cells = [], False, {}
         other._lists = {ident: values.copy() for ident, values in self._lists.items()}
-        other._own = {leaf: Image(buffer=bytearray(image.raw)) for leaf, image in self._own.items()}
-        images = {leaf.ident: image.words for leaf, image in other._own.items()}
+        other._own_images = {
+            leaf: Image(buffer=bytearray(image.raw)) for leaf, image in self._own_images.items()
+        }
+        images = {leaf.ident: image.words for leaf, image in other._own_images.items()}
         for ident, cell in self.cells.items():
             value = cell.cell_contents
-            known = other._lists.get(ident, images.get(ident))
-            if known is None:
-                known = [*value] if type(value) is list else value
-            other.cells[ident] = CellType(known)
+            copied = other._lists.get(ident, images.get(ident))
+            if copied is None:
+                copied = [*value] if type(value) is list else value
+            other.cells[ident] = CellType(copied)
         return other
 
     def put_outputs(self, first: Mapping[int, bytes]) -> None:
         """Set the memory's own output images to initial values, by slot."""
-        for leaf, image in self._own.items():
+        for leaf, image in self._own_images.items():
             if leaf.output and leaf.slot is not None and leaf.slot in first:
-                begin_with(image, first[leaf.slot])
+                set_initial_bytes(image, first[leaf.slot])
 
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag in bytes at once; return False if that is impossible."""
         name = tag.name.upper()
         remainder = self.layout.rests.get(name)
-        if remainder is not None and self._starts_with_something(tag.type):
+        if remainder is not None and self._has_initial_value(tag.type):
             return False
         values = self._lists.get(
             remainder.ident if remainder is not None else self.layout.boxed.get(name, "")
@@ -120,44 +122,43 @@ class Memory:
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
         """Set the initial values of a structure's members in all elements."""
-        if isinstance(kind, Elementary) or not self._starts_with_something(kind):
+        if isinstance(kind, Elementary) or not self._has_initial_value(kind):
             return
         for member in kind.members:
             if isinstance(member.type, Structure) and not member.at:
-                where = f"{path}.{member.name}"
-                self._load_defaults(where, member.type, count * count_of(member.dims))
+                inner_path = f"{path}.{member.name}"
+                self._load_defaults(inner_path, member.type, count * count_of(member.dims))
             if member.initial is not None:
                 for element in range(count):
                     self._load_member(path, kind, member, element, member.initial)
-        for (below, index), value in self._defaults.get(kind.name.upper(), {}).items():
-            leaf = self.layout.leaf(f"{path}.{below}")
+        for (member_path, index), value in self._defaults.get(kind.name.upper(), {}).items():
+            leaf = self.layout.leaf(f"{path}.{member_path}")
             for element in range(index, leaf.size, leaf.size // count):
                 self.write(leaf, element, value)
 
-    def _starts_with_something(self, kind: DataType) -> bool:
+    def _has_initial_value(self, kind: DataType) -> bool:
         """Whether a member has an initial value, at any depth."""
         if isinstance(kind, Elementary):
             return False
-        known = self._with_initials.get(id(kind))  # equal types may have different initial values
-        if known is None:
-            known = kind.name.upper() in self._defaults or any(
-                member.initial is not None or self._starts_with_something(member.type)
-                for member in kind.members
+        has_value = self._initial_value_flags.get(id(kind))  # equal types may have different initial values
+        if has_value is None:
+            has_value = kind.name.upper() in self._defaults or any(
+                member.initial is not None or self._has_initial_value(member.type) for member in kind.members
             )
-            self._with_initials[id(kind)] = known
-        return known
+            self._initial_value_flags[id(kind)] = has_value
+        return has_value
 
     def _blank(self, leaf: Leaf) -> Any:
         if leaf.is_image:
-            self._own[leaf] = Image(size=leaf.size)
-            return self._own[leaf].words
+            self._own_images[leaf] = Image(size=leaf.size)
+            return self._own_images[leaf].words
         return [leaf.type.zero] * leaf.size if leaf.dims else leaf.type.zero
 
     def read(self, leaf: Leaf, index: int = 0) -> Value:
         """Return a value."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
-            values, spot = self._listed(leaf)
+            values, spot = self._list_and_spot(leaf)
             if spot.view:
                 return values.get(spot.view, spot.at(index))  # type: ignore[no-any-return]
             return values[spot.at(index)]  # type: ignore[no-any-return]
@@ -168,7 +169,7 @@ class Memory:
         """Return a function that reads a value, for readers in each scan."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
-            values, spot = self._listed(leaf)
+            values, spot = self._list_and_spot(leaf)
             offset = spot.at(index)
             read: Callable[[], Any] = (
                 partial(values.get, spot.view, offset) if spot.view else partial(getitem, values, offset)
@@ -181,19 +182,19 @@ class Memory:
         cell = self.cells.get(leaf.ident)
         if cell is not None:
             return list(cell.cell_contents[begin : begin + count])
-        values, spot = self._listed(leaf)
-        places = map(spot.at, range(begin, begin + count))
+        values, spot = self._list_and_spot(leaf)
+        offsets = map(spot.at, range(begin, begin + count))
         return (
-            [values.get(spot.view, place) for place in places]
+            [values.get(spot.view, offset) for offset in offsets]
             if spot.view
-            else [values[place] for place in places]
+            else [values[offset] for offset in offsets]
         )
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
-            values, spot = self._listed(leaf)
+            values, spot = self._list_and_spot(leaf)
             if spot.view:
                 values.put(spot.view, spot.at(index), value)
             else:
@@ -204,7 +205,7 @@ class Memory:
             cell.cell_contents = value
 
     def has(self, leaf: Leaf) -> bool:
-        """Whether a leaf has a place; an image has one if the program uses it."""
+        """Whether memory contains a leaf; it contains an image only if the program uses it."""
         return leaf.ident in self.cells or self.layout.spot(leaf) is not None
 
     def is_read_only(self, leaf: Leaf) -> bool:
@@ -216,16 +217,16 @@ class Memory:
         words = self.cells[leaf.ident].cell_contents
         return isinstance(words, memoryview) and words.readonly
 
-    def _listed(self, leaf: Leaf) -> tuple[Any, Spot]:
+    def _list_and_spot(self, leaf: Leaf) -> tuple[Any, Spot]:
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
         return self._lists[spot.ident], spot
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return the places of every `step`th value of a leaf, see `Store`."""
+        """Return the slice of every `step`th value of a leaf, see `Store`."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
-            values, spot = self._listed(leaf)
+            values, spot = self._list_and_spot(leaf)
             return column_in(values, spot.at, begin, step, count)
         return column_in(cell.cell_contents, int, begin, step, count) if leaf.dims else None
 
@@ -242,7 +243,7 @@ class Memory:
         """Return the value of a leaf, or all its elements."""
         cell = self.cells.get(leaf.ident)
         if cell is None:
-            values, spot = self._listed(leaf)
+            values, spot = self._list_and_spot(leaf)
             if spot.view and leaf.dims:
                 return values.values(spot, leaf.size)  # type: ignore[no-any-return]
             if spot.view:
@@ -273,7 +274,7 @@ class Memory:
         self._attached = True
         for leaf in self.layout.images:
             if leaf.ident in written and not leaf.output:
-                copied = self._own[leaf]
+                copied = self._own_images[leaf]
                 self.cells[leaf.ident].cell_contents = copied.words
                 self._copied.append(_InputCopy(copied.raw, slots[leaf.slot].inputs.raw))  # type: ignore[index]
 
@@ -288,9 +289,9 @@ class Memory:
         An image that differs from its last copy is copied in any case: a force has changed it.
         """
         for image in self._copied:
-            if updated or image.taken != image.rack:
-                image.taken = bytes(image.rack)
-                image.own[:] = image.taken
+            if updated or image.last_copied != image.rack:
+                image.last_copied = bytes(image.rack)
+                image.copy[:] = image.last_copied
 
     def take_faults(self, slots: Mapping[int, Any]) -> None:
         """Copy connection faults from slots by number: 0, or -1 while the module does not answer."""
@@ -305,35 +306,35 @@ class Memory:
 
     # --- whole values, for people
 
-    def dump(self, path: str, kind: DataType, dims: tuple[int, ...], at: int = 0) -> Any:
+    def dump(self, path: str, kind: DataType, dims: tuple[int, ...], index: int = 0) -> Any:
         """Return a value for people: a list per dimension, a dict of members, a str for a STRING."""
         if dims:
             length, inner = dims[0], dims[1:]
             if not inner and isinstance(kind, Elementary):
-                return self.elements(self.layout.leaf(path), at * length, length)
-            return [self.dump(path, kind, inner, at * length + number) for number in range(length)]
+                return self.elements(self.layout.leaf(path), index * length, length)
+            return [self.dump(path, kind, inner, index * length + number) for number in range(length)]
         if isinstance(kind, Elementary):
-            return self.read(self.layout.leaf(path), at)
+            return self.read(self.layout.leaf(path), index)
         if kind.is_string:
-            return self.text(path, at).decode("latin-1")
+            return self.text(path, index).decode("latin-1")
         return {
-            member.name: self._dump_member(path, kind, member, at)
+            member.name: self._dump_member(path, kind, member, index)
             for member in kind.members
             if not member.hidden
         }
 
-    def _dump_member(self, path: str, kind: Structure, member: Member, at: int) -> Any:
+    def _dump_member(self, path: str, kind: Structure, member: Member, index: int) -> Any:
         if not member.at:
-            return self.dump(f"{path}.{member.name}", member.type, member.dims, at)
-        target = meant_by(path, kind, member, at)
+            return self.dump(f"{path}.{member.name}", member.type, member.dims, index)
+        target = alias_target(path, kind, member, index)
         value = self.dump(target.path, target.type, target.dims, target.index)
         return value if target.bit is None else bool(value >> target.bit & 1)
 
-    def _load_member(self, path: str, kind: Structure, member: Member, at: int, value: Any) -> None:
+    def _load_member(self, path: str, kind: Structure, member: Member, index: int, value: Any) -> None:
         if not member.at:
-            self.load(f"{path}.{member.name}", member.type, member.dims, at, value)
+            self.load(f"{path}.{member.name}", member.type, member.dims, index, value)
             return
-        target = meant_by(path, kind, member, at)
+        target = alias_target(path, kind, member, index)
         if target.bit is None:
             self.load(target.path, target.type, target.dims, target.index, value)
             return
@@ -342,64 +343,64 @@ class Memory:
         on = checked(f"{path}.{member.name}", BOOL, value)
         self.write(leaf, target.index, word | mask if on else word & ~mask)
 
-    def load(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
-        """Set a value in the form of `dump`, except missing parts; raise a ValueError if it does not fit."""
+    def load(self, path: str, kind: DataType, dims: tuple[int, ...], index: int, value: Any) -> None:
+        """Set a value in the form of `dump`; missing parts stay. Raise a ValueError if it does not fit."""
         if dims:
-            self._load_array(path, kind, dims, at, value)
+            self._load_array(path, kind, dims, index, value)
         elif isinstance(kind, Elementary):
-            self.write(self.layout.leaf(path), at, checked(path, kind, value))
+            self.write(self.layout.leaf(path), index, checked(path, kind, value))
         elif kind.is_string and isinstance(value, str):
-            self._load_text(path, at, value)
+            self._load_text(path, index, value)
         else:
-            self._load_structure(path, kind, at, value)
+            self._load_structure(path, kind, index, value)
 
-    def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], at: int, value: Any) -> None:
+    def _load_array(self, path: str, kind: DataType, dims: tuple[int, ...], index: int, value: Any) -> None:
         if isinstance(value, str) or not isinstance(value, Sequence) or len(value) > dims[0]:
             raise ValueError(f"{path}: {value!r} is not a list of up to {dims[0]} values")
         for number, item in enumerate(value):
-            self.load(path, kind, dims[1:], at * dims[0] + number, item)
+            self.load(path, kind, dims[1:], index * dims[0] + number, item)
 
-    def _load_structure(self, path: str, kind: Structure, at: int, value: Any) -> None:
+    def _load_structure(self, path: str, kind: Structure, index: int, value: Any) -> None:
         if not isinstance(value, Mapping):
             raise ValueError(f"{path}: {value!r} is not a dict of members of {kind.name}")
-        for name, item in value.items():
+        for name, member_value in value.items():
             member = kind.member(name)
             if member is None:
                 names = ", ".join(member.name for member in kind.members)
                 raise ValueError(f"{path}: {kind.name} has no member {name}; members are {names}")
-            self._load_member(path, kind, member, at, item)
+            self._load_member(path, kind, member, index, member_value)
 
-    def text(self, path: str, at: int) -> bytes:
+    def text(self, path: str, index: int) -> bytes:
         """Return the characters of a STRING."""
-        return text_in(self, self.layout, path, at)
+        return text_in(self, self.layout, path, index)
 
-    def _load_text(self, path: str, at: int, value: str) -> None:
-        room = self.layout.leaf(f"{path}.DATA").dims[-1]
+    def _load_text(self, path: str, index: int, value: str) -> None:
+        capacity = self.layout.leaf(f"{path}.DATA").dims[-1]
         codes = value.encode("latin-1", errors="replace")
-        if len(codes) > room:
-            raise ValueError(f"{path}: {len(codes)} characters do not fit, {room} do")
-        self.set_text(path, at, codes)
+        if len(codes) > capacity:
+            raise ValueError(f"{path}: {len(codes)} characters are too long; must be at most {capacity}")
+        self.set_text(path, index, codes)
 
-    def set_text(self, path: str, at: int, value: bytes) -> None:
+    def set_text(self, path: str, index: int, value: bytes) -> None:
         """Set a STRING to characters, truncated to its size and padded with 0."""
-        set_text_in(self, self.layout, path, at, value)
+        set_text_in(self, self.layout, path, index, value)
 
 
-def begin_with(image: Image, data: bytes) -> None:
-    """Set an image to initial bytes, as far as both reach."""
+def set_initial_bytes(image: Image, data: bytes) -> None:
+    """Set an image to initial bytes, up to the end of the shorter one."""
     count = min(len(image.raw), len(data))
     image.raw[:count] = data[:count]
 
 
 Column = tuple[list[Any], slice]
-"""A list, and equidistant places in it."""
+"""A list, and a slice of it."""
 
 BytesAt = tuple[TagBytes, int]
 """A tag in bytes, and the number of a byte in it."""
 
 
 def column_in(values: Any, at: Callable[[int], int], begin: int, step: int, count: int) -> Column | None:
-    """Return the places of every `step`th value, at least two, in a list; None if not equidistant."""
+    """Return the slice of every `step`th value, at least two, in a list; None if not equidistant."""
     if type(values) is not list or count < 2:
         return None
     first, last = at(begin), at(begin + step * (count - 1))
@@ -421,7 +422,7 @@ class Store(Protocol):
         """Set a value of the leaf's type."""
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
-        """Return the places of every `step`th value of a leaf, None if they must be accessed singly."""
+        """Return the slice of every `step`th value of a leaf, None if they must be accessed singly."""
 
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
         """Return the place of a value in bytes, None if it is not in bytes or is accessed singly."""
@@ -495,31 +496,31 @@ class InterpretedAddOnStore:
         leaf = self._memory.layout.leaf(f"{self.path}.EnableIn")
         return element_text(self.path, leaf.dims, self.first)
 
-    def _where(self, leaf: Leaf, index: int) -> tuple[Leaf, int]:
+    def _target(self, leaf: Leaf, index: int) -> tuple[Leaf, int]:
         return self._memory.layout.leaf(self.path + leaf.rest), self.first * leaf.inner + index
 
     def read(self, leaf: Leaf, index: int = 0) -> Value:
         """Return a value."""
-        value = self._memory.read(*self._where(leaf, index))
+        value = self._memory.read(*self._target(leaf, index))
         return value if self.bit is None else bool(int(value) >> self.bit & 1)
 
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
-        where, element = self._where(leaf, index)
+        target, element = self._target(leaf, index)
         if self.bit is not None:
-            word, mask = int(self._memory.read(where, element)), mask_of(where.type, self.bit)
+            word, mask = int(self._memory.read(target, element)), mask_of(target.type, self.bit)
             value = word | mask if value else word & ~mask
-        self._memory.write(where, element, value)
+        self._memory.write(target, element, value)
 
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> Column | None:
         """See `Store`."""
         if self.bit is not None:
             return None
-        return self._memory.column(*self._where(leaf, begin), step, count)
+        return self._memory.column(*self._target(leaf, begin), step, count)
 
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
         """See `Store`."""
-        return self._memory.bytes_at(*self._where(leaf, index))
+        return self._memory.bytes_at(*self._target(leaf, index))
 
 
 def element_text(path: str, dims: tuple[int, ...], index: int) -> str:
@@ -541,31 +542,31 @@ def mask_of(kind: Elementary, bit: int) -> int:
     return kind.lowest if kind.is_signed and bit == kind.bits - 1 else 1 << bit
 
 
-def text_in(store: Store, layout: Layout, path: str, at: int) -> bytes:
-    """Return the characters of string number `at` of a path."""
+def text_in(store: Store, layout: Layout, path: str, index: int) -> bytes:
+    """Return the characters of string number `index` of a path."""
     data, counter = layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN")
-    room = data.dims[-1]
-    place = store.bytes_at(counter, at)
+    capacity = data.dims[-1]
+    place = store.bytes_at(counter, index)
     if place is not None:
-        return chars(*place, room)
-    length = store.read(counter, at)
-    count = max(0, min(int(length), room))
-    return bytes(int(store.read(data, at * room + number)) & 0xFF for number in range(count))
+        return chars(*place, capacity)
+    length = store.read(counter, index)
+    count = max(0, min(int(length), capacity))
+    return bytes(int(store.read(data, index * capacity + number)) & 0xFF for number in range(count))
 
 
-def set_text_in(store: Store, layout: Layout, path: str, at: int, value: bytes) -> None:
+def set_text_in(store: Store, layout: Layout, path: str, index: int, value: bytes) -> None:
     """Set a string to characters, truncated to its size and padded with 0."""
     data, counter = layout.leaf(f"{path}.DATA"), layout.leaf(f"{path}.LEN")
-    room = data.dims[-1]
-    place = store.bytes_at(counter, at)
+    capacity = data.dims[-1]
+    place = store.bytes_at(counter, index)
     if place is not None:
-        set_chars(*place, room, value)
+        set_chars(*place, capacity, value)
         return
-    codes = value[:room]
-    store.write(counter, at, len(codes))
-    for number in range(room):
+    codes = value[:capacity]
+    store.write(counter, index, len(codes))
+    for number in range(capacity):
         code = codes[number] if number < len(codes) else 0
-        store.write(data, at * room + number, code - 256 if code > 127 else code)
+        store.write(data, index * capacity + number, code - 256 if code > 127 else code)
 
 
 def same(a: object, b: object) -> bool:

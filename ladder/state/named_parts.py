@@ -1,4 +1,4 @@
-"""The parts that members with `at` name: another member, an element or a bit of the same structure."""
+"""Members with `at`: aliases of another member, an element or a bit of the same structure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_o
 
 @dataclass(frozen=True, slots=True)
 class AliasTarget:
-    """The part of a structure that a member with `at` names."""
+    """The part of a structure that a member with `at` is an alias of."""
 
     path: str
     type: DataType
@@ -21,43 +21,45 @@ class AliasTarget:
     bit: int | None  # a bit of the part, None for the whole
 
 
-def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
-    """Return the part that a member with `at` names in structure number `index` of a path."""
-    kind_here: DataType = kind
+def alias_target(path: str, kind: Structure, member: Member, index: int) -> AliasTarget:
+    """Return the target of a member with `at` in structure number `index` of a path."""
+    part_type: DataType = kind
     dims: tuple[int, ...] = ()
     bit = None
     steps = _steps_of(member)
     for _ in range(_DEEPEST):
         if not steps:
-            return AliasTarget(path, kind_here, dims, index, bit)
+            return AliasTarget(path, part_type, dims, index, bit)
         step, *steps = steps
-        where = f"{member.name} of {kind.name} is at {member.at}"
+        problem_place = f"{member.name} of {kind.name} is at {member.at}"
         if isinstance(step, MemberStep):
-            named = kind_here.member(step.name) if isinstance(kind_here, Structure) and not dims else None
-            if named is None:
-                raise ValueError(f"{where}: no {step.name}")
-            if named.at:
-                steps = [*_steps_of(named), *steps]
+            step_member = (
+                part_type.member(step.name) if isinstance(part_type, Structure) and not dims else None
+            )
+            if step_member is None:
+                raise ValueError(f"{problem_place}: no {step.name}")
+            if step_member.at:
+                steps = [*_steps_of(step_member), *steps]
                 continue
-            path, kind_here, dims = f"{path}.{named.name}", named.type, named.dims
+            path, part_type, dims = f"{path}.{step_member.name}", step_member.type, step_member.dims
         elif isinstance(step, SubscriptStep):
-            index, dims = _element_at(index, dims, step, where), ()
+            index, dims = _element_at(index, dims, step, problem_place), ()
         elif isinstance(step, BitStep):
-            bit = _number_of(step.index, where)
-            if not isinstance(kind_here, Elementary) or dims or bit >= kind_here.bits:
-                raise ValueError(f"{where}: no bit {bit}")
-    raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
+            bit = _number_of(step.index, problem_place)
+            if not isinstance(part_type, Elementary) or dims or bit >= part_type.bits:
+                raise ValueError(f"{problem_place}: no bit {bit}")
+    raise ValueError(f"{member.name} of {kind.name} is an alias of an alias more than {_DEEPEST} deep")
 
 
-def place_of(kind: Structure, member: Member) -> tuple[DataType, tuple[int, ...], int]:
-    """Return type, dimensions and first bit of what a member with `at` names in its structure's bytes."""
-    there = meant_by("", kind, member, 0)
-    part = byte_parts(kind)[there.path[1:].upper()]
-    at, index = part.offset, there.index * count_of(there.dims)
+def alias_place(kind: Structure, member: Member) -> tuple[DataType, tuple[int, ...], int]:
+    """Return type, dimensions and first bit of an alias member's target in the structure."""
+    target = alias_target("", kind, member, 0)
+    part = byte_parts(kind)[target.path[1:].upper()]
+    first_bit, index = part.offset, target.index * count_of(target.dims)
     for length, stride in zip(reversed(part.dims), reversed(part.strides), strict=True):
         index, number = divmod(index, length)
-        at += number * stride
-    return (there.type, there.dims, at) if there.bit is None else (BOOL, (), at + there.bit)
+        first_bit += number * stride
+    return (target.type, target.dims, first_bit) if target.bit is None else (BOOL, (), first_bit + target.bit)
 
 
 _DEEPEST = 64  # maximum steps in a member's `at`
@@ -68,18 +70,18 @@ def _steps_of(member: Member) -> list[Step]:
     return [MemberStep(address.name), *address.steps]
 
 
-def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: str) -> int:
+def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, problem_place: str) -> int:
     if len(step.indices) != len(dims):
-        raise ValueError(f"{where}: {len(step.indices)} subscripts are given, it has {len(dims)} dimensions")
+        raise ValueError(f"{problem_place}: {len(step.indices)} subscripts for {len(dims)} dimensions")
     for subscript, length in zip(step.indices, dims, strict=True):
-        number = _number_of(subscript, where)
+        number = _number_of(subscript, problem_place)
         if number >= length:
-            raise ValueError(f"{where}: no element {number}, it has {length}")
+            raise ValueError(f"{problem_place}: no element {number}; must be below {length}")
         index = index * length + number
     return index
 
 
-def _number_of(operand: Operand, where: str) -> int:
+def _number_of(operand: Operand, problem_place: str) -> int:
     if not isinstance(operand, Number) or not isinstance(operand.value, int):
-        raise ValueError(f"{where}: {operand} is no number")
+        raise ValueError(f"{problem_place}: {operand} is not an integer")
     return operand.value

@@ -25,28 +25,28 @@ class FieldSlice:
 
     field: Field
     leaf: Leaf
-    per_element: int
+    per_element: int  # number of the leaf's values in one element
 
-    def at(self, first: int, count: int) -> range:
-        """Return the flat indices of its values in elements of the region."""
+    def indices(self, first: int, count: int) -> range:
+        """Return the flat indices of its values in `count` elements of the region."""
         begin = first * self.per_element + self.field.index
         return range(begin, begin + count * self.per_element, self.per_element)
 
 
 @record
 class ArrayRegion:
-    """The start of a copy, and its limits."""
+    """A tag, or an array from one element on: the source or target of a copy."""
 
     type: DataType  # of an element
     size: int  # bytes per element
     parts: tuple[FieldSlice, ...]  # fields of an element
     indices: tuple[Resolved, ...]  # subscripts of the first element
     dims: tuple[int, ...]  # the dimension of each subscript
-    rest: int  # number of elements per step of the last subscript
+    rest: int  # elements per step of the last subscript: the product of the dimensions without one
     array: int  # number of elements of the array; 1 for a single tag
     text: str
     root: str = ""  # in an add-on instruction its `Leaf.root`; "" in a program
-    whole: bool = False  # whether it is a whole InOut, whose length the store knows
+    whole: bool = False  # whether it is a whole InOut; only its store has the length
     fixed_first: int | None = None  # the flat index of the first element, None if it is computed
     fillings: dict[str, bytes] = field(default_factory=dict, compare=False)  # elements by text of a value
 
@@ -77,29 +77,29 @@ def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
     else:
         path = resolved.path
         leaves = [resolved.layout.leaf(f"{path}.{part.path}" if part.path else path) for part in fields]
-    settled = leaves[0].dims[: len(resolved.indices)]
-    elements = count_of(settled) * count_of(own_dims)
+    indexed_dims = leaves[0].dims[: len(resolved.indices)]
+    elements = count_of(indexed_dims) * count_of(own_dims)
     parts = tuple(
         FieldSlice(part, leaf, leaf.size // elements) for part, leaf in zip(fields, leaves, strict=True)
     )
     array = count_of(own_dims) if own_dims else count_of(resolved.array)
     root = leaves[0].root
-    whole = root not in ("", OWN) and path.upper() == root
+    is_whole = root not in ("", OWN) and path.upper() == root
     region = ArrayRegion(
         kind,
         size_of(kind),
         parts,
         resolved.indices,
-        settled,
+        indexed_dims,
         count_of(own_dims),
         array,
         resolved.text,
         root,
-        whole,
+        is_whole,
     )
     if not all(isinstance(index, Constant) for index in resolved.indices):
         return region
-    return replace(region, fixed_first=region.first(lambda each, _: int(each.value)))  # type: ignore[union-attr]
+    return replace(region, fixed_first=region.first(lambda index, _length: int(index.value)))  # type: ignore[union-attr]
 
 
 End = tuple[Store, ArrayRegion, int]
@@ -108,22 +108,22 @@ End = tuple[Store, ArrayRegion, int]
 
 def copy(source: End, target: End, length: int) -> None:
     """Copy bytes for `length` elements of the target, up to the end of either array."""
-    origin, region, first = source
-    goal, into, goal_first = target
-    count = min(length, into.left(goal_first, goal))
+    source_store, source_region, source_first = source
+    store, region, first = target
+    count = min(length, region.left(first, store))
     if count <= 0:
         return
-    needed = count * into.size
-    elements = min(region.left(first, origin), -(-needed // region.size))
-    data = take(origin, region, first, elements)[:needed]
-    place = _bytes_of(goal, into, goal_first)
+    needed = count * region.size
+    source_count = min(source_region.left(source_first, source_store), -(-needed // source_region.size))
+    data = take(source_store, source_region, source_first, source_count)[:needed]
+    place = _bytes_of(store, region, first)
     if place is not None:
         tag, begin = place
         tag.B[begin : begin + len(data)] = data
         return
     if len(data) < needed:
-        data += take(goal, into, goal_first, count)[len(data) :]
-    put(goal, into, goal_first, count, data)
+        data += take(store, region, first, count)[len(data) :]
+    put(store, region, first, count, data)
 
 
 def fill(target: End, length: int, value: Value) -> None:
@@ -136,21 +136,14 @@ def fill(target: End, length: int, value: Value) -> None:
         tag.B[begin : begin + count * region.size] = filled(region, value) * count
         return
     for part in region.parts:
-        filling = converted(part.leaf.type, value)
-        column = _column(store, part, first, count)
-        if column is not None:
-            values, places = column
-            values[places] = [filling] * count
-            continue
-        for index in part.at(first, count):
-            store.write(part.leaf, index, filling)
+        _write_field(store, part, first, [converted(part.leaf.type, value)] * count)
 
 
 def filled(region: ArrayRegion, value: Value) -> bytes:
     """Return an element with the same value in all members."""
-    known = region.fillings.get(text := repr(value))  # equal numbers may differ: 0.0 and -0.0
-    if known is not None:
-        return known
+    text = repr(value)  # a key that distinguishes 0.0 and -0.0
+    if text in region.fillings:
+        return region.fillings[text]
     data = bytearray(region.size)
     for part in fields_of(region.type):
         _pack(data, region.size, part, [converted(part.type, value)])
@@ -193,15 +186,11 @@ def take(memory: Store, region: ArrayRegion, first: int, count: int) -> bytes:
     for part in region.parts:
         column = _column(memory, part, first, count)
         if column is not None:
-            values, places = column
-            _pack(data, region.size, part.field, values[places])
+            array, selected = column
+            values = array[selected]
         else:
-            _pack(
-                data,
-                region.size,
-                part.field,
-                [memory.read(part.leaf, index) for index in part.at(first, count)],
-            )
+            values = [memory.read(part.leaf, index) for index in part.indices(first, count)]
+        _pack(data, region.size, part.field, values)
     return bytes(data)
 
 
@@ -214,14 +203,18 @@ def put(memory: Store, region: ArrayRegion, first: int, count: int, data: bytes)
         tag.B[begin : begin + len(data)] = data
         return
     for part in region.parts:
-        unpacked = _unpack(data, region.size, part.field, count)
-        column = _column(memory, part, first, count)
-        if column is not None:
-            values, places = column
-            values[places] = unpacked
-            continue
-        for index, value in zip(part.at(first, count), unpacked, strict=True):
-            memory.write(part.leaf, index, value)
+        _write_field(memory, part, first, _unpack(data, region.size, part.field, count))
+
+
+def _write_field(store: Store, part: FieldSlice, first: int, values: Sequence[Value]) -> None:
+    """Set a field in as many elements as there are values."""
+    column = _column(store, part, first, len(values))
+    if column is not None:
+        array, selected = column
+        array[selected] = values
+        return
+    for index, value in zip(part.indices(first, len(values)), values, strict=True):
+        store.write(part.leaf, index, value)
 
 
 def _column(store: Store, part: FieldSlice, first: int, count: int) -> Column | None:
@@ -245,8 +238,8 @@ def _pack(data: bytearray, size: int, field: Field, values: list[Value]) -> None
     if width == size:
         data[:] = packed
         return
-    for place in range(width):
-        data[field.offset + place :: size] = packed[place::width]
+    for byte in range(width):
+        data[field.offset + byte :: size] = packed[byte::width]
 
 
 def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
@@ -259,8 +252,8 @@ def _unpack(data: bytes, size: int, field: Field, count: int) -> list[Value]:
     if width == size:
         return list(struct.unpack(f"<{count}{field.type.code}", data))
     packed = bytearray(count * width)
-    for place in range(width):
-        packed[place::width] = data[field.offset + place :: size]
+    for byte in range(width):
+        packed[byte::width] = data[field.offset + byte :: size]
     return list(struct.unpack(f"<{count}{field.type.code}", packed))
 
 

@@ -51,7 +51,7 @@ class Scheduler:
     def begin(self, now_ns: int, *, started: bool = False) -> None:
         """Initialize the state for a first scan; with `started`, S:FS is off in it."""
         write = self._memory.write
-        write(self._schedule.before, 0, -1)
+        write(self._schedule.previous_scan, 0, -1)
         for program in self._schedule.programs:
             for leaf, value in ((program.started, started), (program.fault_type, 0), (program.fault_code, 0)):
                 write(leaf, 0, value)
@@ -64,64 +64,64 @@ class Scheduler:
     def scan(self, now_ns: int, run: Run) -> None:
         """Run the due tasks, then the continuous one; a LadderFault is an uncleared major fault."""
         self._run = run
-        before = int(self._memory.read(self._schedule.before))
-        self._memory.write(self._schedule.before, 0, now_ns)
+        previous_ns = int(self._memory.read(self._schedule.previous_scan))
+        self._memory.write(self._schedule.previous_scan, 0, now_ns)
         self._start_ns, self._rungs = now_ns, 0
-        self._end_ns = now_ns + (now_ns - before if before >= 0 else 0)
+        self._end_ns = now_ns + (now_ns - previous_ns if previous_ns >= 0 else 0)
         for task in self._called:
             self._run_if_due(task, now_ns)
         if self._continuous is not None:
-            self._task(self._continuous, now_ns)
+            self._run_task(self._continuous, now_ns)
 
     def rung_done(self) -> None:
         """Run the preempting tasks that are due at the end of a rung of the continuous task."""
         self._rungs += 1
-        past = min(self._rungs, self._total) * (self._end_ns - self._start_ns) // self._total
-        now_ns = min(self._start_ns + past, self._end_ns - 1)
+        elapsed_ns = min(self._rungs, self._total) * (self._end_ns - self._start_ns) // self._total
+        now_ns = min(self._start_ns + elapsed_ns, self._end_ns - 1)
         for task in self._preempting:
             if self._is_due(task, now_ns):
-                kept = [self._memory.read(leaf) for leaf in self._flags]
+                saved_flags = [self._memory.read(leaf) for leaf in self._flags]
                 self._run_if_due(task, now_ns)
-                for leaf, value in zip(self._flags, kept, strict=True):
+                for leaf, value in zip(self._flags, saved_flags, strict=True):
                     self._memory.write(leaf, 0, value)
 
     def trigger(self, task: ScheduledTask) -> None:
         """Make an event task due; count an overlap if it is already due."""
         if self._memory.read(task.pending):
-            self._overlap(task, 1)
+            self._count_overlaps(task, 1)
         self._memory.write(task.pending, 0, True)
 
-    def _is_due(self, each: ScheduledTask, now_ns: int) -> bool:
-        if each.task.kind is TaskKind.EVENT:
-            return bool(self._memory.read(each.pending))
-        return int(self._memory.read(each.due)) <= now_ns
+    def _is_due(self, scheduled: ScheduledTask, now_ns: int) -> bool:
+        if scheduled.task.kind is TaskKind.EVENT:
+            return bool(self._memory.read(scheduled.pending))
+        return int(self._memory.read(scheduled.due)) <= now_ns
 
-    def _run_if_due(self, each: ScheduledTask, now_ns: int) -> None:
-        if not self._is_due(each, now_ns):
+    def _run_if_due(self, scheduled: ScheduledTask, now_ns: int) -> None:
+        if not self._is_due(scheduled, now_ns):
             return
-        if each.task.kind is TaskKind.EVENT:
-            self._memory.write(each.pending, 0, False)
+        if scheduled.task.kind is TaskKind.EVENT:
+            self._memory.write(scheduled.pending, 0, False)
         else:
-            due, rate = int(self._memory.read(each.due)), each.task.rate_ns
+            due, rate = int(self._memory.read(scheduled.due)), scheduled.task.rate_ns
             missed = (now_ns - due) // rate
-            self._memory.write(each.due, 0, due + (missed + 1) * rate)
+            self._memory.write(scheduled.due, 0, due + (missed + 1) * rate)
             if missed:
-                self._overlap(each, missed)
-        self._task(each, now_ns)
+                self._count_overlaps(scheduled, missed)
+        self._run_task(scheduled, now_ns)
 
-    def _overlap(self, each: ScheduledTask, count: int) -> None:
-        self._memory.write(each.overlaps, 0, int(self._memory.read(each.overlaps)) + count)
+    def _count_overlaps(self, scheduled: ScheduledTask, count: int) -> None:
+        self._memory.write(scheduled.overlaps, 0, int(self._memory.read(scheduled.overlaps)) + count)
 
-    def _task(self, each: ScheduledTask, now_ns: int) -> None:
-        before, self.period_ns = self.period_ns, each.task.rate_ns
+    def _run_task(self, scheduled: ScheduledTask, now_ns: int) -> None:
+        outer_period_ns, self.period_ns = self.period_ns, scheduled.task.rate_ns
         try:
-            for program in each.programs:
+            for program in scheduled.programs:
                 if program.main is not None:
-                    self._program(program, program.main, now_ns)
+                    self._run_program(program, program.main, now_ns)
         finally:
-            self.period_ns = before
+            self.period_ns = outer_period_ns
 
-    def _program(self, program: ScheduledProgram, main: str, now_ns: int) -> None:
+    def _run_program(self, program: ScheduledProgram, main: str, now_ns: int) -> None:
         """Run a program's main routine, and its fault routine after a major fault."""
         write = self._memory.write
         first = not self._memory.read(program.started)
@@ -136,11 +136,11 @@ class Scheduler:
             self._fault_log.depth = depth
             if fault.type != PROGRAM_FAULT or program.fault is None:
                 raise
-            self._fault_routine(program, program.fault, fault, now_ns)
+            self._run_fault_routine(program, program.fault, fault, now_ns)
         finally:
             write(self._first, 0, False)
 
-    def _fault_routine(
+    def _run_fault_routine(
         self, program: ScheduledProgram, routine: str, fault: LadderFault, now_ns: int
     ) -> None:
         """Run a fault routine; if it clears the fault, the rest of the program's scan is skipped."""

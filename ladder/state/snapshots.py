@@ -1,6 +1,6 @@
 """Snapshots of all values in a program's memory: to restore, or as text for a recording.
 
-Text from a recording is data: it must have the shape of the program's own memory.
+Text from a recording is not trusted: its values must have the shape of the program's memory.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ class SavedValues:
 
     def __init__(self, memory: Memory) -> None:
         self._cells = list(memory.cells.values())
-        self._like = snapshot(memory)
+        self._samples = snapshot(memory)
         images = {leaf.ident for leaf in memory.layout.images}
-        self._images = [place for place, ident in enumerate(self._like) if ident in images]
+        self._images = [place for place, ident in enumerate(self._samples) if ident in images]
         self._bytes = [
             place
             for place, contents in enumerate(map(_CONTENTS, self._cells))
@@ -77,44 +77,38 @@ class SavedValues:
             values[place] = [data.hex(), *hidden.values()]
         return _ENCODE(values)
 
-    def of(self, text: str) -> dict[str, Any]:
-        """Return the values in a text by identifier, for `restore`.
-
-        Raises:
-            ValueError: they are not values of this memory.
-        """
-        return self.all_of([text])[0]
-
-    def all_of(self, texts: Sequence[str]) -> list[dict[str, Any]]:
-        """Return the values in each text by identifier; each variable is checked in all texts at once.
+    def values_in(self, texts: Sequence[str]) -> list[dict[str, Any]]:
+        """Return the values in each text by identifier, for `restore`.
 
         Raises:
             ValueError: they are not values of this memory.
         """
         rows = json_value(f"[{','.join(texts)}]")
-        if len(rows) != len(texts) or not all(
-            isinstance(row, list) and len(row) == len(self._like) for row in rows
-        ):
+        width = len(self._samples)
+        if len(rows) != len(texts) or not all(isinstance(row, list) and len(row) == width for row in rows):
             raise ValueError("a snapshot of another program")
         columns = [list(column) for column in zip(*rows, strict=True)]
-        likes = self._like.values()
-        checked = [_all_checked(column, like) for column, like in zip(columns, likes, strict=True)]
+        samples = self._samples.values()
+        checked = [_checked_column(column, sample) for column, sample in zip(columns, samples, strict=True)]
         for place in self._images:
             if not _are_words(list(chain.from_iterable(checked[place]))):
-                raise ValueError("a snapshot with a word that is no word")
-        return [dict(zip(self._like, values, strict=True)) for values in zip(*checked, strict=True)]
+                raise ValueError("a snapshot with an image word outside the range of an INT")
+        return [dict(zip(self._samples, values, strict=True)) for values in zip(*checked, strict=True)]
 
 
-def _all_checked(column: list[Any], like: Any) -> list[Any]:
-    """Return the values of a variable if they are like the memory's own; numbers are checked together."""
-    if isinstance(like, list) and {*map(type, like)} <= _NUMBERS:
-        if {*map(type, column)} == {list} and {*map(len, column)} == {len(like)}:
+def _checked_column(column: list[Any], sample: Any) -> list[Any]:
+    """Return the values of a variable in all texts; raise a ValueError if one has the wrong shape.
+
+    Numbers of all texts are checked together, which is faster.
+    """
+    if isinstance(sample, list) and {*map(type, sample)} <= _NUMBERS:
+        if {*map(type, column)} == {list} and {*map(len, column)} == {len(sample)}:
             _check_numbers(list(chain.from_iterable(column)))
             return column
-    elif type(like) in _NUMBERS:
+    elif type(sample) in _NUMBERS:
         _check_numbers(column)
         return column
-    return [_checked(value, like) for value in column]
+    return [_checked(value, sample) for value in column]
 
 
 def _check_numbers(values: list[Any]) -> None:
@@ -132,26 +126,26 @@ def _are_words(values: list[Any]) -> bool:
     return {*map(type, values)} <= {int} and (not values or -0x8000 <= min(values) <= max(values) <= 0x7FFF)
 
 
-def _checked(value: Any, like: Any) -> Any:
-    """Return a value of a snapshot if it is like the memory's own."""
-    if isinstance(like, tuple):
-        data, hidden = like
+def _checked(value: Any, sample: Any) -> Any:
+    """Return a value of a snapshot; raise a ValueError if it has not the shape of `sample`."""
+    if isinstance(sample, tuple):
+        data, hidden = sample
         if isinstance(value, list) and len(value) == 1 + len(hidden) and isinstance(value[0], str):
             contents = bytes.fromhex(value[0])
-            if len(contents) == len(data) and _are_like(value[1:], [*hidden.values()]):
+            if len(contents) == len(data) and _have_same_shape(value[1:], [*hidden.values()]):
                 return contents, dict(zip(hidden, value[1:], strict=True))
-    elif isinstance(like, list):
-        if isinstance(value, list) and _are_like(value, like):
+    elif isinstance(sample, list):
+        if isinstance(value, list) and _have_same_shape(value, sample):
             return value
-    elif _are_like([value], [like]):
+    elif _have_same_shape([value], [sample]):
         return value
     raise ValueError("a snapshot of another program")
 
 
-def _are_like(values: list[Any], like: list[Any]) -> bool:
+def _have_same_shape(values: list[Any], sample: list[Any]) -> bool:
     """Return whether two lists have the same length, and numbers in the same places."""
-    if len(values) != len(like):
+    if len(values) != len(sample):
         return False
-    if set(map(type, like)) <= _NUMBERS:
+    if set(map(type, sample)) <= _NUMBERS:
         return _are_numbers(values)
-    return [type(value) for value in values] == [type(value) for value in like]
+    return [type(value) for value in values] == [type(value) for value in sample]

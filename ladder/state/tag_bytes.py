@@ -9,7 +9,7 @@ from typing import Any
 from ..model.stretches import BITS, HIDDEN_VALUES, STRUCTURES, Spot, byte_parts, hidden_places
 from ..model.types import DataType, count_of, size_of
 
-_ALIGNED = 8  # bytes of the largest value: a view needs a buffer whose size is a multiple
+_ALIGNED = 8  # bytes of the largest type: a view needs a buffer with a multiple of its size
 
 Saved = tuple[bytes, dict[int, Any]]
 """The values of a tag in bytes: visible values, hidden values."""
@@ -19,9 +19,9 @@ class TagBytes:
     """The values of a structure, or of an array.
 
     Attributes:
-        bits: all bytes, one by one, whose bits are the BOOLs.
+        bits: all bytes; the BOOLs are bits in them.
         hidden: hidden members, see `stretches.fits_bytes`.
-        B: all bytes, for slices; the other attributes are its casts, for the types of value that it has.
+        B: all bytes, for slices. The other attributes are its casts, one per type of its values.
     """
 
     __slots__ = ("B", "H", "I", "Q", "b", "bits", "d", "f", "h", "hidden", "i", "q")
@@ -30,24 +30,24 @@ class TagBytes:
         size = size_of(kind) * count
         self.bits: Any = bytearray(-(-size // _ALIGNED) * _ALIGNED)
         self.hidden: Any = dict.fromkeys(hidden_places(kind, count), 0)
-        whole: Any = memoryview(self.bits)
-        self.B = whole
+        all_bytes: Any = memoryview(self.bits)
+        self.B = all_bytes
         for view in {part.view for part in byte_parts(kind).values()} - {BITS, HIDDEN_VALUES, STRUCTURES}:
-            setattr(self, view, whole.cast(view))
+            setattr(self, view, all_bytes.cast(view))
 
-    def get(self, view: str, at: int) -> Any:
+    def get(self, view: str, index: int) -> Any:
         """Return an element of a view."""
         if view == BITS:
-            return bool(self.bits[at >> 3] >> (at & 7) & 1)
-        return getattr(self, view)[at]
+            return bool(self.bits[index >> 3] >> (index & 7) & 1)
+        return getattr(self, view)[index]
 
-    def put(self, view: str, at: int, value: Any) -> None:
+    def put(self, view: str, index: int, value: Any) -> None:
         """Set an element of a view."""
         if view == BITS:
-            byte, mask = at >> 3, 1 << (at & 7)
+            byte, mask = index >> 3, 1 << (index & 7)
             self.bits[byte] = self.bits[byte] | mask if value else self.bits[byte] & ~mask
         else:
-            getattr(self, view)[at] = value
+            getattr(self, view)[index] = value
 
     def values(self, spot: Spot, count: int) -> list[Any]:
         """Return the first values of a path."""
@@ -79,39 +79,39 @@ class TagBytes:
         self.hidden.update(saved[1])
 
 
-def chars(tag: Any, at: int, room: int) -> bytes:
+def chars(tag: Any, first_byte: int, capacity: int) -> bytes:
     """Return the characters of a STRING at a byte: LEN of them, or all of DATA if LEN is larger."""
-    length = tag.i[at >> 2]
+    length = tag.i[first_byte >> 2]
     if length <= 0:
         return b""
-    return tag.B[at + 4 : at + 4 + (length if length < room else room)].tobytes()  # type: ignore[no-any-return]
+    return tag.B[first_byte + 4 : first_byte + 4 + (length if length < capacity else capacity)].tobytes()  # type: ignore[no-any-return]
 
 
-def set_chars(tag: Any, at: int, room: int, value: bytes) -> None:
+def set_chars(tag: Any, first_byte: int, capacity: int, value: bytes) -> None:
     """Set a STRING at a byte to characters, truncated to its size and padded with 0."""
-    codes = value[:room]
-    tag.i[at >> 2] = len(codes)
-    tag.B[at + 4 : at + 4 + room] = codes.ljust(room, b"\0")
+    codes = value[:capacity]
+    tag.i[first_byte >> 2] = len(codes)
+    tag.B[first_byte + 4 : first_byte + 4 + capacity] = codes.ljust(capacity, b"\0")
 
 
 PUT_TEXT = "put_text_"
-"""Name of a `text_writer` in the compiled program, less the size of DATA."""
+"""Prefix of a `text_writer` in the compiled program; the size of DATA follows."""
 
 
-def text_writer(room: int, *, held: bool) -> Callable[[Any, int, int, bytes], object]:
+def text_writer(capacity: int, *, forced: bool) -> Callable[[Any, int, int, bytes], object]:
     """Return a function that writes LEN and characters of a STRING, padded with 0.
 
-    It takes a tag's bytes, the number of the STRING's first byte, LEN, and at least LEN characters.
+    It takes a tag's bytes, the number of the STRING's first byte, LEN, and first_byte least LEN characters.
 
     Args:
-        room: the size of DATA.
-        held: whether the bytes may be forced: views of forced bytes are not buffers.
+        capacity: the size of DATA.
+        forced: whether the bytes may be forced; `pack_into` needs a buffer, which forced bytes are not.
     """
-    layout = struct.Struct(f"<i{room}s")
-    if not held:
+    layout = struct.Struct(f"<i{capacity}s")
+    if not forced:
         return layout.pack_into
 
-    def write(view: Any, at: int, length: int, text: bytes) -> None:
-        view[at : at + layout.size] = layout.pack(length, text)
+    def write(view: Any, first_byte: int, length: int, text: bytes) -> None:
+        view[first_byte : first_byte + layout.size] = layout.pack(length, text)
 
     return write

@@ -1,4 +1,4 @@
-"""Tags as bytes, in a controller's layout: read from a memory, and written into it."""
+"""Reads and writes the tags of a memory as bytes in a controller's layout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scanrack.io_images.enip.listing import Listing, patched
 from ..model.operands import Group
 from ..model.tags import Leaf, Tag
 from ..model.types import BOOL, Elementary, count_of, fields_of, size_of
-from .listing import listing_of, string_rooms
+from .listing import listing_of, string_capacities
 from .memory import Memory
 from .regions import ArrayRegion, region_of, take
 
@@ -49,25 +49,25 @@ class TagImage:
         """
         self._check(offset, len(data))
         if keep and len(keep) != len(data):
-            raise ValueError(f"{self._tag.name}: {len(keep)} bytes of mask do not fit {len(data)} bytes")
+            raise ValueError(f"{self._tag.name}: {len(keep)} bytes of mask for {len(data)} bytes of data")
         unit = 4 if self._is_bits else self._stride
         first, last = offset // unit, -(-(offset + len(data)) // unit)
         begin, size = offset - first * unit, (last - first) * unit
         raw = bytearray(self._bytes(first * unit, size))
-        kept = bytearray(b"\xff" * size)
-        kept[begin : begin + len(data)] = keep or bytes(len(data))
+        kept_bits = bytearray(b"\xff" * size)
+        kept_bits[begin : begin + len(data)] = keep or bytes(len(data))
         raw[begin : begin + len(data)] = patched(bytes(raw[begin : begin + len(data)]), data, keep)
         if self._is_bits:
-            self._put_bits(8 * first * unit, raw, kept)
+            self._put_bits(8 * first * unit, raw, kept_bits)
             return
         self._check_strings(raw, begin, len(data))
         for number in range(first, last):
             part = slice((number - first) * unit, (number - first + 1) * unit)
-            self._put_element(number, raw[part], kept[part])
+            self._put_element(number, raw[part], kept_bits[part])
 
     def _check(self, offset: int, size: int) -> None:
         if offset < 0 or size < 1 or offset + size > self.size:
-            raise ValueError(f"{self._tag.name}: bytes {offset} to {offset + size} of {self.size}")
+            raise ValueError(f"{self._tag.name}: no bytes {offset} to {offset + size}; it has {self.size}")
 
     @cached_property
     def _leaf(self) -> Leaf:
@@ -91,7 +91,7 @@ class TagImage:
         ]
         return tuple(sorted(cells, key=lambda cell: cell[2]))
 
-    def _inner(self, leaf: Leaf) -> int:
+    def _values_per_element(self, leaf: Leaf) -> int:
         """Return the number of a leaf's values in one element."""
         return leaf.size // count_of(self._tag.dims)
 
@@ -112,37 +112,39 @@ class TagImage:
 
     # --- writing
 
-    def _put_bits(self, begin: int, raw: bytearray, kept: bytearray) -> None:
+    def _put_bits(self, begin: int, raw: bytearray, kept_bits: bytearray) -> None:
         leaf = self._leaf
         for bit in range(min(8 * len(raw), leaf.size - begin)):
-            if not kept[bit >> 3] >> (bit & 7) & 1:
+            if not kept_bits[bit >> 3] >> (bit & 7) & 1:
                 self._memory.write(leaf, begin + bit, bool(raw[bit >> 3] >> (bit & 7) & 1))
 
-    def _put_element(self, number: int, raw: bytearray, kept: bytearray) -> None:
-        """Set the values of an element, except values whose bits are all kept."""
+    def _put_element(self, number: int, raw: bytearray, kept_bits: bytearray) -> None:
+        """Set the values of an element, except values with all bits set in `kept_bits`."""
         for leaf, index, offset, code, bit in self._cells:
             if bit is not None:
-                if kept[offset] >> bit & 1:
+                if kept_bits[offset] >> bit & 1:
                     continue
                 value = bool(raw[offset] >> bit & 1)
             else:
-                if kept[offset : offset + struct.calcsize(code)].count(255) == struct.calcsize(code):
+                if kept_bits[offset : offset + struct.calcsize(code)].count(255) == struct.calcsize(code):
                     continue
                 value = struct.unpack_from(f"<{code}", raw, offset)[0]
-            self._memory.write(leaf, number * self._inner(leaf) + index, value)
+            self._memory.write(leaf, number * self._values_per_element(leaf) + index, value)
 
     @cached_property
-    def _rooms(self) -> tuple[tuple[int, int], ...]:
-        return tuple(string_rooms(self._tag.type))
+    def _string_capacities(self) -> tuple[tuple[int, int], ...]:
+        return tuple(string_capacities(self._tag.type))
 
     def _check_strings(self, raw: bytearray, begin: int, size: int) -> None:
         """Raise a ValueError for a LEN above the size of DATA, so that no program reads beyond it."""
-        for base in range(0, len(raw), self._stride) if self._rooms else ():
-            for place, room in self._rooms:
-                offset = base + place
+        for base in range(0, len(raw), self._stride) if self._string_capacities else ():
+            for string_offset, capacity in self._string_capacities:
+                offset = base + string_offset
                 (length,) = struct.unpack_from("<i", raw, offset)
-                if offset < begin + size and begin < offset + 4 and not 0 <= length <= room:
-                    raise ValueError(f"{self._tag.name}: a STRING of {length} characters: 0 to {room} fit")
+                if offset < begin + size and begin < offset + 4 and not 0 <= length <= capacity:
+                    raise ValueError(
+                        f"{self._tag.name}: LEN of a STRING is {length}; must be 0 to {capacity}"
+                    )
 
 
 class TagImages:
@@ -154,7 +156,7 @@ class TagImages:
 
     @cached_property
     def listing(self) -> Listing:
-        """The tags, with the numbers that `read` takes."""
+        """The tags, in the order of their numbers in `read`."""
         return listing_of(self._memory.layout)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What the elementary types can store."""
+"""Checks values against elementary types."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def checked(name: str, kind: Elementary, value: object) -> bool | int | float:
     if kind.is_real or kind.is_double:
         return real(value) if kind.is_real else float(value)
     if isinstance(value, float):
-        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
+        raise ValueError(f"{name}: {value!r} is not of type {kind.name}: must be a whole number")
     if not kind.lowest <= value <= kind.highest:
         raise ValueError(f"{name}: {value} is out of range: must be {kind.lowest} to {kind.highest}")
     return value

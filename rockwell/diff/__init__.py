@@ -1,9 +1,9 @@
-"""Comparison of two versions of an export, for review.
+"""Compares two versions of an export, for review.
 
 | file | content |
 |---|---|
 | `outline` | an export as items with fields, sequences and inner items |
-| `pruning`, `l5x` | an L5X as an outline with all its attributes and texts, except what both versions share |
+| `pruning`, `l5x` | an L5X as an outline with all attributes and texts that the versions do not share |
 | `slc` | the text of RSLogix 500 as an outline |
 | `alignment` | two sequences side by side in nearly linear time |
 | `renames` | tags with a new name, by their uses |
@@ -12,7 +12,7 @@
 | `page`, `page_style`, `rung_pictures` | the comparison as one HTML file |
 | `pairing` | pairs unchanged, moved and changed rungs and lines |
 
-Neither version has to run: parts that an import refuses are compared as well.
+A version need not run: parts that an import refuses are also compared.
 """
 
 from .comparison import Comparison, Difference

@@ -1,9 +1,10 @@
 """Align two sequences in nearly linear time.
 
-1. The common beginning and the common end are matched.
-2. Keys that both have once are anchors; the longest chain of anchors in both orders stays, and the stretches
-   between them are aligned in the same way.
-3. A short stretch without an anchor is aligned by `difflib`; a long one by the first, second, … of each key.
+1. Elements of the common beginning and of the common end are paired.
+2. Keys that both sequences contain once are anchors. The longest chain of anchors that ascends in both
+   sequences is kept, and the stretches between them are aligned in the same way.
+3. A short stretch without an anchor is aligned by `difflib`. A long one is aligned by occurrence: the first
+   of a key with the first, the second with the second.
 
 Thousands of equal rungs have no anchor, and `difflib` would compare every pair of them.
 """
@@ -14,18 +15,29 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Hashable, Iterator, Sequence
 from difflib import SequenceMatcher
+from typing import NamedTuple
 
 SMALL = 1_024
-"""Largest product of two lengths that `difflib` aligns."""
+"""Largest product of the lengths of two stretches that `difflib` aligns."""
 
 DEEPEST = 40
 """Maximum depth of anchors between anchors."""
 
 Pair = tuple[int, int]
+"""Indexes of an element in the old and in the new sequence."""
+
+
+class _Stretch(NamedTuple):
+    """The part of each sequence between two anchors; ends are exclusive."""
+
+    old_begin: int
+    old_end: int
+    new_begin: int
+    new_end: int
 
 
 def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
-    """Return ascending pairs of places with equal keys.
+    """Return ascending pairs of indexes of equal keys.
 
     >>> aligned("abcd", "axcbd")
     [(0, 0), (2, 2), (3, 4)]
@@ -34,75 +46,75 @@ def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
 
 
 def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
-    todo = [(0, len(old), 0, len(new), 0)]
+    todo = [(_Stretch(0, len(old), 0, len(new)), 0)]
     while todo:
-        i, j, k, n, depth = todo.pop()
-        while i < j and k < n and old[i] == new[k]:
+        (i, old_end, k, new_end), depth = todo.pop()
+        while i < old_end and k < new_end and old[i] == new[k]:
             yield i, k
             i, k = i + 1, k + 1
-        while i < j and k < n and old[j - 1] == new[n - 1]:
-            j, n = j - 1, n - 1
-            yield j, n
-        if i == j or k == n:
+        while i < old_end and k < new_end and old[old_end - 1] == new[new_end - 1]:
+            old_end, new_end = old_end - 1, new_end - 1
+            yield old_end, new_end
+        if i == old_end or k == new_end:
             continue
-        anchors = _anchors(old, new, (i, j, k, n)) if depth < DEEPEST else []
+        stretch = _Stretch(i, old_end, k, new_end)
+        anchors = _anchors(old, new, stretch) if depth < DEEPEST else []
         if not anchors:
-            yield from _without_anchor(old, new, (i, j, k, n))
+            yield from _pairs_without_anchor(old, new, stretch)
             continue
         yield from anchors
-        for (from_i, from_k), (to, to_k) in zip(
-            [(i, k), *((a + 1, b + 1) for a, b in anchors)], [*anchors, (j, n)], strict=True
-        ):
-            todo.append((from_i, to, from_k, to_k, depth + 1))
+        for next_i, next_k in [*anchors, (old_end, new_end)]:
+            todo.append((_Stretch(i, next_i, k, next_k), depth + 1))
+            i, k = next_i + 1, next_k + 1
 
 
-def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, ...]) -> list[Pair]:
-    i, j, k, n = span
-    once = Counter(old[i:j])
-    other_counts = Counter(new[k:n])
-    places = {new[place]: place for place in range(k, n) if other_counts[new[place]] == 1}
-    return longest_chain(
-        [
-            (place, places[old[place]])
-            for place in range(i, j)
-            if once[old[place]] == 1 and old[place] in places
-        ]
-    )
+def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], stretch: _Stretch) -> list[Pair]:
+    old_indexes = _unique(old, stretch.old_begin, stretch.old_end)
+    new_indexes = _unique(new, stretch.new_begin, stretch.new_end)
+    return longest_chain([(i, new_indexes[key]) for key, i in old_indexes.items() if key in new_indexes])
 
 
-def _without_anchor(
-    old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, ...]
+def _unique(keys: Sequence[Hashable], begin: int, end: int) -> dict[Hashable, int]:
+    """Return the indexes of the keys that occur once in a stretch, in order."""
+    counts = Counter(keys[begin:end])
+    return {keys[index]: index for index in range(begin, end) if counts[keys[index]] == 1}
+
+
+def _pairs_without_anchor(
+    old: Sequence[Hashable], new: Sequence[Hashable], stretch: _Stretch
 ) -> Iterator[Pair]:
-    i, j, k, n = span
-    if (j - i) * (n - k) <= SMALL:
-        matcher = SequenceMatcher(None, old[i:j], new[k:n], autojunk=False)
+    old_begin, old_end, new_begin, new_end = stretch
+    if (old_end - old_begin) * (new_end - new_begin) <= SMALL:
+        matcher = SequenceMatcher(None, old[old_begin:old_end], new[new_begin:new_end], autojunk=False)
         for block in matcher.get_matching_blocks():
-            yield from ((i + block.a + offset, k + block.b + offset) for offset in range(block.size))
+            for offset in range(block.size):
+                yield old_begin + block.a + offset, new_begin + block.b + offset
         return
-    places: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for place in range(n - 1, k - 1, -1):
-        places[new[place]].append(place)
+    occurrences: defaultdict[Hashable, list[int]] = defaultdict(list)  # indexes in `new`, the last one first
+    for k in range(new_end - 1, new_begin - 1, -1):
+        occurrences[new[k]].append(k)
     yield from longest_chain(
-        [(place, places[old[place]].pop()) for place in range(i, j) if places.get(old[place])]
+        [(i, occurrences[old[i]].pop()) for i in range(old_begin, old_end) if occurrences.get(old[i])]
     )
 
 
 def longest_chain(pairs: Sequence[Pair]) -> list[Pair]:
-    """Return the longest subsequence of pairs that ascends in both places; `pairs` ascend in the first.
+    """Return the longest subsequence of pairs that ascends in both indexes; `pairs` ascend in the first.
 
     >>> longest_chain([(0, 5), (1, 1), (2, 2), (3, 9)])
     [(1, 1), (2, 2), (3, 9)]
     """
+    # for each length: the smallest new index at which a chain of that length ends, and the number of its pair
     ends: list[int] = []
-    last: list[int] = []
-    before: list[int] = []
-    for number, (_, place) in enumerate(pairs):
-        index = bisect_left(ends, place)
-        before.append(last[index - 1] if index else -1)
-        ends[index : index + 1], last[index : index + 1] = [place], [number]
+    last_pairs: list[int] = []
+    predecessors: list[int] = []  # for each pair: the number of the pair before it in the chain, or -1
+    for number, (_, new_index) in enumerate(pairs):
+        length = bisect_left(ends, new_index)
+        predecessors.append(last_pairs[length - 1] if length else -1)
+        ends[length : length + 1], last_pairs[length : length + 1] = [new_index], [number]
     chain: list[Pair] = []
-    index = last[-1] if last else -1
-    while index >= 0:
-        chain.append(pairs[index])
-        index = before[index]
+    number = last_pairs[-1] if last_pairs else -1
+    while number >= 0:
+        chain.append(pairs[number])
+        number = predecessors[number]
     return chain[::-1]

@@ -1,26 +1,26 @@
 """The differences of two outlines.
 
-| kind | what |
+| kind | difference |
 |---|---|
-| added, removed | an item or a step that one version has |
-| changed | fields of an item; a step that is alike; a comment |
+| added, removed | an item or a step that only one version has |
+| changed | fields of an item; a step with a similar text; a comment |
 | moved | a rung or a line at another place in the order of execution |
 | renamed | an item with the same content, a tag with the same uses |
 
-The order of named items, dates, authors, blanks and places on a sheet are listed apart: they change nothing
-that runs.
+The order of named items, dates, authors, blanks and places on a sheet are listed apart, since they do not
+affect execution.
 """
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from .alignment import longest_chain
-from .outline import ELEMENT, CommonPart, Field, Item, Step, canonical_lines, place_of
-from .pairing import Pairing, paired, without_followers
+from .alignment import Pair, longest_chain
+from .outline import ELEMENT, CommonPart, Field, Item, Step, canonical_lines, path_of
+from .pairing import Pairing, paired, without_renamed_ends
 from .renames import TAGS, renamed, with_new_names
 
 ADDED, REMOVED, CHANGED, MOVED, RENAMED = "added", "removed", "changed", "moved", "renamed"
@@ -44,51 +44,60 @@ class Difference:
     """A difference between two versions."""
 
     kind: str  # `ADDED`, `REMOVED`, `CHANGED`, `MOVED` or `RENAMED`
-    what: str  # "rung", "line", "element", "comment", or what an item is: "tag", "routine", "data type", …
+    noun: (
+        str  # "rung", "line", "element", "comment", or the noun of an item: "tag", "routine", "data type", …
+    )
     owner: str  # program or add-on, and routine; "" for the controller
-    name: str  # its name, or "rung 3"
-    line: int  # its line in the new file; of a removal, in the old file
-    before: str  # the old text, "" for additions
-    after: str  # the new text, "" for removals
-    was: str = ""  # the old name of a renamed item, or the old place of a moved step if that differs
-    old: tuple[Step, ...] = ()  # steps of the old version that are drawn
-    new: tuple[Step, ...] = ()
-    head: str = ""  # text of an added or removed item, without these steps
+    name: str  # the name of an item, or "rung 3"
+    line: int  # in the new file; for a removal, in the old file
+    old_text: str  # "" for additions
+    new_text: str  # "" for removals
+    old_name: str = ""  # the old name of a renamed item, or of a moved step if its number differs
+    old_steps: tuple[Step, ...] = ()  # the steps that are drawn
+    new_steps: tuple[Step, ...] = ()
+    fields_text: str = ""  # the text of an added or removed item without its steps
 
     @property
-    def where(self) -> str:
+    def place(self) -> str:
         """Its owner and its name, as text."""
         return ", ".join(filter(None, (self.owner, self.name)))
 
     @property
     def heading(self) -> str:
-        """A line that says what differs."""
-        numbered = self.name.startswith(f"{self.what} ")
-        subject = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
-        if self.what == "comment":
+        """The difference without its texts, in a line."""
+        if self.noun == "comment":
             subject = f"comment of {self.name}"
-        old_text = f", was {self.was}" if self.was else ""
-        return f"{subject} {self.kind}{old_text} (line {self.line})"
+        elif self.name.startswith(f"{self.noun} "):
+            subject = self.name
+        else:
+            subject = " ".join(filter(None, (self.noun, self.name)))
+        old_name = f", was {self.old_name}" if self.old_name else ""
+        return f"{subject} {self.kind}{old_name} (line {self.line})"
 
     def lines(self) -> Iterator[str]:
-        """Yield it as lines of text."""
+        """Yield the difference as lines of text."""
         yield self.heading
         if self.kind == MOVED:
-            yield from _some("    ", self.after)
+            yield from _first_lines("    ", self.new_text)
             return
-        yield from _some("  - ", self.before)
-        yield from _some("  + ", self.after)
+        yield from _first_lines("  - ", self.old_text)
+        yield from _first_lines("  + ", self.new_text)
 
     def as_json(self) -> dict[str, Any]:
         """Return the data for `--json`."""
         return {
-            **{name: getattr(self, name) for name in ("kind", "what", "where", "line", "was")},
-            "before": self.before,
-            "after": self.after,
+            "kind": self.kind,
+            "what": self.noun,
+            "where": self.place,
+            "line": self.line,
+            "was": self.old_name,
+            "before": self.old_text,
+            "after": self.new_text,
         }
 
 
-def _some(mark: str, text: str) -> Iterator[str]:
+def _first_lines(mark: str, text: str) -> Iterator[str]:
+    """Yield the first lines of a text, each after a mark."""
     lines = text.splitlines()
     yield from (f"{mark}{line}" for line in lines[:MOST_LINES])
     if len(lines) > MOST_LINES:
@@ -103,11 +112,14 @@ class Comparison:
     apart: tuple[str, ...]
 
     def lines(self) -> Iterator[str]:
-        """Yield it as lines of text, grouped by program and routine."""
-        for owner, group in self.by_owner().items():
-            indent = "  " if owner else ""
-            yield from filter(None, [owner])
-            yield from (f"{indent}{line}" for difference in group for line in difference.lines())
+        """Yield the comparison as lines of text, grouped by program and routine."""
+        for owner, differences in self.by_owner().items():
+            indent = ""
+            if owner:
+                yield owner
+                indent = "  "
+            for difference in differences:
+                yield from (f"{indent}{line}" for line in difference.lines())
         yield self.summary
         yield from (f"not counted: {note}" for note in self.apart)
 
@@ -119,19 +131,19 @@ class Comparison:
         }
 
     def by_owner(self) -> dict[str, list[Difference]]:
-        """Return the differences by program and routine, starting with the controller's."""
+        """Return the differences by program and routine, those of the controller first."""
         groups: defaultdict[str, list[Difference]] = defaultdict(list)
-        for difference in self.differences:
+        for difference in sorted(self.differences, key=lambda difference: bool(difference.owner)):
             groups[difference.owner].append(difference)
-        return dict(sorted(groups.items(), key=lambda group: bool(group[0])))
+        return dict(groups)
 
     @property
     def summary(self) -> str:
         """The differences in one line: `3 differences: 1 tag added, 2 rungs changed`."""
-        counts = Counter((difference.what, difference.kind) for difference in self.differences)
-        parts = [f"{count} {noun}{'s'[: count > 1]} {kind}" for (noun, kind), count in counts.items()]
+        counts = Counter((difference.noun, difference.kind) for difference in self.differences)
+        phrases = [f"{count} {noun}{'s'[: count > 1]} {kind}" for (noun, kind), count in counts.items()]
         total = len(self.differences)
-        return f"{total:,} difference{'s'[: total > 1]}: {', '.join(parts)}" if total else "no difference"
+        return f"{total:,} difference{'s'[: total > 1]}: {', '.join(phrases)}" if total else "no difference"
 
 
 def compared(old: Item, new: Item) -> Comparison:
@@ -143,297 +155,311 @@ def compared(old: Item, new: Item) -> Comparison:
 
 @dataclass(slots=True)
 class _Scope:
-    """Items and steps of a program, an add-on or the controller, kept until its renamed tags are known."""
+    """The items and steps of a program, an add-on or the controller that may show renamed tags."""
 
-    old: list[Item] = field(default_factory=list)  # removed items
-    new: list[Item] = field(default_factory=list)  # added items
-    before: list[Step] = field(default_factory=list)
-    after: list[Step] = field(default_factory=list)
+    removed: list[Item] = field(default_factory=list)
+    added: list[Item] = field(default_factory=list)
+    old_steps: list[Step] = field(default_factory=list)
+    new_steps: list[Step] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
 class _Routine:
-    """A pair of routines; their steps are compared last."""
+    """A pair of routines; their steps are compared after tags, because tags may be renamed."""
 
-    owner: str
+    path: str
     old: Item
     new: Item
 
 
 @dataclass(frozen=True, slots=True)
-class _One:
+class _Unpaired:
     """An item that only one version has."""
 
     owner: str
-    kind: str
+    kind: str  # `ADDED` or `REMOVED`
     item: Item
 
 
 class _Comparer:
-    """Compares items, then tags by their uses, then steps."""
+    """Compares items first, then tags by their uses, then steps."""
 
     def __init__(self) -> None:
-        self._found: list[Difference | _Routine | _One] = []
+        self._entries: list[Difference | _Routine | _Unpaired] = []  # in the order of the new version
         self._scopes: defaultdict[str, _Scope] = defaultdict(_Scope)
         self._apart: defaultdict[str, list[str]] = defaultdict(list)
 
     # --- items
 
     def item(self, old: Item, new: Item, owner: str) -> None:
-        """Compare two items with the same name, or an item and its renamed version."""
-        place = place_of(owner, new)
-        self._fields(old, new, owner)
+        """Compare two items with the same name."""
+        path = path_of(owner, new)
+        self._compare_fields(old, new, owner)
         if old.dates != new.dates:
-            self._apart[DATES].append(place or f"the {new.what}".replace("export", "file"))
+            self._apart[DATES].append(path or f"the {new.noun}".replace("export", "file"))
         if old.steps or new.steps:
-            self._found.append(_Routine(place, old, new))
+            self._entries.append(_Routine(path, old, new))
             for scope in {"", owner}:
-                self._scopes[scope].before += old.steps
-                self._scopes[scope].after += new.steps
-        self._items(old.items, new.items, place)
+                self._scopes[scope].old_steps += old.steps
+                self._scopes[scope].new_steps += new.steps
+        self._compare_items(old.items, new.items, path)
 
-    def _fields(self, old: Item, new: Item, owner: str) -> None:
-        before, after = _different(old.fields, new.fields)
-        if not before and not after:
-            before, after = _different(old.details, new.details)
-        for fields, order in zip((before, after), _orders_of_members(old, new), strict=False):
-            fields.append(f"order of members = {order}")
-        if before or after:
-            texts = "\n".join(before), "\n".join(after)
-            self._found.append(Difference(CHANGED, new.what, owner, new.name, new.line, *texts))
+    def _compare_fields(self, old: Item, new: Item, owner: str) -> None:
+        old_fields, new_fields = _changed_fields(old.fields, new.fields)
+        if not old_fields and not new_fields:
+            old_fields, new_fields = _changed_fields(old.details, new.details)
+        if old.noun == "data type":  # the order of members decides their places in memory
+            old_order, new_order = _orders_of_members(old, new)
+            if old_order != new_order:
+                old_fields.append(f"order of members = {old_order}")
+                new_fields.append(f"order of members = {new_order}")
+        if old_fields or new_fields:
+            texts = "\n".join(old_fields), "\n".join(new_fields)
+            self._entries.append(Difference(CHANGED, new.noun, owner, new.name, new.line, *texts))
 
-    def _items(self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], place: str) -> None:
-        old, new, pairs = _without_shared(old, new)
-        old_places, new_places = _by_place(old), _by_place(new)
-        same_keys = _same_key(old_places, new_places)
-        pairs |= same_keys
-        added = [k for k in new_places if k not in same_keys]
-        removed = sorted(old_places.keys() - same_keys.values())
-        for k, i in _same_content(old_places, removed, new_places, added).items():
-            pairs[k] = i
-            added.remove(k)
-            removed.remove(i)
-            old_name, item = old_places[i].name, new_places[k]
-            self._found.append(Difference(RENAMED, item.what, place, item.name, item.line, "", "", old_name))
-        self._orders([part.what for part in new], pairs, new, place)
-        self._one_sided(place, REMOVED, [old_places[i] for i in removed])
-        for k, item in new_places.items():
-            if k in pairs and item.name.upper() == old_places[pairs[k]].name.upper():
-                self.item(old_places[pairs[k]], item, place)
-            elif k not in pairs:
-                self._one_sided(place, ADDED, [item])
-
-    def _one_sided(self, owner: str, kind: str, items: Sequence[Item]) -> None:
-        for item in items:
-            self._found.append(_One(owner, kind, item))
-            scope = self._scopes[owner]
-            (scope.old if kind == REMOVED else scope.new).append(item)
-
-    def _orders(
-        self, kinds: Sequence[str], pairs: dict[int, int], new: Sequence[Item | CommonPart], place: str
+    def _compare_items(
+        self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], path: str
     ) -> None:
-        by_kind: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
+        """Compare the inner items of an item with a path."""
+        old, new = _with_same_parts(old, new)
+        old_items, new_items = _only_items(old), _only_items(new)
+        pairs = _pairs_by_key(old_items, new_items)
+        added = [k for k in new_items if k not in pairs]
+        removed = sorted(old_items.keys() - pairs.values())
+        for k, i in _pairs_by_content(old_items, removed, new_items, added).items():
+            pairs[k] = i
+            removed.remove(i)
+            item, old_name = new_items[k], old_items[i].name
+            self._entries.append(Difference(RENAMED, item.noun, path, item.name, item.line, "", "", old_name))
+        self._compare_orders(new, pairs | _pairs_of_parts(old, new), path)
+        for i in removed:
+            self._add_unpaired(path, REMOVED, old_items[i])
+        for k, item in new_items.items():
+            if k not in pairs:
+                self._add_unpaired(path, ADDED, item)
+            elif item.name.upper() == old_items[pairs[k]].name.upper():
+                self.item(old_items[pairs[k]], item, path)
+
+    def _add_unpaired(self, owner: str, kind: str, item: Item) -> None:
+        self._entries.append(_Unpaired(owner, kind, item))
+        scope = self._scopes[owner]
+        (scope.removed if kind == REMOVED else scope.added).append(item)
+
+    def _compare_orders(self, new: Sequence[Item | CommonPart], pairs: Mapping[int, int], path: str) -> None:
+        """Note each kind of items of which pairs have another order; report it if the order matters.
+
+        Args:
+            pairs: old indexes by new index.
+        """
+        by_noun: defaultdict[str, list[Pair]] = defaultdict(list)
         for k in sorted(pairs):
-            by_kind[kinds[k]].append((k, pairs[k]))
-        for noun, same_kind in by_kind.items():
-            if len(longest_chain(same_kind)) == len(same_kind):
+            by_noun[new[k].noun].append((k, pairs[k]))
+        for noun, noun_pairs in by_noun.items():
+            if len(longest_chain(noun_pairs)) == len(noun_pairs):
                 continue
             if noun in ORDERED:
-                names = [_name(new[k]) for k, _ in same_kind]
-                old_names = [_name(new[k]) for k, _ in sorted(same_kind, key=lambda pair: pair[1])]
-                before, after = (f"order of {noun}s = {', '.join(order)}" for order in (old_names, names))
-                line = new[same_kind[0][0]].line
-                self._found.append(Difference(CHANGED, "add-on", "", place, line, before, after))
+                names = [_names(new[k]) for k, _ in noun_pairs]
+                old_names = [_names(new[k]) for k, _ in sorted(noun_pairs, key=lambda pair: pair[1])]
+                texts = [f"order of {noun}s = {', '.join(order)}" for order in (old_names, names)]
+                line = new[noun_pairs[0][0]].line
+                self._entries.append(Difference(CHANGED, "add-on", "", path, line, texts[0], texts[1]))
             else:
-                self._apart[ORDER].append(f"{noun}s of {place}" if place else f"{noun}s")
+                self._apart[ORDER].append(f"{noun}s of {path}" if path else f"{noun}s")
 
     # --- tags, then steps
 
     def differences(self) -> Iterator[Difference]:
         """Yield the differences in the order of the new version."""
-        names = {
-            owner: renamed(scope.old, scope.new, scope.before, scope.after)
+        new_tags = {
+            owner: renamed(scope.removed, scope.added, scope.old_steps, scope.new_steps)
             for owner, scope in self._scopes.items()
         }
-        for entry in self._found:
+        for entry in self._entries:
             if isinstance(entry, Difference):
                 yield entry
-            elif isinstance(entry, _One):
-                yield from _one(entry, names.get(entry.owner, {}))
+            elif isinstance(entry, _Unpaired):
+                yield from _unpaired_differences(entry, new_tags.get(entry.owner, {}))
             else:
                 # the tags of the routine's program hide the controller's
-                program = entry.owner.rpartition(", ")[0]
-                yield from self._steps(entry, {**names.get("", {}), **names.get(program, {})})
+                program = entry.path.rpartition(", ")[0]
+                yield from self._compare_steps(entry, {**new_tags.get("", {}), **new_tags.get(program, {})})
 
-    def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
-        old_steps = [with_new_names(step, names) for step in routine.old.steps]
-        for pair in without_followers(paired(old_steps, routine.new.steps)):
-            yield from self._step(routine.owner, pair)
+    def _compare_steps(self, routine: _Routine, new_tags: dict[str, Item]) -> Iterator[Difference]:
+        old_steps = [with_new_names(step, new_tags) for step in routine.old.steps]
+        for pair in without_renamed_ends(paired(old_steps, routine.new.steps)):
+            yield from self._compare_pair(routine.path, pair)
 
-    def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
+    def _compare_pair(self, owner: str, pair: Pairing) -> Iterator[Difference]:
         old, new = pair.old, pair.new
         if old is None or new is None:
-            yield _difference(REMOVED if new is None else ADDED, owner, old, new)
+            yield _step_difference(REMOVED if new is None else ADDED, owner, old, new)
             return
-        if pair.moved and new.what == ELEMENT:
+        if pair.moved and new.noun == ELEMENT:
             self._note(ORDER, f"elements of {owner}")
         elif pair.moved:
-            yield _difference(MOVED, owner, old, new)
+            yield _step_difference(MOVED, owner, old, new)
         elif old.key != new.key:
-            yield _difference(CHANGED, owner, old, new)
+            yield _step_difference(CHANGED, owner, old, new)
         elif old.layout != new.layout:
             self._note(LAYOUT, owner)
         if old.comment != new.comment:
-            rung_name = _name_of(new)
+            comments = (old.comment, new.comment)
             yield Difference(
-                CHANGED, "comment", owner, rung_name, new.line, old.comment, new.comment, "", (old,), (new,)
+                CHANGED, "comment", owner, _name_of(new), new.line, *comments, "", (old,), (new,)
             )
 
-    def _note(self, what: str, where: str) -> None:
-        if where not in self._apart[what]:
-            self._apart[what].append(where)
+    def _note(self, change: str, place: str) -> None:
+        if place not in self._apart[change]:
+            self._apart[change].append(place)
 
     def apart_lines(self) -> Iterator[str]:
         """Yield a line for each kind of change that is listed apart."""
-        yield from (f"{noun} {', '.join(places)}" for noun, places in self._apart.items())
+        yield from (f"{change} {', '.join(places)}" for change, places in self._apart.items())
 
 
-def _by_place(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
-    return {place: part for place, part in enumerate(parts) if isinstance(part, Item)}
-
-
-def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int, int]:
-    """Map new places to old ones: items with the same kind and name are paired in order."""
-    by_key: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
-    for i in sorted(ours, reverse=True):
-        by_key[ours[i].key].append(i)
-    return {k: by_key[item.key].pop() for k, item in theirs.items() if by_key[item.key]}
-
-
-def _without_shared(
+def _with_same_parts(
     old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
-) -> tuple[list[Item | CommonPart], list[Item | CommonPart], dict[int, int]]:
-    """Open common parts that one list lacks; return both lists, and old places of shared parts by new."""
-    counts = Counter(part.content for part in old if isinstance(part, CommonPart)) & Counter(
-        part.content for part in new if isinstance(part, CommonPart)
+) -> tuple[list[Item | CommonPart], list[Item | CommonPart]]:
+    """Return both lists, with the common parts that the other list lacks replaced by their items."""
+    old_counts, new_counts = (
+        Counter(part.content for part in parts if isinstance(part, CommonPart)) for parts in (old, new)
     )
-    before, after = _opened(old, counts.copy()), _opened(new, counts)
-    places: defaultdict[bytes, list[int]] = defaultdict(list)
-    for i in range(len(before) - 1, -1, -1):
-        part = before[i]
-        if isinstance(part, CommonPart):
-            places[part.content].append(i)
-    return (
-        before,
-        after,
-        {k: places[part.content].pop() for k, part in enumerate(after) if isinstance(part, CommonPart)},
-    )
+    counts = old_counts & new_counts
+    return _opened(old, counts.copy()), _opened(new, counts)
 
 
-def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
-    """Replace each common part that the other list lacks with its items."""
-    parts: list[Item | CommonPart] = []
-    for part in items:
+def _opened(parts: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
+    """Replace common parts by their items, except the first `counts` with each content."""
+    opened: list[Item | CommonPart] = []
+    for part in parts:
         if isinstance(part, Item):
-            parts.append(part)
+            opened.append(part)
         elif counts[part.content] > 0:
             counts[part.content] -= 1
-            parts.append(part)
+            opened.append(part)
         else:
-            parts += part.open()
-    return parts
+            opened += part.open()
+    return opened
 
 
-def _same_content(
-    ours: dict[int, Item], removed: Sequence[int], theirs: dict[int, Item], added: Sequence[int]
-) -> dict[int, int]:
-    """Map the place of each added item to the place of the only removed item with the same content."""
-    if not removed or not added:
-        return {}
-    old, new = (_by_content(items, places) for items, places in ((ours, removed), (theirs, added)))
+def _only_items(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
+    """Return the items in a list by index."""
+    return {index: part for index, part in enumerate(parts) if isinstance(part, Item)}
+
+
+def _pairs_of_parts(old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]) -> dict[int, int]:
+    """Return old indexes by new index of common parts; parts with the same content are paired in order."""
+    old_indexes: defaultdict[bytes, deque[int]] = defaultdict(deque)
+    for i, part in enumerate(old):
+        if isinstance(part, CommonPart):
+            old_indexes[part.content].append(i)
     return {
-        new[content][0]: places[0]
-        for content, places in old.items()
-        if len(places) == 1 and len(new.get(content, ())) == 1
+        k: old_indexes[part.content].popleft() for k, part in enumerate(new) if isinstance(part, CommonPart)
     }
 
 
-def _by_content(items: dict[int, Item], places: Sequence[int]) -> dict[str, list[int]]:
+def _pairs_by_key(old: Mapping[int, Item], new: Mapping[int, Item]) -> dict[int, int]:
+    """Return old indexes by new index of items with the same noun and name; repeated ones in order."""
+    old_indexes: defaultdict[tuple[str, str], deque[int]] = defaultdict(deque)
+    for i, item in old.items():
+        old_indexes[item.key].append(i)
+    return {k: old_indexes[item.key].popleft() for k, item in new.items() if old_indexes[item.key]}
+
+
+def _pairs_by_content(
+    old: dict[int, Item], removed: Sequence[int], new: dict[int, Item], added: Sequence[int]
+) -> dict[int, int]:
+    """Return old indexes by new index of added items with the content of only one removed item."""
+    if not removed or not added:
+        return {}
+    old_indexes, new_indexes = _by_content(old, removed), _by_content(new, added)
+    pairs = {}
+    for content, matches in old_indexes.items():
+        new_matches = new_indexes.get(content, [])
+        if len(matches) == len(new_matches) == 1:
+            pairs[new_matches[0]] = matches[0]
+    return pairs
+
+
+def _by_content(items: dict[int, Item], indexes: Sequence[int]) -> dict[str, list[int]]:
+    """Return the indexes of items by their text; tags and items with little content are omitted."""
     groups: defaultdict[str, list[int]] = defaultdict(list)
-    for place in places:
-        item = items[place]
-        if item.what not in TAGS and (item.steps or item.items or item.what in ("data type", "module")):
-            groups["\n".join(canonical_lines(replace(item, name="")))].append(place)
+    for index in indexes:
+        item = items[index]
+        if item.noun not in TAGS and (item.steps or item.items or item.noun in ("data type", "module")):
+            groups["\n".join(canonical_lines(replace(item, name="")))].append(index)
     return groups
 
 
-def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], list[str]]:
-    """Return the fields that only one version has."""
+def _changed_fields(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], list[str]]:
+    """Return the fields that only the old or only the new version has, as lines."""
     if old == new:
         return [], []
-    before, after = Counter(old), Counter(new)
-    return list(map(" = ".join, before - after)), list(map(" = ".join, after - before))
+    old_counts, new_counts = Counter(old), Counter(new)
+    return list(map(" = ".join, old_counts - new_counts)), list(map(" = ".join, new_counts - old_counts))
 
 
-def _orders_of_members(old: Item, new: Item) -> list[str]:
-    """Return the orders that both versions have of their common members; [] if they have the same order.
-
-    The order decides the layout of a type in memory.
-    """
-    if old.what != "data type":
-        return []
-    orders = _members(old), _members(new)
-    common_labels = set(orders[0]).intersection(orders[1])
-    before, after = (", ".join(label for label in order if label in common_labels) for order in orders)
-    return [before, after] if before != after else []
+def _orders_of_members(old: Item, new: Item) -> tuple[str, str]:
+    """Return the old and the new order of the members that both versions of a data type have."""
+    old_members, new_members = _members(old), _members(new)
+    common = set(old_members).intersection(new_members)
+    old_order, new_order = (
+        ", ".join(member for member in members if member in common) for members in (old_members, new_members)
+    )
+    return old_order, new_order
 
 
 def _members(item: Item) -> list[str]:
+    """Return the members of a data type in order."""
     labels = (label.removeprefix("member ") for label, _ in item.fields if label.startswith("member "))
     return [label for label in labels if "." not in label]
 
 
-def _name(item: Item | CommonPart) -> str:
-    return ", ".join(part.name for part in item.open()) if isinstance(item, CommonPart) else item.name
+def _names(part: Item | CommonPart) -> str:
+    return ", ".join(item.name for item in part.open()) if isinstance(part, CommonPart) else part.name
 
 
-def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
-    """Yield the difference of an item; for both names of a renamed tag only one, with its changed fields."""
-    item = each.item
-    if each.kind == REMOVED and item.what in TAGS and (new := names.get(item.name.upper())) is not None:
-        before, after = _different(item.fields, new.fields)
-        texts = "\n".join(before), "\n".join(after)
-        yield Difference(RENAMED, item.what, each.owner, new.name, new.line, *texts, item.name)
+def _unpaired_differences(entry: _Unpaired, new_tags: dict[str, Item]) -> Iterator[Difference]:
+    """Yield the difference of an item that one version has.
+
+    A renamed tag has one difference at the place of its old name, and none at the place of its new name.
+    """
+    item, owner = entry.item, entry.owner
+    if item.noun in TAGS and entry.kind == REMOVED:
+        tag = new_tags.get(item.name.upper())
+        if tag is not None:
+            old_text, new_text = map("\n".join, _changed_fields(item.fields, tag.fields))
+            yield Difference(RENAMED, item.noun, owner, tag.name, tag.line, old_text, new_text, item.name)
+            return
+    elif item.noun in TAGS and any(item is tag for tag in new_tags.values()):
         return
-    if each.kind == ADDED and item.what in TAGS and any(item is new for new in names.values()):
-        return
-    text, steps = _text_of(item, steps=True), _all_steps(item)
-    head = _text_of(item, steps=False)
-    difference = Difference(each.kind, item.what, each.owner, item.name, item.line, "", "", head=head)
-    removed = each.kind == REMOVED
-    yield (
-        replace(difference, before=text, old=steps) if removed else replace(difference, after=text, new=steps)
-    )
+    text, steps, fields_text = _text_of(item, steps=True), _all_steps(item), _text_of(item, steps=False)
+    place = (entry.kind, item.noun, owner, item.name, item.line)
+    if entry.kind == REMOVED:
+        yield Difference(*place, text, "", old_steps=steps, fields_text=fields_text)
+    else:
+        yield Difference(*place, "", text, new_steps=steps, fields_text=fields_text)
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
-    inner_lines = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
+    """Return the lines of an item and of the items in it."""
+    inner_lines = (line for inner in item.opened() for line in canonical_lines(inner, steps=steps))
     return "\n".join((*item.lines(steps=steps), *inner_lines))
 
 
 def _all_steps(item: Item) -> tuple[Step, ...]:
-    return (*item.steps, *(step for part in item.opened() for step in _all_steps(part)))
+    return (*item.steps, *(step for inner in item.opened() for step in _all_steps(inner)))
 
 
 def _name_of(step: Step) -> str:
-    return "" if step.what == ELEMENT else f"{step.what} {step.number}"
+    return "" if step.noun == ELEMENT else f"{step.noun} {step.number}"
 
 
-def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
+def _step_difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
     step = new or old
     assert step is not None
-    before, after = ("" if side is None else side.text for side in (old, new))
-    olds, news = (() if side is None else (side,) for side in (old, new))
+    old_text, new_text = ("" if side is None else side.text for side in (old, new))
+    old_steps, new_steps = (() if side is None else (side,) for side in (old, new))
     old_name = _name_of(old) if kind == MOVED and old is not None and old.number != step.number else ""
-    name = _name_of(step)
-    return Difference(kind, step.what, owner, name, step.line, before, after, old_name, olds, news)
+    place = (step.noun, owner, _name_of(step), step.line)
+    return Difference(kind, *place, old_text, new_text, old_name, old_steps, new_steps)

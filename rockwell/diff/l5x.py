@@ -1,4 +1,4 @@
-"""An L5X as an outline: every attribute and every text is a field or a step of some item.
+"""Reads an L5X as an outline: every attribute and every text is a field or a step of an item.
 
 An unknown element becomes a field labeled with its path, so that no difference is missed.
 
@@ -43,10 +43,10 @@ DATES = frozenset(
         *("TargetLastEdited", "Owner", "CreatedBy", "EditedBy", "ExportOptions"),
     }
 )
-"""Attributes that say when, by whom and how a file was exported."""
+"""Attributes with the time, the author and the options of an export."""
 
 PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show", "ShowActions", "Width"))
-"""Attributes of a chart's elements that affect only its picture."""
+"""Attributes of a chart's elements that only affect its picture."""
 
 _KEYS = ("Name", "Id", "ID", "Operand", "Index", "Number", "Format", "Lang")
 """Attributes that name an element among its siblings."""
@@ -58,24 +58,24 @@ _GROUPS = frozenset(
         *("ScheduledPrograms", "Dependencies", "QuickWatchLists", "ParameterConnections", "DataLogs"),
     }
 )
-"""Elements that group others: an empty group is no field."""
+"""Elements that only group other elements; an empty group does not become a field."""
 
 _VALUES = {"Data": "", "DefaultData": "default", "ForceData": "force"}
-_TEXTS = re.compile(r"('(?:[^'$]++|\$.)*+')")
+"""Elements with values, and the words in their labels."""
+
+_STRINGS = re.compile(r"('(?:[^'$]++|\$.)*+')")
 
 
 def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item]:
-    """Read two L5X files without what both have in common; raise an L5xError if one can't be read."""
-    documents = [checked(data, file) for data, file in zip((old, new), files, strict=True)]
-    root = root_of(documents[1], files[1])  # it contains everything that was cut out of either file
-    if documents[0] == documents[1]:
+    """Read two L5X files, without the content of common parts; raise an L5xError if one can't be read."""
+    old_file, new_file = files
+    old_document, new_document = checked(old, old_file), checked(new, new_file)
+    root = root_of(new_document, new_file)  # common parts are cut out, so refuse errors in them here
+    if old_document == new_document:
         item = Item("export", "", int(root.sourceline or 1))
         return item, item
-    before, after = (
-        _L5xOutline(file, cut).root()
-        for file, cut in zip(files, pruned(documents[0], documents[1]), strict=True)
-    )
-    return before, after
+    old_pruned, new_pruned = pruned(old_document, new_document)
+    return _L5xOutline(old_file, old_pruned).root(), _L5xOutline(new_file, new_pruned).root()
 
 
 def outline(data: bytes, file: str) -> Item:
@@ -89,50 +89,59 @@ def rung_key(text: str) -> str:
     >>> rung_key("EQU( S ,'a b') ;")
     "EQU(S,'a b');"
     """
-    parts = _TEXTS.split(text)
-    return "".join(part if number % 2 else "".join(part.split()) for number, part in enumerate(parts))
+    pieces = _STRINGS.split(text)  # every second piece is a string
+    return "".join(piece if index % 2 else "".join(piece.split()) for index, piece in enumerate(pieces))
 
 
 def _marks(rung: Any) -> Iterator[str]:
-    """Yield a rung's attributes and elements other than its number, text and comment."""
+    """Yield a rung's edit type, and all attributes and elements except its number, text and comment."""
     if rung.get("Type", "N") != "N":
         yield rung.get("Type")
-    yield from (f"{name}={text}" for name, text in rung.attrib.items() if name not in ("Number", "Type"))
-    yield from (_markup(child) for child in rung.iterchildren("*") if child.tag not in ("Text", "Comment"))
+    for name, text in rung.attrib.items():
+        if name not in ("Number", "Type"):
+            yield f"{name}={text}"
+    for child in rung.iterchildren("*"):
+        if child.tag not in ("Text", "Comment"):
+            yield _markup(child)
 
 
-def _add(item: Item, name: str, label: str, text: str) -> None:
-    """Add an attribute; dates do not count as differences."""
+def _add_attribute(item: Item, name: str, label: str, text: str) -> None:
+    """Add an attribute to an item; dates do not count as differences."""
     (item.dates if name in DATES else item.fields).append((label, text))
 
 
-def _label(label: str, seen: Counter[str]) -> str:
-    """Count a label, and return it; the second and later ones get a number."""
-    seen[label] += 1
-    return label if seen[label] == 1 else f"{label} #{seen[label]}"
+def _numbered(label: str, counts: Counter[str]) -> str:
+    """Count a label; return it, with a number from the second one on."""
+    counts[label] += 1
+    return label if counts[label] == 1 else f"{label} #{counts[label]}"
 
 
 class _L5xOutline:
-    """Builds items from elements; `shift` is the line of the document's beginning."""
+    """Builds items from elements.
 
-    def __init__(self, file: str, document: PrunedDocument, shift: int = 0) -> None:
-        self._file, self._document, self._shift = file, document, shift
+    Args:
+        lines_before: number of lines of the file before the document.
+    """
+
+    def __init__(self, file: str, document: PrunedDocument, lines_before: int = 0) -> None:
+        self._file, self._document, self._lines_before = file, document, lines_before
 
     def root(self) -> Item:
         return self._item(root_of(self._document.data, self._file))
 
     def _line(self, element: Any) -> int:
-        return int(element.sourceline or 0) + self._shift
+        return int(element.sourceline or 0) + self._lines_before
 
-    def _shared(self, element: Any) -> CommonPart:
-        content = self._document.cuts[int(element.get("N"))]
-        noun = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
-        return CommonPart(noun, content, self._line(element), self._read)
+    def _common_part(self, cut: Any) -> CommonPart:
+        content = self._document.cuts[int(cut.get("N"))]
+        first_tag = content[1:60].split(None, 1)[0].decode().rstrip("/>")
+        return CommonPart(KINDS[first_tag], content, self._line(cut), self._items_in)
 
-    def _read(self, content: bytes, line: int) -> list[Item]:
-        inner = _L5xOutline(self._file, PrunedDocument(content, []), line - 1)
-        parts = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
-        return [inner._item(part) for part in parts]
+    def _items_in(self, content: bytes, line: int) -> list[Item]:
+        """Return the items in the content of a common part that begins on a line."""
+        outline_of_part = _L5xOutline(self._file, PrunedDocument(content, []), line - 1)
+        elements = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
+        return [outline_of_part._item(element) for element in elements]
 
     def _item(self, element: Any) -> Item:
         noun = KINDS[element.tag]
@@ -141,134 +150,143 @@ class _L5xOutline:
         skipped = {"Name"} if is_named else set()
         for name, text in element.attrib.items():
             if name not in skipped:
-                _add(item, name, name, text)
+                _add_attribute(item, name, name, text)
         if noun == "encoded source":
             digest = sha256("".join(element.itertext()).encode()).hexdigest()
             item.fields.append(("SHA-256 of its content", digest))
             return item
-        self._inside(element, "", item, Counter())
+        self._add_children(element, "", item, Counter())
         return item
 
     # --- fields
 
-    def _inside(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
-        """Add the children of an element, and its text."""
-        decorated = any(
+    def _add_children(self, element: Any, path: str, item: Item, counts: Counter[str]) -> None:
+        """Add the children of an element to an item, each with the path of the element in its label.
+
+        Args:
+            counts: how often each label occurs in the item.
+        """
+        has_decorated = any(
             data.get("Format") == "Decorated" for data in element.iterchildren("Data", "DefaultData")
         )
         for child in element.iterchildren("*"):
             tag = child.tag
             if tag == CUT and self._document.cuts:
-                item.items.append(self._shared(child))
+                item.items.append(self._common_part(child))
             elif tag in KINDS and (child.get("Name") is not None or tag == "Controller"):
                 item.items.append(self._item(child))
             elif tag in _STEPS:
                 item.steps += _STEPS[tag](self, child, len(item.steps))
             elif tag in _VALUES:
-                self._values(child, path, item, repeated=decorated)
+                self._add_values(child, path, item, repeated=has_decorated)
             elif tag == "Member":
-                self._member(child, item, seen)
+                self._add_member(child, item, counts)
             elif tag == "ScheduledPrograms":
                 names = [member.get("Name", "") for member in child.iterchildren("*")]
                 item.fields.append(("programs", ", ".join(names)))
             else:
-                self._other(child, path, item, seen)
+                self._add_unknown(child, path, item, counts)
 
-    def _other(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
-        """Add the attributes and the text of an unknown element, labeled with its path.
+    def _add_unknown(self, element: Any, path: str, item: Item, counts: Counter[str]) -> None:
+        """Add the attributes, the text and the children of an unknown element, labeled with its path.
 
-        An element without either only groups others.
+        An element without attributes and text only groups its children.
         """
         text = _own_text(element)
-        attributes = element.attrib
+        attributes = dict(element.attrib)
         if not attributes and not text and (len(element) or element.tag in _GROUPS):
-            self._inside(element, path, item, seen)
+            self._add_children(element, path, item, counts)
             return
-        key = next((name for name in _KEYS if name in attributes), "")
-        label = _label(_joined(path, f"{element.tag} {attributes[key]}" if key else element.tag), seen)
-        shown = [(name, value) for name, value in attributes.items() if name != key]
-        for name, value in shown:
-            _add(item, name, f"{label}.{name}", value)
-        if text or not (shown or len(element)):
+        key = next((name for name in _KEYS if name in attributes), None)
+        name = element.tag if key is None else f"{element.tag} {attributes.pop(key)}"
+        label = _numbered(_joined(path, name), counts)
+        for attribute, value in attributes.items():
+            _add_attribute(item, attribute, f"{label}.{attribute}", value)
+        if text or not (attributes or len(element)):
             item.fields.append((label, text))
-        self._inside(element, label, item, seen)
+        self._add_children(element, label, item, counts)
 
-    def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
-        """Add a member of a data type: its type and its other attributes."""
-        fields = dict(element.attrib)
-        label = f"member {fields.pop('Name', '')}"
-        kind, dims = fields.pop("DataType", ""), fields.pop("Dimension", fields.pop("Dimensions", "0"))
-        settings = ", ".join(f"{name} {text}" for name, text in fields.items())
-        item.fields.append(
-            (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{settings and f' ({settings})'}")
-        )
-        self._inside(element, label, item, seen)
+    def _add_member(self, element: Any, item: Item, counts: Counter[str]) -> None:
+        """Add a member of a data type: its type, and its other attributes in parentheses."""
+        attributes = dict(element.attrib)
+        label = f"member {attributes.pop('Name', '')}"
+        text = attributes.pop("DataType", "")
+        dims = attributes.pop("Dimension", attributes.pop("Dimensions", "0"))
+        if dims not in ("0", ""):
+            text += f"[{dims}]"
+        if attributes:
+            text += f" ({', '.join(f'{name} {value}' for name, value in attributes.items())})"
+        item.fields.append((label, text))
+        self._add_children(element, label, item, counts)
 
-    def _values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
-        """Add the values of a tag by member; a repeated form of the values is a detail."""
-        form, begin = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
+    def _add_values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
+        """Add the values of a tag, decorated ones by member.
+
+        Args:
+            repeated: whether they are also in the file as decorated data, so that this form is a detail.
+        """
+        form, prefix = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":
-            for value, member in _decorated(element, ""):
-                item.fields.append((f"{begin}{member}" or "value", value))
-            item.details.append((f"{begin or 'values'}, as decorated data", _markup(element)))
+            for value_path, value in _decorated(element, ""):
+                item.fields.append((f"{prefix}{value_path}" or "value", value))
+            item.details.append((f"{prefix or 'values'}, as decorated data", _markup(element)))
         elif form in ("L5K", "String", "") and not len(element):
-            label, text = begin or "value", _text(element)
+            label, text = prefix or "value", _text(element)
             if form == "L5K":
                 label, text = f"{label} L5K", " ".join(text.split())
             (item.details if repeated else item.fields).append((label, text))
         else:
-            self._other(element, begin, item, Counter())
+            self._add_unknown(element, prefix, item, Counter())
 
     # --- steps
 
-    def rungs(self, content: Any, number: int) -> Iterator[Step]:
+    def rungs(self, content: Any, first_number: int) -> Iterator[Step]:
         """Yield the rungs of a routine."""
-        for place, rung in enumerate(content.iterchildren("*"), number):
+        for number, rung in enumerate(content.iterchildren("*"), first_number):
             texts = list(rung.iterchildren("Text"))
             text = (texts[0].text or "").strip() if len(texts) == 1 else "\n".join(map(_text, texts))
             comment = "\n".join(_text(inner) for inner in rung.iterchildren("Comment"))
             marks = list(_marks(rung))
             shown = f"{', '.join(marks)}: {text}" if marks else text
-            line = line_of_text(texts[0]) + self._shift if texts else self._line(rung)
-            yield Step(RUNG, place, shown, rung_key(shown), comment, line)
+            line = line_of_text(texts[0]) + self._lines_before if texts else self._line(rung)
+            yield Step(RUNG, number, shown, rung_key(shown), comment, line)
 
-    def lines(self, content: Any, number: int) -> Iterator[Step]:
+    def lines(self, content: Any, first_number: int) -> Iterator[Step]:
         """Yield the lines of structured text that are not blank."""
-        kind = content.get("OnlineEditType", "")
-        printed = list(content.iterchildren("Line")) or [content]
-        blanks = place = 0
-        for text_node in printed:
-            for offset, line in enumerate("".join(text_node.itertext()).strip("\r\n").splitlines()):
+        edit_type = content.get("OnlineEditType", "")
+        number, blank_lines = first_number, 0
+        for element in list(content.iterchildren("Line")) or [content]:
+            first_line = line_of_text(element) + self._lines_before
+            text = "".join(element.itertext()).strip("\r\n")
+            for line_number, line in enumerate(text.splitlines(), first_line):
+                number += 1
                 words = " ".join(line.split())
-                place += 1
                 if not words:
-                    blanks += 1
+                    blank_lines += 1
                     continue
-                shown = f"{kind}: {line.rstrip()}" if kind else line.rstrip()
-                line_number = line_of_text(text_node) + self._shift + offset
-                yield Step(
-                    LINE, number + place, shown, f"{kind} {words}", "", line_number, layout=f"{blanks}{line}"
-                )
-                blanks = 0
+                shown = f"{edit_type}: {line.rstrip()}" if edit_type else line.rstrip()
+                layout = f"{blank_lines}{line}"
+                yield Step(LINE, number, shown, f"{edit_type} {words}", "", line_number, layout=layout)
+                blank_lines = 0
 
-    def chart(self, content: Any, number: int) -> Iterator[Step]:
+    def chart(self, content: Any, first_number: int) -> Iterator[Step]:
         """Yield the elements of a chart or of a diagram's sheets, with connections by name."""
         edit_type = content.get("OnlineEditType", "")
-        place = number
+        number = first_number
         for sheet in [content, *content.iterchildren("Sheet")]:
             names = _names(sheet)
             nodes = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
             for node in nodes:
                 text = _element_text(node, names)
-                if text:
-                    places = [
-                        f"{name}={position}" for name, position in node.attrib.items() if name in PLACES
-                    ]
-                    shown = f"{edit_type}: {text}" if edit_type else text
-                    key, name = " ".join(shown.split()), names.get(node.get("ID", ""), "")
-                    layout = " ".join(places)
-                    yield Step(ELEMENT, place, shown, key, "", self._line(node), name, layout)
-                    place += 1
+                if not text:
+                    continue
+                shown = f"{edit_type}: {text}" if edit_type else text
+                key, name = " ".join(shown.split()), names.get(node.get("ID", ""), "")
+                layout = " ".join(
+                    f"{label}={value}" for label, value in node.attrib.items() if label in PLACES
+                )
+                yield Step(ELEMENT, number, shown, key, "", self._line(node), name, layout)
+                number += 1
 
 
 _STEPS: Mapping[str, Callable[[_L5xOutline, Any, int], Iterator[Step]]] = {
@@ -277,7 +295,7 @@ _STEPS: Mapping[str, Callable[[_L5xOutline, Any, int], Iterator[Step]]] = {
     "FBDContent": _L5xOutline.chart,
     "SFCContent": _L5xOutline.chart,
 }
-"""Contents of routines."""
+"""The methods that read the contents of routines, by tag; they get the number of the first step."""
 
 
 def _joined(path: str, name: str) -> str:
@@ -289,35 +307,35 @@ def _text(element: Any) -> str:
 
 
 def _own_text(element: Any) -> str:
-    """Return an element's own text, without the text of elements inside it."""
-    if not len(element):
-        return (element.text or "").strip()
-    return " ".join(
-        filter(None, ((text or "").strip() for text in (element.text, *(inner.tail for inner in element))))
-    )
+    """Return the text of an element, without the text of elements in it."""
+    texts = [element.text, *(child.tail for child in element)]
+    return " ".join(text.strip() for text in texts if text and text.strip())
 
 
 def _markup(element: Any) -> str:
-    """Return an element's full markup on one line; it is only shown if nothing else differs."""
-    parts = []
+    """Return the tags, attributes and texts of an element and of all elements in it, on one line."""
+    texts = []
     for node in element.iter("*"):
         attributes = " ".join(f'{name}="{text}"' for name, text in sorted(node.attrib.items()))
-        parts.append(" ".join(filter(None, (str(node.tag), attributes, (node.text or "").strip()))))
-    return "; ".join(parts)
+        texts.append(" ".join(filter(None, (str(node.tag), attributes, (node.text or "").strip()))))
+    return "; ".join(texts)
 
 
 def _decorated(element: Any, path: str) -> Iterator[Field]:
-    """Yield decorated values with their paths, such as `.PRE` or `[3].Name`; a force has its own path."""
+    """Yield decorated values, labeled with their paths such as `.PRE` or `[3].Name`; forces are separate."""
     for child in element.iterchildren("*"):
-        index = child.get("Index")
-        name = child.get("Name")
-        child_path = path + (index if index is not None else f".{name}" if name is not None else "")
-        for attribute, mark in (("Value", ""), ("ForceValue", " forced")):
-            if attribute in child.attrib:
-                yield child.get(attribute), child_path + mark
+        child_path = path
+        if "Index" in child.attrib:
+            child_path += child.get("Index")
+        elif "Name" in child.attrib:
+            child_path += f".{child.get('Name')}"
+        if "Value" in child.attrib:
+            yield child_path, child.get("Value")
+        if "ForceValue" in child.attrib:
+            yield f"{child_path} forced", child.get("ForceValue")
         text = (child.text or "").strip()
         if text:
-            yield text, child_path
+            yield child_path, text
         yield from _decorated(child, child_path)
 
 
@@ -330,7 +348,7 @@ def _outside_of_sheets(content: Any) -> Iterator[Any]:
 
 
 def _names(sheet: Any) -> dict[str, str]:
-    """Return names of a sheet's elements by ID: operand, else name, else the number among its kind."""
+    """Return the operand or the name of a sheet's elements by ID; without one, the tag and a number."""
     names: dict[str, str] = {}
     counts: Counter[str] = Counter()
     for node in sheet.iter("*"):
@@ -343,13 +361,13 @@ def _names(sheet: Any) -> dict[str, str]:
 
 
 def _element_text(element: Any, names: Mapping[str, str]) -> str:
-    """Return an element of a chart as text; "" if it only groups others."""
-    attributes = [
+    """Return an element of a chart as text, with names for IDs; "" if it only groups others."""
+    if element.tag == "Line":
+        return _text(element)
+    words = [
         f"{name}={names.get(text, text) if name.endswith('ID') else text}"
         for name, text in element.attrib.items()
         if name not in PLACES and name not in ("ID", "OnlineEditType")
     ]
-    if element.tag == "Line":
-        return _text(element)
-    text = " ".join((element.text or "").split())
-    return " ".join((element.tag, *attributes, *filter(None, [text]))) if attributes or text else ""
+    words += (element.text or "").split()
+    return " ".join((element.tag, *words)) if words else ""

@@ -1,4 +1,4 @@
-"""Compare two files: both L5X, or both RSLogix 500 text."""
+"""Compares two files: both L5X, or both RSLogix 500 text."""
 
 from __future__ import annotations
 
@@ -17,19 +17,18 @@ def compare_exports(old: Path, new: Path) -> Comparison:
     """Compare two versions of an export.
 
     Raises:
-        LadderError: one can't be read, or one is an L5X and the other is not.
+        LadderError: a file can't be read, or only one of them is an L5X.
     """
-    before, after = read_bytes(old), read_bytes(new)
-    kinds = [_is_xml(export) for export in (before, after)]
-    if kinds[0] != kinds[1]:
+    old_data, new_data = read_bytes(old), read_bytes(new)
+    if _is_xml(old_data) and _is_xml(new_data):
+        return compared(*outlines(old_data, new_data, (str(old), str(new))))
+    if _is_xml(old_data) or _is_xml(new_data):
         names = [
-            f"{file} is {'an L5X' if xml else 'text of RSLogix 500'}"
-            for file, xml in zip((new, old), kinds[::-1], strict=True)
+            f"{file} is {'an L5X' if _is_xml(data) else 'text of RSLogix 500'}"
+            for file, data in ((new, new_data), (old, old_data))
         ]
         raise LadderError(f"{', '.join(names)}: --against compares two L5X files, or two of RSLogix 500")
-    if kinds[0]:
-        return compared(*outlines(before, after, (str(old), str(new))))
-    return compared(outline_of_slc(before, str(old)), outline_of_slc(after, str(new)))
+    return compared(outline_of_slc(old_data, str(old)), outline_of_slc(new_data, str(new)))
 
 
 def text_of_export(path: Path) -> str:
@@ -40,5 +39,5 @@ def text_of_export(path: Path) -> str:
 
 
 def _is_xml(data: bytes) -> bool:
-    """Whether bytes begin like XML, in any encoding."""
+    """Return whether bytes begin like XML in any encoding."""
     return b"<" in data.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")[:2]

@@ -1,12 +1,12 @@
 """An export as items: programs, routines, tags, types, modules, each with fields, steps and inner items.
 
-    item       what, name, line
-      fields     label and text: shown to a reader
+    item       noun, name, line
+      fields     label and text
       details    label and text: radixes, and the same values in another form; only shown if no field differs
       steps      rungs, lines of structured text, or elements of a chart, in order
       items      inner items, in order
 
-Content that both versions have may be left out of both outlines, see `CommonPart`.
+Outlines may contain common content of both versions without reading it, see `CommonPart`.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ Field: TypeAlias = tuple[str, str]
 class Step:
     """A rung, a line of structured text, or an element of a chart or a diagram."""
 
-    what: str  # `rung`, `line` or `element`
+    noun: str  # `rung`, `line` or `element`
     number: int  # rungs count from 0, lines from 1
     text: str
-    key: str  # the text without blanks: two steps with equal keys are the same
+    key: str  # the text without blanks; steps with equal keys are the same
     comment: str
     line: int
     name: str = ""  # the name by which connections refer to an element
-    layout: str = ""  # its place on a sheet, or its blanks: these are no difference
+    layout: str = ""  # its place on a sheet, or its blanks, which do not count as differences
 
     def lines(self) -> Iterator[str]:
         """Yield the comment, each line after `//`, and the text."""
@@ -44,29 +44,28 @@ class Step:
 class Item:
     """A named part of an export."""
 
-    what: str  # "program", "routine", "tag", …
+    noun: str  # "program", "routine", "tag", …
     name: str
     line: int
     fields: list[Field] = field(default_factory=list)
     details: list[Field] = field(default_factory=list)
-    dates: list[Field] = field(
-        default_factory=list
-    )  # dates, authors and options of the export: these are no difference
+    # dates, authors and options of the export, which do not count as differences
+    dates: list[Field] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
     items: list[Item | CommonPart] = field(default_factory=list)
 
     @property
     def key(self) -> tuple[str, str]:
-        """Kind and name: an item of the other version with the same key is its counterpart."""
-        return self.what, self.name.upper()
+        """Its noun, and its name in capitals; items of both versions with the same key correspond."""
+        return self.noun, self.name.upper()
 
     def opened(self) -> Iterator[Item]:
-        """Yield the inner items, including shared ones."""
+        """Yield the inner items, including the ones in common parts."""
         for item in self.items:
             yield from item.open() if isinstance(item, CommonPart) else (item,)
 
     def lines(self, *, steps: bool = True) -> Iterator[str]:
-        """Yield fields as lines, then steps unless left out."""
+        """Yield fields as lines, then steps if `steps` is set."""
         for label, text in self.fields:
             yield from f"{label} = {text}".splitlines()
         if steps:
@@ -75,12 +74,12 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class CommonPart:
-    """Items that both versions have in this order, byte for byte; their content is the key."""
+    """Items that both versions have in the same order, byte for byte."""
 
-    what: str  # of the first one
+    noun: str  # of the first item
     content: bytes
     line: int
-    read: Callable[[bytes, int], list[Item]]
+    read: Callable[[bytes, int], list[Item]]  # reads items from the content and the line
 
     def open(self) -> list[Item]:
         """Read the items."""
@@ -88,20 +87,20 @@ class CommonPart:
 
 
 OWNERLESS = frozenset(("export", "controller"))
-"""Items without a place: `Main, Start` is a tag of program Main, `Start` one of the controller."""
+"""Items that no path names: `Main, Start` is a tag of program Main, `Start` a tag of the controller."""
 
 
-def place_of(owner: str, item: Item) -> str:
-    """Return the place of an item: its owner and its name."""
-    if item.what in OWNERLESS:
+def path_of(owner: str, item: Item) -> str:
+    """Return the path of an item, which is its owner and its name; "" for the whole export."""
+    if item.noun in OWNERLESS:
         return ""
     return ", ".join(filter(None, (owner, item.name)))
 
 
 def canonical_lines(item: Item, owner: str = "", *, steps: bool = True) -> Iterator[str]:
-    """Yield an outline as text for git, independent of order and dates; steps only if `steps` is set."""
-    place = place_of(owner, item)
-    yield " ".join(filter(None, (item.what, place)))
+    """Yield an outline as text for git, without order and dates, and with steps if `steps` is set."""
+    path = path_of(owner, item)
+    yield " ".join(filter(None, (item.noun, path)))
     yield from (f"  {line}" for line in item.lines(steps=steps))
-    for part in sorted(item.opened(), key=lambda inner: inner.key):
-        yield from canonical_lines(part, place, steps=steps)
+    for inner in sorted(item.opened(), key=lambda inner: inner.key):
+        yield from canonical_lines(inner, path, steps=steps)

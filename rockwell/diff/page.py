@@ -1,7 +1,7 @@
 """A comparison as one HTML file: both versions side by side, with changed rungs drawn and differences marked.
 
-It loads nothing and runs nothing: its content policy allows its own style sheet and no script. Every text
-from the files is escaped, and characters without a glyph are printed as in Python.
+The page loads nothing and runs no script: its content policy only allows its own style sheet. Every text from
+the files is escaped, and characters without a glyph are shown as Python escapes.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .pairing import tokens_of
 from .rung_pictures import picture, pictures
 
 MOST_PICTURES = 600
-"""Maximum rungs that are drawn; the others are shown as text."""
+"""Maximum rungs that are drawn; others are shown as text."""
 
 MOST_ROWS = 200
 """Maximum lines of a difference on the page."""
@@ -35,7 +35,7 @@ SIGNS = {ADDED: "+", REMOVED: "−", CHANGED: "≠", MOVED: "↕", RENAMED: "→
 
 
 def page_of(comparison: Comparison, old: str, new: str) -> str:
-    """Return the page of a comparison; `old` and `new` are the names of the files."""
+    """Return the page of a comparison of two files, given their names."""
     digest = base64.b64encode(sha256(STYLE.encode()).digest()).decode()
     policy = f"default-src 'none'; style-src 'sha256-{digest}'; base-uri 'none'; form-action 'none'"
     title = f"{_shown(new)} against {_shown(old)}"
@@ -45,25 +45,27 @@ def page_of(comparison: Comparison, old: str, new: str) -> str:
             f'<meta http-equiv="Content-Security-Policy" content="{policy}">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{title}</title>\n<style>{STYLE}</style></head><body>",
-            *_Page(comparison).parts(f"<span>{_shown(new)}</span> against <span>{_shown(old)}</span>"),
+            *_Page(comparison).body(f"<span>{_shown(new)}</span> against <span>{_shown(old)}</span>"),
             "</body></html>\n",
         )
     )
 
 
 def _shown(text: str) -> str:
-    """Escape text from a file."""
-    cut = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}… {len(text):,} characters"
-    return escape(visible(cut))
+    """Escape text from a file, and shorten it."""
+    if len(text) > MOST_CHARACTERS:
+        text = f"{text[:MOST_CHARACTERS]}… {len(text):,} characters"
+    return escape(visible(text))
 
 
 class _Page:
     def __init__(self, comparison: Comparison) -> None:
         self._comparison = comparison
-        self._pictures = MOST_PICTURES
+        self._pictures_left = MOST_PICTURES
         self._groups = list(comparison.by_owner().items())
 
-    def parts(self, title: str) -> Iterator[str]:
+    def body(self, title: str) -> Iterator[str]:
+        """Yield the parts of the page's body."""
         yield f"<header><h1>{title}</h1>"
         yield f'<p class="summary">{_shown(self._comparison.summary)}</p>'
         if self._comparison.apart:
@@ -89,21 +91,23 @@ class _Page:
             yield f'<li><a href="#s{number}">{_shown(owner or "Controller")}</a> {signs}</li>'
         yield "</ol></nav>"
 
-    def _difference(self, found: Difference) -> str:
-        head = f'<h3><b class="{found.kind}">{SIGNS[found.kind]}</b> {_shown(found.heading)}</h3>'
-        return f'<article class="{found.kind}">{head}{"".join(self._content(found))}</article>'
+    def _difference(self, difference: Difference) -> str:
+        kind = difference.kind
+        heading = f'<h3><b class="{kind}">{SIGNS[kind]}</b> {_shown(difference.heading)}</h3>'
+        return f'<article class="{kind}">{heading}{self._content(difference)}</article>'
 
-    def _content(self, found: Difference) -> Iterator[str]:
-        if found.what == RUNG and found.kind == CHANGED:
-            yield _sides(*self._rung_pair(found.old[0], found.new[0]))
-        elif found.kind == MOVED:
-            yield f'<div class="alone">{self._rung(found.new[0])}</div>'
-        elif found.what == "comment" or not (found.old or found.new):
-            yield _rows(found.before, found.after)
-        else:
-            if found.head:
-                yield _rows(*((found.head, "") if found.kind == REMOVED else ("", found.head)))
-            yield _sides(self._steps(found.old), self._steps(found.new))
+    def _content(self, difference: Difference) -> str:
+        old_steps, new_steps, fields = difference.old_steps, difference.new_steps, difference.fields_text
+        if difference.noun == RUNG and difference.kind == CHANGED:
+            return _sides(*self._rung_pair(old_steps[0], new_steps[0]))
+        if difference.kind == MOVED:
+            return f'<div class="alone">{self._rung(new_steps[0])}</div>'
+        if difference.noun == "comment" or not (old_steps or new_steps):
+            return _rows(difference.old_text, difference.new_text)
+        rows = ""
+        if fields:
+            rows = _rows(fields, "") if difference.kind == REMOVED else _rows("", fields)
+        return rows + _sides(self._steps(old_steps), self._steps(new_steps))
 
     def _steps(self, steps: Sequence[Step]) -> str:
         shown = "".join(map(self._rung, steps[:MOST_ROWS]))
@@ -111,18 +115,18 @@ class _Page:
         return shown + (f"<p>… {hidden:,} more</p>" if hidden > 0 else "")
 
     def _rung_pair(self, old: Step, new: Step) -> tuple[str, str]:
-        drawn = pictures(old, new) if self._pictures > 0 else None
-        self._pictures -= 2
-        before, after = _marked(old.text, new.text)
-        first, second = drawn or ("", "")
+        drawn = pictures(old, new) if self._pictures_left > 0 else None
+        self._pictures_left -= 2
+        old_text, new_text = _marked(old.text, new.text)
+        old_picture, new_picture = drawn or ("", "")
         return (
-            _comment(old) + first + f"<pre>{before}</pre>",
-            _comment(new) + second + f"<pre>{after}</pre>",
+            f"{_comment(old)}{old_picture}<pre>{old_text}</pre>",
+            f"{_comment(new)}{new_picture}<pre>{new_text}</pre>",
         )
 
     def _rung(self, step: Step) -> str:
-        drawn = picture(step) if step.what == RUNG and self._pictures > 0 else ""
-        self._pictures -= step.what == RUNG
+        drawn = picture(step) if step.noun == RUNG and self._pictures_left > 0 else ""
+        self._pictures_left -= step.noun == RUNG
         return f"{_comment(step)}{drawn}<pre>{_shown(step.text)}</pre>"
 
 
@@ -134,65 +138,76 @@ def _sides(old: str, new: str) -> str:
     return f'<div class="sides"><div class="old">{old}</div><div class="new">{new}</div></div>'
 
 
-def _rows(before: str, after: str) -> str:
-    """Return fields side by side, with equal labels in the same row."""
-    if not before or not after:
-        return _sides(*(f"<pre>{_some(lines)}</pre>" if lines else "" for lines in (before, after)))
-    olds, news = before.splitlines(), after.splitlines()
-    labels = [[line.partition(" = ")[0] for line in side] for side in (olds, news)]
+def _rows(old_text: str, new_text: str) -> str:
+    """Return the lines of two texts side by side, with equal labels in the same row."""
+    if not old_text or not new_text:
+        return _sides(*(f"<pre>{_first_lines(text)}</pre>" if text else "" for text in (old_text, new_text)))
+    old, new = old_text.splitlines(), new_text.splitlines()
+    old_labels, new_labels = ([line.partition(" = ")[0] for line in lines] for lines in (old, new))
     rows: list[tuple[str | None, str | None]] = []
-    i = k = 0
-    for old_end, new_end in [*aligned(labels[0], labels[1]), (len(olds), len(news))]:
-        rows += zip_longest(olds[i:old_end], news[k:new_end])
-        rows += zip(olds[old_end : old_end + 1], news[new_end : new_end + 1], strict=True)
-        i, k = old_end + 1, new_end + 1
+    old_begin = new_begin = 0
+    for i, k in aligned(old_labels, new_labels):
+        rows += zip_longest(old[old_begin:i], new[new_begin:k])
+        rows.append((old[i], new[k]))
+        old_begin, new_begin = i + 1, k + 1
+    rows += zip_longest(old[old_begin:], new[new_begin:])
     shown = "".join(_row(*row) for row in rows[:MOST_ROWS])
     footer = f"<p>… {len(rows) - MOST_ROWS:,} more lines</p>" if len(rows) > MOST_ROWS else ""
     return f'<div class="fields">{shown}</div>{footer}'
 
 
-def _some(text: str) -> str:
+def _first_lines(text: str) -> str:
+    """Return the first lines of a text, and the number of the others."""
     lines = text.splitlines()
-    hidden = len(lines) - MOST_ROWS
-    return "\n".join([*map(_shown, lines[:MOST_ROWS]), *([f"… {hidden:,} more lines"] if hidden > 0 else [])])
+    shown = [_shown(line) for line in lines[:MOST_ROWS]]
+    if len(lines) > MOST_ROWS:
+        shown.append(f"… {len(lines) - MOST_ROWS:,} more lines")
+    return "\n".join(shown)
 
 
 def _row(old: str | None, new: str | None) -> str:
-    if old is None or new is None:
-        before, after = (_shown(text or "") for text in (old, new))
-    else:
-        before, after = _marked(old, new)
-    return _sides(*(f"<pre>{cell}</pre>" if cell else "" for cell in (before, after)))
+    cells = (_shown(old or ""), _shown(new or "")) if old is None or new is None else _marked(old, new)
+    return _sides(*(f"<pre>{cell}</pre>" if cell else "" for cell in cells))
 
 
 def _marked(old: str, new: str) -> tuple[str, str]:
-    """Return both texts, with the words marked that the other one lacks."""
+    """Return both texts, with marks on the words that the other text lacks."""
     if max(len(old), len(new)) > MOST_CHARACTERS:
         return _shown(old), _shown(new)
-    before, after = tokens_of(old), tokens_of(new)
-    pairs = aligned(before, after)
+    old_tokens, new_tokens = tokens_of(old), tokens_of(new)
+    pairs = aligned(old_tokens, new_tokens)
     return (
-        _with_marks(old, before, _slid(before, {i for i, _ in pairs}), "del"),
-        _with_marks(new, after, _slid(after, {k for _, k in pairs}), "ins"),
+        _with_marks(old, old_tokens, {i for i, _ in pairs}, "del"),
+        _with_marks(new, new_tokens, {k for _, k in pairs}, "ins"),
     )
 
 
-def _slid(tokens: Sequence[str], same: set[int]) -> set[int]:
-    """Shift each difference so that it ends with its bracket: `XIC(Guard)`, not `)XIC(Guard`."""
-    for index, token in enumerate(tokens):
-        if token in ")]" and index not in same:
-            end = next((n for n in range(index, len(tokens)) if n in same), len(tokens))
-            if end < len(tokens) and tokens[end] == token:
-                same = same - {end} | {index}
-    return same
+def _with_marks(text: str, tokens: Sequence[str], common: set[int], tag: str) -> str:
+    """Return a text with its tokens in elements `tag`, except the tokens that both texts have.
 
-
-def _with_marks(text: str, tokens: Sequence[str], same: set[int], mark: str) -> str:
-    parts: list[str] = []
+    Args:
+        common: the indexes of these tokens.
+    """
+    _end_with_brackets(tokens, common)
+    pieces: list[str] = []
     position = 0
-    for number, token in enumerate(tokens):
+    for index, token in enumerate(tokens):
         begin = text.index(token, position)
-        parts.append(_shown(text[position:begin]))
+        pieces.append(_shown(text[position:begin]))
         position = begin + len(token)
-        parts.append(_shown(token) if number in same else f"<{mark}>{_shown(token)}</{mark}>")
-    return "".join(parts).replace(f"</{mark}><{mark}>", "")
+        pieces.append(_shown(token) if index in common else f"<{tag}>{_shown(token)}</{tag}>")
+    return "".join(pieces).replace(f"</{tag}><{tag}>", "")
+
+
+def _end_with_brackets(tokens: Sequence[str], common: set[int]) -> None:
+    """Shift marks that begin with a closing bracket: mark `XIC(Guard)`, not `)XIC(Guard`.
+
+    In `XIC(A)XIC(Guard)`, the first bracket becomes common, and the last one is marked instead. This is
+    possible if the mark is followed by an equal bracket.
+    """
+    for begin, token in enumerate(tokens):
+        if token in ")]" and begin not in common:
+            end = next((index for index in range(begin, len(tokens)) if index in common), None)
+            if end is not None and tokens[end] == token:
+                common.remove(end)
+                common.add(begin)

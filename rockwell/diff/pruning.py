@@ -1,18 +1,18 @@
-"""Cut out what two documents have in common, so that only the rest is parsed and compared.
+"""Cuts out the common elements of two documents, so that only the others are parsed and compared.
 
-    <Tag Name="A" ...> ... </Tag>     in both, byte for byte, and perhaps
-    <Tag Name="B" ...> ... </Tag>     its neighbor:                             <Cut N="5"/>
+    <Tag Name="A" ...> ... </Tag>     in both documents, byte for byte,
+    <Tag Name="B" ...> ... </Tag>     and neighbors in both:                    <Cut N="5"/>
 
-Most of two versions is the same, and comparing bytes takes a tenth of the time of parsing elements.
-Line numbers do not change: a cut keeps its newlines. Programs, tags and so on are compared first; in those
-that differ, their tags and routines are compared.
+Most of two versions is the same, and comparing bytes takes a tenth of the time of parsing elements. Line
+numbers do not change: a cut keeps its newlines. Programs, controller tags and similar elements are compared
+first; in the ones that differ, their tags and routines are compared.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Container, Iterable
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -28,30 +28,29 @@ _WHOLE = "|".join(
 """Elements that are replaced."""
 
 _LEVELS = 2
-"""Nesting levels of them: a program, and a routine in it."""
+"""Nesting levels of replaced elements: a program, and a routine in it."""
 
 _CDATA = r"<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+\]\]>"
-_GIVEN = r"""(?:[^<>"']++|"[^"]*+"|'[^']*+')*+"""
+_ATTRIBUTES = r"""(?:[^<>"']++|"[^"]*+"|'[^']*+')*+"""
 _INNER = rf"[^<]*+(?:(?:<(?![!?]|/?+\1[\s/>])|{_CDATA})[^<]*+)*+"
 _ELEMENT = re.compile(
-    rf"{_CDATA}|<({_WHOLE})(?=[\s/>]){_GIVEN}(?:(?<=/)>|>{_INNER}</\1\s*+>)|(<[!?])".encode()
+    rf"{_CDATA}|<({_WHOLE})(?=[\s/>]){_ATTRIBUTES}(?:(?<=/)>|>{_INNER}</\1\s*+>)|(<[!?])".encode()
 )
-"""An element that may be replaced, without a nested one of the same name; a CDATA section; or a comment."""
+"""A CDATA section, a comment, or an element that may be replaced, without another of the same name in it."""
 
-Span = tuple[int, int]
 Joint = tuple[bytes, bytes, bytes]
-"""Two elements and the bytes between them."""
+"""Two neighboring elements and the bytes between them."""
 
 
 class PrunedDocument(NamedTuple):
-    """A document with cuts, and the contents that they replace; each cut has the index of its content."""
+    """A document with cuts."""
 
     data: bytes
-    cuts: list[bytes]
+    cuts: list[bytes]  # the replaced content of each cut, by its number N
 
 
 class _Element(NamedTuple):
-    """An element: where it begins and ends, and its bytes."""
+    """An element of a document, with its position."""
 
     begin: int
     end: int
@@ -59,56 +58,43 @@ class _Element(NamedTuple):
 
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
-    """Return two documents without the elements that both have; unchanged if either has comments."""
-    documents = PrunedDocument(old, []), PrunedDocument(new, [])
-    old_cutting, new_cutting = _Cutting(old), _Cutting(new)
+    """Return two documents without their common elements; unchanged if either has comments."""
+    unchanged = PrunedDocument(old, []), PrunedDocument(new, [])
+    old_outer, new_outer = ([_Element(0, len(data), data)] for data in (old, new))
+    old_cut: list[_Element] = []
+    new_cut: list[_Element] = []
     for _ in range(_LEVELS):
-        old_elements, new_elements = old_cutting.elements(), new_cutting.elements()
+        old_elements, new_elements = _elements(old, old_outer), _elements(new, new_outer)
         if old_elements is None or new_elements is None:
-            return documents
-        common_contents = {element.content for element in old_elements} & {
-            element.content for element in new_elements
-        }
-        old_cutting.cut_out(old_elements, common_contents)
-        new_cutting.cut_out(new_elements, common_contents)
-    joints = _joints(old, old_cutting.cut) & _joints(new, new_cutting.cut)
-    before, after = _without(old, old_cutting.cut, joints), _without(new, new_cutting.cut, joints)
-    return documents if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
-
-
-class _Cutting:
-    """A document whose elements are cut out level by level."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data = data
-        self._spans: list[Span] = [(0, len(data))]  # spans that contain the next level
-        self.cut: list[_Element] = []
-
-    def elements(self) -> list[_Element] | None:
-        return _elements(self._data, self._spans)
-
-    def cut_out(self, elements: Iterable[_Element], common: Container[bytes]) -> None:
-        self._spans = []
-        for element in elements:
-            if element.content in common:
-                self.cut.append(element)
-            else:
-                self._spans.append((element.begin, element.end))
+            return unchanged
+        common = {element.content for element in old_elements}
+        common &= {element.content for element in new_elements}
+        old_cut += (element for element in old_elements if element.content in common)
+        new_cut += (element for element in new_elements if element.content in common)
+        old_outer = [element for element in old_elements if element.content not in common]
+        new_outer = [element for element in new_elements if element.content not in common]
+    old_cut.sort()
+    new_cut.sort()
+    joints = _joints(old, old_cut) & _joints(new, new_cut)
+    old_pruned, new_pruned = _with_cuts(old, old_cut, joints), _with_cuts(new, new_cut, joints)
+    if _has_own_cuts(old_pruned) or _has_own_cuts(new_pruned):
+        return unchanged
+    return old_pruned, new_pruned
 
 
 def _has_own_cuts(document: PrunedDocument) -> bool:
+    """Return whether the file itself has elements named Cut."""
     return document.data.count(b"<Cut") != len(document.cuts)
 
 
-def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
-    """Return the outermost elements in spans; None if there are comments or unterminated CDATA."""
+def _elements(data: bytes, outer_elements: Iterable[_Element]) -> list[_Element] | None:
+    """Return the outermost elements in other elements; None if there are comments or unterminated CDATA."""
     if data.rfind(b"<![CDATA[") > data.rfind(b"]]>"):
         return None
     elements: list[_Element] = []
-    for begin, end in spans:
-        for match in _ELEMENT.finditer(
-            data, begin + 1, end
-        ):  # without the element itself, or the declaration
+    for outer in outer_elements:
+        # from the second byte on, so that neither the outer element itself nor the declaration matches
+        for match in _ELEMENT.finditer(data, outer.begin + 1, outer.end):
             if match[1]:
                 elements.append(_Element(match.start(), match.end(), match[0]))
             elif match[2]:
@@ -116,37 +102,33 @@ def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
     return elements
 
 
-def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
-    """Return neighboring elements with only blanks between them, where each element occurs once."""
-    parts.sort()
-    counts = Counter(part.content for part in parts)
-    return {
-        (part.content, between, following.content)
-        for part, following in pairwise(parts)
-        if (between := data[part.end : following.begin]).isspace()
-        and counts[part.content] == counts[following.content] == 1
-    }
+def _joints(data: bytes, elements: list[_Element]) -> set[Joint]:
+    """Return the neighbors with only blanks between them, if each of them occurs once."""
+    counts = Counter(element.content for element in elements)
+    joints: set[Joint] = set()
+    for element, following in pairwise(elements):
+        between = data[element.end : following.begin]
+        if between.isspace() and counts[element.content] == counts[following.content] == 1:
+            joints.add((element.content, between, following.content))
+    return joints
 
 
-def _without(data: bytes, parts: list[_Element], joints: set[Joint]) -> PrunedDocument:
-    """Replace elements with cuts; elements that are neighbors in both documents become one cut."""
-    runs: list[list[int]] = []
-    before: _Element | None = None
-    for part in parts:
-        joined = (
-            before is not None and (before.content, data[before.end : part.begin], part.content) in joints
-        )
-        if joined:
-            runs[-1][1] = part.end
+def _with_cuts(data: bytes, elements: list[_Element], joints: set[Joint]) -> PrunedDocument:
+    """Return a document with cuts for elements; neighbors in `joints` become one cut."""
+    spans: list[list[int]] = []  # begin and end of each cut
+    previous: _Element | None = None
+    for element in elements:
+        if previous and (previous.content, data[previous.end : element.begin], element.content) in joints:
+            spans[-1][1] = element.end
         else:
-            runs.append([part.begin, part.end])
-        before = part
+            spans.append([element.begin, element.end])
+        previous = element
     pieces: list[bytes] = []
     cuts: list[bytes] = []
-    done = 0
-    for begin, end in runs:
+    position = 0
+    for begin, end in spans:
         content = data[begin:end]
-        pieces += [data[done:begin], b'<Cut N="%d"/>' % len(cuts), b"\n" * content.count(b"\n")]
+        pieces += [data[position:begin], b'<Cut N="%d"/>' % len(cuts), b"\n" * content.count(b"\n")]
         cuts.append(content)
-        done = end
-    return PrunedDocument(b"".join((*pieces, data[done:])), cuts)
+        position = end
+    return PrunedDocument(b"".join((*pieces, data[position:])), cuts)

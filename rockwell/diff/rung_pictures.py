@@ -1,4 +1,4 @@
-"""Draw both versions of a rung as SVG, with the differences marked.
+"""Draws both versions of a rung as SVG, with the differences marked.
 
 A rung that can't be read, or is too long to draw, has no picture: only its text is shown.
 """
@@ -34,7 +34,7 @@ ROW = 20
 _EDGE = 1
 _PEN = Pen(ROW, _EDGE)
 _EDITED = re.compile(r"^[A-Za-z]+(?:, [^:]*)?: ")
-"""The letters of an online edit before a rung's text."""
+"""The type of an online edit before a rung's text."""
 
 _CALLED = re.compile(r"([A-Za-z_]\w*+)\s*+\(")
 
@@ -64,7 +64,7 @@ class _SpecsOf(Mapping[str, Spec]):
         if spec is not None:
             return spec
         called = self._calls[name]
-        return Spec(called, InstructionKind.OUTPUT, (Use.ANYTHING,), run=lambda *_given: None)
+        return Spec(called, InstructionKind.OUTPUT, (Use.ANYTHING,), run=lambda *_operands: None)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._calls)
@@ -75,35 +75,33 @@ class _SpecsOf(Mapping[str, Spec]):
 
 def pictures(old: Step, new: Step) -> tuple[str, str] | None:
     """Return both versions of a rung as SVG, differences in class `edit`; None if either can't be drawn."""
-    rungs = rung_of(old), rung_of(new)
-    if rungs[0] is None or rungs[1] is None:
+    old_rung, new_rung = rung_of(old), rung_of(new)
+    if old_rung is None or new_rung is None:
         return None
-    texts = [
-        [str(instruction) for instruction in instructions_of(rung.series)]
-        for rung in rungs
-        if rung is not None
-    ]
-    pairs = aligned(*texts)
-    paired = {i for i, _ in pairs}, {k for _, k in pairs}
-    edited_words = [set(range(len(words))) - paired[side] for side, words in enumerate(texts)]
-    return _svg(rungs[0], edited_words[0]), _svg(rungs[1], edited_words[1])
+    old_texts, new_texts = (list(map(str, instructions_of(rung.series))) for rung in (old_rung, new_rung))
+    pairs = aligned(old_texts, new_texts)
+    return (
+        _svg(old_rung, set(range(len(old_texts))) - {i for i, _ in pairs}),
+        _svg(new_rung, set(range(len(new_texts))) - {k for _, k in pairs}),
+    )
 
 
 def picture(step: Step) -> str:
-    """Return a rung as SVG, "" if it can't be drawn."""
+    """Return a rung as SVG; "" if it can't be drawn."""
     rung = rung_of(step)
     return "" if rung is None else _svg(rung, set())
 
 
 def _svg(rung: Rung, edited: set[int]) -> str:
+    """Return a rung as SVG; `edited` are the indexes of its instructions that differ."""
     drawn = place(rung, WIDTH, Ruler(NO_CAPTIONS))
     bottom = bottom_of(drawn)
-    wide, high = (drawn.width + 2 * _EDGE) * CELL, units((bottom + 1) * ROW)
-    parts = [*_field_markup(drawn, edited), *_rail_markup(drawn, bottom), *_shape_markup(drawn, edited)]
-    size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
+    width, height = (drawn.width + 2 * _EDGE) * CELL, units((bottom + 1) * ROW)
+    shapes = (*_field_markup(drawn, edited), *_rail_markup(drawn, bottom), *_shape_markup(drawn, edited))
+    size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" role="img" {size}>'
-        f"<title>{plain(str(rung))}</title>{''.join(parts)}</svg>"
+        f"<title>{plain(str(rung))}</title>{''.join(shapes)}</svg>"
     )
 
 
@@ -117,7 +115,7 @@ def _shape_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
 
 
 def _field_markup(drawn: Picture, edited: set[int]) -> Iterator[str]:
-    """Yield a field below each instruction that the other version does not have."""
+    """Yield a background for each instruction that the other version lacks."""
     for mark in drawn.marks:
         if _is_edited(mark, edited):
             yield _PEN.frame(_field_of(mark), "field")

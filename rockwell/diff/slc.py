@@ -1,11 +1,10 @@
-"""The text of RSLogix 500 as an outline: ladder files, data files by element, slots, forces, other lines."""
+"""Reads RSLogix 500 text as an outline: ladder files, data files by element, slots, forces, other lines."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..slc.addresses import STRUCTURED
-from ..slc.addresses import WORDS as INNER
+from ..slc.addresses import STRUCTURED, WORDS
 from ..slc.datafiles import letters_of
 from ..slc.datavalues import placed_rows
 from ..slc.document import document_in
@@ -41,7 +40,7 @@ def _step(number: int, rung: SlcRungRecord) -> Step:
 
 
 def _data_files(records: list[DataRecord]) -> Iterator[Item]:
-    """Yield data files with a field for each element, the words of a structure together."""
+    """Yield data files with a field for each value."""
     files: dict[str, Item] = {}
     for record in records:
         item = files.setdefault(record.file, Item("data file", record.file, record.line))
@@ -50,18 +49,20 @@ def _data_files(records: list[DataRecord]) -> Iterator[Item]:
 
 
 def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
+    """Yield the address and the value of each word in a data file."""
     letters = letters_of(record.file)
-    names = (".CTL", *(f".{part}" for part in INNER[letters])) if letters in STRUCTURED else ("",)
-    mark = "." if ":" in record.file else ":"
-    for place, row in placed_rows(record, len(names)):
+    words = (".CTL", *(f".{word}" for word in WORDS[letters])) if letters in STRUCTURED else ("",)
+    separator = "." if ":" in record.file else ":"
+    for first_element, row in placed_rows(record, len(words)):
         for index, value in enumerate(row.values):
-            element, word = divmod(index, len(names))
-            yield f"{record.file}{mark}{place + element}{names[word]}", value
+            element, word = divmod(index, len(words))
+            yield f"{record.file}{separator}{first_element + element}{words[word]}", value
 
 
 def _slots(document: SlcDocument) -> Iterator[Item]:
     for slot in document.slots.values():
         item = Item("slot", str(slot.number), slot.line)
-        item.fields += [("card", " ".join(slot.text.split())), ("comment", slot.comment)]
-        item.fields += [("settings", " ".join(slot.settings.split()))]
+        item.fields.append(("card", " ".join(slot.text.split())))
+        item.fields.append(("comment", slot.comment))
+        item.fields.append(("settings", " ".join(slot.settings.split())))
         yield item

@@ -20,19 +20,19 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `modules` | modules to tags |
 | `uses` | calls and instructions of routines |
 | `unknown` | undefined types |
-| `mnemonics` | names of all instructions of Logix, known here or not |
+| `mnemonics` | names of all Logix instructions, including those that scanrack lacks |
 | `schedule` | tasks |
-| `assembly` | assembles all of that to a `Controller` |
+| `assembly` | assembles the parts into a `Controller` |
 | `completing` | declarations missing in a partial export |
 | `widening` | members that the types of the file lack |
-| `building` | builds it, and refuses rungs that can't be built |
-| `importer` | does all of this for one document |
-| `unread` | what is not read, for the report |
-| `spans` | places of elements in the text, so that an edit replaces only them |
+| `building` | builds the controller, and refuses rungs that can't be built |
+| `importer` | imports one document: runs all of these steps |
+| `unread` | notes on content that scanrack does not read |
+| `spans` | positions of elements in the text, so that an edit replaces only those bytes |
 | `rewriting` | edited rungs in the text of a file |
-| `partial` | extracts a program or a routine of a file |
+| `partial` | extracts a program or a routine from a file |
 | `export`, `writing` | exports a program as an L5X |
-| `trial` | runs it: interpreter and compiler in lockstep |
+| `trial` | runs the controller in the interpreter and compiled, in lockstep |
 """
 
 from .importer import L5xImport, import_l5x

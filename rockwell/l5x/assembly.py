@@ -1,4 +1,4 @@
-"""Assembles a document's parts into a `Controller`, again after each refusal."""
+"""Assembles a document's parts into a `Controller`; the builder repeats that after each refusal."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from scanrack.ladder.instructions.motion.axes import MotionData
 from scanrack.ladder.lowering.addon import AddOn
 from scanrack.ladder.lowering.controller import Controller
 from scanrack.ladder.lowering.guess import type_at
+from scanrack.ladder.lowering.program import Program
 from scanrack.ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.routine import Routine
@@ -26,15 +27,15 @@ CALLS = "scanrack_calls"
 """Name of a generated main routine that calls the routines of an export without one."""
 
 CLEARS = "scanrack_clears"
-"""Name of a generated fault routine, for a trial that continues after faults."""
+"""Name of a generated fault routine, with which a trial continues after faults."""
 
 FAULT_RECORD = 11
 """Words of a MajorFaultRecord [1756-PM014]."""
 
-MADE = 256
-"""Length of a generated array for an InOut of any length."""
+ARRAY_LENGTH = 256
+"""Length of a generated array that is the argument of an InOut of any length."""
 
-MOST_MADE = 1_000_000
+MOST_VALUES = 1_000_000
 """Maximum values of all tags generated for add-on instructions."""
 
 _ZEROS, _INSTANCE, _ARGUMENT = "scanrack_zeros", "scanrack_instance", "scanrack_argument"
@@ -49,12 +50,14 @@ class ProgramPart:
     fault: str | None = None
     declarations: list[Declaration] = field(default_factory=list)
     routines: dict[str, Routine] = field(default_factory=dict)  # by name in capitals
-    functions: dict[str, Callable[..., Any]] = field(default_factory=dict)  # for missing or refused routines
+    functions: dict[str, Callable[..., Any]] = field(
+        default_factory=dict
+    )  # in place of missing or refused ones
 
     def with_fault_routine(self) -> ProgramPart:
-        """Return the same program with another routine, which clears its major faults.
+        """Return this program with an added fault routine that clears major faults.
 
-        `routines` must not be empty: the added routine would be the main routine.
+        `routines` must not be empty. Otherwise the added routine would be the main routine.
         """
         zeros = Address(_ZEROS, (SubscriptStep((number(0),)),))
         ssv_operands = (Address("Program"), Address("THIS"), Address("MajorFaultRecord"), zeros)
@@ -83,20 +86,24 @@ class Parts:
     chart_options: ChartOptions = DEFAULT_OPTIONS
     remotes: dict[str, Remote] = field(default_factory=dict)  # of consumed tags and messages
     outputs: dict[int, bytes] = field(default_factory=dict)  # first values of output images, by slot
-    _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
+    _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)  # see `_index`
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
-        """Return a new controller of these parts, with other tasks if given; note rejected declarations."""
+        """Return a new controller of these parts; note declarations that it rejects.
+
+        Args:
+            tasks: the tasks of the controller; None for the tasks of these parts.
+        """
         controller = Controller(self.name)
         controller.chart_options = self.chart_options
         controller.use(*self.add_ons.values())
         controller.motion, controller.remotes = self.motion, self.remotes
         controller.outputs = self.outputs
         controller.take_stubs(Stubs(self.stubs, modules=self.modules))
-        self.declarations = _added(controller, self.declarations, report)
+        self.declarations = _add_declarations(controller, self.declarations, report)
         for part in self.programs.values():
             program = controller.program(part.name, main=part.main, fault=part.fault)
-            part.declarations = _added(program, part.declarations, report)
+            part.declarations = _add_declarations(program, part.declarations, report)
             for routine in part.routines.values():
                 program.add_routine(routine)
             for function in part.functions.values():
@@ -105,18 +112,26 @@ class Parts:
             controller.add_task(task)
         return controller
 
-    def owned(self) -> list[tuple[str, Routine]]:
-        """Return the routines of programs, each with its program."""
+    def program_routines(self) -> list[tuple[str, Routine]]:
+        """Return the routines of all programs, each with the name of its program."""
         return [(part.name, routine) for part in self.programs.values() for routine in part.routines.values()]
 
+    def all_routines(self) -> list[tuple[str, Routine]]:
+        """Return the routines of programs and add-ons, each with the name of its owner."""
+        definitions = self.add_ons.values()
+        return [
+            *self.program_routines(),
+            *((definition.name, routine) for definition in definitions for routine in definition.routines),
+        ]
+
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return types and dimensions of an add-on instruction's operands; none for other instructions."""
+        """Return types and dimensions of an add-on instruction's operands; () for other instructions."""
         return self.add_ons[name.upper()].operand_types if name.upper() in self.add_ons else ()
 
     def with_fault_routines(self) -> Parts:
-        """Return the same parts; each program without a fault routine gets one that clears faults.
+        """Return these parts, with a fault routine that clears faults in each program that lacks one.
 
-        A program without `routines` gets none: its `functions` do nothing, so they can't fault.
+        A program without `routines` needs no fault routine: its `functions` do nothing.
         """
         programs = {
             name: program.with_fault_routine() if program.routines and not program.fault else program
@@ -124,7 +139,7 @@ class Parts:
         }
         return replace(self, programs=programs, _indexes={})
 
-    def known(self, program: str, address: Address) -> DataType | None:
+    def type_of(self, program: str, address: Address) -> DataType | None:
         """Return the type of an address in a program; None if it is undeclared."""
         address = self.without_aliases(program, address)
         return type_at(self.declaration(program, address.name), address)
@@ -147,6 +162,7 @@ class Parts:
         return None
 
     def _index(self, scope: str, declared: list[Declaration]) -> dict[str, Declaration]:
+        """Return the declarations of a scope by name in capitals, cached while their number is the same."""
         count, index = self._indexes.get(scope.upper(), (-1, {}))
         if count != len(declared):
             index = {declaration.name.upper(): declaration for declaration in declared}
@@ -164,42 +180,47 @@ class Parts:
 
 
 def owner_of(name: str) -> tuple[str, str]:
-    r"""Split `\Program.Name` or `AddOn.Role`."""
+    r"""Split `\Program.Name` or `AddOn.Role` into the owner and the name without it."""
     owner, _, own_name = name.removeprefix("\\").partition(".")
     return owner, own_name
 
 
-def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Declaration]:
-    """Add declarations; return the accepted ones."""
+def _add_declarations(
+    scope: Controller | Program, declarations: list[Declaration], report: Report
+) -> list[Declaration]:
+    """Add declarations to a controller or program; return the accepted ones."""
     added = []
     for declaration in declarations:
         try:
-            to.add(declaration)
+            scope.add(declaration)
             added.append(declaration)
         except LadderError as error:
-            owner = "" if isinstance(to, Controller) else rf"\{to.name}."
+            owner = "" if isinstance(scope, Controller) else rf"\{scope.name}."
             report.leave_out(f"{owner}{declaration.name}", str(error))
     return added
 
 
-def without(routine: Routine, *places: int) -> Routine:
-    """Return a routine with empty rungs at `places`, or without statements."""
+def emptied(routine: Routine, *numbers: int) -> Routine:
+    """Return a routine with the rungs of these numbers emptied; structured text loses all statements."""
     if routine.statements is not None:
         return replace(routine, statements=())
     rungs = list(routine.rungs)
-    for place in places:
-        rungs[place] = Rung((), rungs[place].comment, rungs[place].origin)
+    for rung_number in numbers:
+        rungs[rung_number] = replace(rungs[rung_number], series=())
     return replace(routine, rungs=tuple(rungs))
 
 
 def harness_of(parts: Parts) -> Parts:
-    """Return a controller with a program for each add-on that calls it once, as far as memory allows."""
+    """Return a controller with a program for each add-on that calls it once.
+
+    Add-ons whose arguments exceed `MOST_VALUES` are left out, and so are the ones in `uncalled`.
+    """
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
-    budget = MOST_MADE
+    budget = MOST_VALUES
     for key, definition in parts.add_ons.items():
-        tags = _arguments(definition)
-        value_count = sum(_values(tag.type, counts) * count_of(tag.dims) for tag in tags)
+        tags = _argument_tags(definition)
+        value_count = sum(_count_values(tag.type, counts) * count_of(tag.dims) for tag in tags)
         if key in parts.uncalled or value_count > budget:
             continue
         budget -= value_count
@@ -211,39 +232,44 @@ def harness_of(parts: Parts) -> Parts:
     return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, modules=parts.modules)
 
 
-def _arguments(definition: AddOn) -> list[Tag]:
-    """Return the tags of a call: the instance, then the required parameters."""
-    lengths = {inout.name: inout.dims for inout in definition.inouts}
+def _argument_tags(definition: AddOn) -> list[Tag]:
+    """Return tags for the operands of a call: the instance, then the required parameters."""
+    inout_dims = {inout.name: inout.dims for inout in definition.inouts}
     tags = [Tag(_INSTANCE, definition.structure)]
-    for place, parameter in enumerate(definition.required):
-        dims = tuple(
-            MADE if length == OPEN else length for length in lengths.get(parameter.name, parameter.dims)
-        )
-        tags.append(Tag(f"{_ARGUMENT}{place}", parameter.type, dims))
+    for index, parameter in enumerate(definition.required):
+        dims = inout_dims.get(parameter.name, parameter.dims)
+        lengths = tuple(ARRAY_LENGTH if length == OPEN else length for length in dims)
+        tags.append(Tag(f"{_ARGUMENT}{index}", parameter.type, lengths))
     return tags
 
 
-def _values(kind: DataType, counts: dict[int, int]) -> int:
+def _count_values(kind: DataType, counts: dict[int, int]) -> int:
     """Count the values in an element of a type; `counts` is a cache by the type's identity."""
     if isinstance(kind, Elementary):
         return 1
     if id(kind) not in counts:
-        counts[id(kind)] = sum(_values(member.type, counts) * count_of(member.dims) for member in kind.own)
+        counts[id(kind)] = sum(
+            _count_values(member.type, counts) * count_of(member.dims) for member in kind.own
+        )
     return counts[id(kind)]
 
 
 def call_of(routine: Routine) -> Rung:
-    """Return a rung that calls a routine; the tags of its SBR keep their values."""
-    inputs: tuple[Operand, ...] = ()
-    first = routine.rungs[0].series[:1] if routine.rungs else ()
-    for instruction in first:
-        if isinstance(instruction, Instruction) and instruction.name == "SBR":
-            inputs = instruction.operands
+    """Return a rung that calls a routine; it passes the tags of the SBR, which so keep their values."""
+    inputs = inputs_of(routine)
     return Rung((Instruction("JSR", (Address(routine.name), number(len(inputs)), *inputs)),))
 
 
-def does_nothing(name: str) -> Callable[..., Any]:
-    """Return a routine in Python that ignores its inputs."""
+def inputs_of(routine: Routine) -> tuple[Operand, ...]:
+    """Return the operands of the SBR at the beginning of a routine's rungs; () without one."""
+    first_element = next(iter(routine.rungs[0].series), None) if routine.rungs else None
+    if isinstance(first_element, Instruction) and first_element.name == "SBR":
+        return first_element.operands
+    return ()
+
+
+def idle_routine(name: str) -> Callable[..., Any]:
+    """Return a routine in Python that ignores its inputs and does nothing."""
 
     def routine(_tags: object, *_inputs: object) -> None:
         """Do nothing."""
@@ -253,7 +279,7 @@ def does_nothing(name: str) -> Callable[..., Any]:
 
 
 def trial_tasks(parts: Parts, programs: Iterable[str]) -> list[Task]:
-    """Return a task with these programs, and empty tasks that EVENT instructions may trigger."""
+    """Return a task with these programs, and the event tasks without programs, for EVENT instructions."""
     events = (task for task in parts.tasks if task.kind is TaskKind.EVENT)
     return [*implicit_task(programs), *(replace(event, programs=()) for event in events)]
 

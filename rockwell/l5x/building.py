@@ -13,7 +13,7 @@ from scanrack.ladder.model.errors import BuildError, LadderError, Problem
 from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.tags import Tag, program_of
 
-from .assembly import Parts, does_nothing, owner_of, without
+from .assembly import Parts, emptied, idle_routine, owner_of
 from .report import Report
 from .routines import RoutineReader
 
@@ -21,6 +21,7 @@ STAND_IN, DECLARE = "--stand-in", '[stubs] missing_tags = "declare"'
 """The option of a trial, and the setting of a rack, that declare stand-ins."""
 
 _LACKS = re.compile(r"(?:^|: )no routine |(?<! and) has no member ")
+"""Reasons of refusals that stand-ins would avoid."""
 
 ROUNDS = 30
 """Attempts to build after refusals; each refuses at least one rung."""
@@ -31,13 +32,13 @@ class Builder:
 
     def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
         self._parts, self._reader, self._report = parts, reader, report
-        self._emptied: dict[tuple[str, str], set[int]] = {}
-        self.offers = ""  # the option that would declare stand-ins; "" if it is on already
+        self._to_empty: dict[tuple[str, str], set[int]] = {}  # rungs, by owner and routine in capitals
+        self.stand_in_option = ""  # the option that would declare stand-ins; "" if it is already on
 
-    def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
-        """Return a controller of the parts that `of` selects; None if nothing can be built."""
+    def build(self, select: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
+        """Return a controller of the selected parts, by default all; None if nothing can be built."""
         for _ in range(ROUNDS):
-            parts = of(self._parts)
+            parts = select(self._parts)
             controller = parts.assemble(self._report)
             try:
                 controller.build()
@@ -68,6 +69,7 @@ class Builder:
         return is_changed
 
     def _leave_out(self, name: str, problem: Problem) -> bool:
+        """Remove the generated call of an add-on from the harness; return whether it was there."""
         key = name.upper()
         if not problem.site.routine.startswith("\\") or key in self._parts.uncalled:
             return False
@@ -76,60 +78,65 @@ class Builder:
         return True
 
     def empty(self) -> None:
-        """Empty all refused rungs at once."""
-        for (owner, routine), numbers in self._emptied.items():
+        """Empty all rungs refused since the last call; at once, because copying a long routine is slow."""
+        for (owner, routine), numbers in self._to_empty.items():
             target = self._routine(owner, routine)
             if target is not None and numbers:
-                self._replace(owner, routine, without(target, *numbers))
-        self._emptied.clear()
+                self._replace(owner, routine, emptied(target, *numbers))
+        self._to_empty.clear()
 
     def refuse(
         self, owner: str, routine: str, number: int, text: str, remedy: str, site: Site = NOWHERE
     ) -> bool:
-        """Refuse a rung, which `empty` removes, or a text or chart routine; return whether it existed."""
+        """Refuse a rung, or the whole routine if it is a text or a chart; return whether it existed.
+
+        `empty` then removes refused rungs. A text or a chart is removed at once.
+        """
         routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of routine Sequence
         target = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
-        emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
-        if target is None or record is None or number in emptied or target.statements == ():
+        refused_rungs = self._to_empty.setdefault((owner.upper(), routine.upper()), set())
+        if target is None or record is None or number in refused_rungs or target.statements == ():
             return False
-        text, remedy = self._explained(owner, text, remedy, site)
+        text, remedy = self._with_explanation(owner, text, remedy, site)
         if target.statements is None and target.chart is None:
             if number >= len(record.rungs) or not target.rungs[number].series:
                 return False
             self._reader.refuse(owner, routine, number, text, remedy, site)
-            emptied.add(number)
+            refused_rungs.add(number)
             return True
         place, line = self._place_in(owner, target, body, number, site.line or record.line)
         self._reader.refuse_object(owner, routine, f"{place}{text}", line, remedy)
         self._remove(owner, routine, target)
         return True
 
-    def _place_in(self, owner: str, found: Routine, body: str, number: int, line: int) -> tuple[str, int]:
-        """Return the start of a reason, the place in a text or a chart, and the file's line."""
-        if found.statements is not None:
-            place, line = self._reader.place_of(owner, found.name, number)
+    def _place_in(self, owner: str, target: Routine, body: str, number: int, line: int) -> tuple[str, int]:
+        """Return a place in a text or a chart as the beginning of a message, and the file's line."""
+        if target.statements is not None:
+            place, line = self._reader.place_of(owner, target.name, number)
             return f"{place}: ", line
         return f"{body.replace('.', ', action ')}, line {number}: " if body else "", line
 
-    def _remove(self, owner: str, routine: str, found: Routine) -> None:
+    def _remove(self, owner: str, routine: str, target: Routine) -> None:
         """Replace a program's routine with a function that does nothing; empty an add-on's routine."""
         part = self._parts.programs.get(owner.upper())
         if part is not None:
             del part.routines[routine.upper()]
-            part.functions[routine.upper()] = does_nothing(found.name)
+            part.functions[routine.upper()] = idle_routine(target.name)
         else:
-            self._replace(owner, routine, without(found))
+            self._replace(owner, routine, emptied(target))
 
-    def _explained(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
-        """Add to a refusal's text and remedy why a tag is undeclared, or that a stand-in is possible."""
-        if site.tag and (why := self._report.why_not(owner, site.tag)):
-            return f"tag {site.tag} is not declared: {why}", "correct the tag, or stub the instruction"
-        if self.offers and (site.tag or _LACKS.search(text)):
-            return text, f"{remedy}; or let {self.offers} stand in for it"
+    def _with_explanation(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
+        """Return text and remedy, with the reason why a tag is undeclared, or with a possible stand-in."""
+        reason = self._report.reason_undeclared(owner, site.tag) if site.tag else ""
+        if reason:
+            return f"tag {site.tag} is not declared: {reason}", "correct the tag, or stub the instruction"
+        if self.stand_in_option and (site.tag or _LACKS.search(text)):
+            return text, f"{remedy}; or let {self.stand_in_option} stand in for it"
         return text, remedy
 
     def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
+        """Refuse all rungs of a routine; return whether it existed."""
         target = self._routine(owner, routine)
         if target is None:
             return False
@@ -140,16 +147,12 @@ class Builder:
         return any(outcomes)
 
     def _refuse_rest(self, error: LadderError, parts: Parts) -> None:
+        """Refuse everything that is not refused yet."""
         reason = str(error).replace("\n", " ")
-        owned = [(owner, member, "correct the program") for owner, member in parts.owned()]
-        owned += [
-            (definition.name, member, "correct the add-on")
-            for definition in parts.add_ons.values()
-            for member in definition.routines
-        ]
-        for owner, routine, remedy in owned:
+        for owner, routine in parts.all_routines():
+            part = "program" if owner.upper() in self._parts.programs else "add-on"
             for number in range(len(routine.rungs) or 1):
-                self.refuse(owner, routine.name, number, reason, remedy)
+                self.refuse(owner, routine.name, number, reason, f"correct the {part}")
         self.empty()
 
     def _routine(self, owner: str, routine: str) -> Routine | None:
@@ -171,14 +174,15 @@ class Builder:
         """Start a tag with zeros if its initial value does not fit; return whether it had one."""
         owner, name = owner_of(tag) if program_of(tag) else ("", tag)
         scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
-        for place, declaration in enumerate(scope):
+        for index, declaration in enumerate(scope):
             if isinstance(declaration, Tag) and declaration.initial is not None and declaration.name == name:
                 self._report.lose(declaration.name, f"it starts with zeros: {text}")
-                scope[place] = replace(declaration, initial=None)
+                scope[index] = replace(declaration, initial=None)
                 return True
         return self._drop_defaults(text)
 
     def _drop_defaults(self, text: str) -> bool:
+        """Drop the defaults of all add-on parameters; return whether any add-on had defaults."""
         is_changed = False
         for key, definition in self._parts.add_ons.items():
             parameters = tuple(replace(parameter, initial=None) for parameter in definition.parameters)

@@ -1,4 +1,4 @@
-"""Writes a sequential function chart as a routine's content in an L5X; links determine branches."""
+"""Writes a sequential function chart as the content of a routine in an L5X, with the branches it needs."""
 
 from __future__ import annotations
 
@@ -29,27 +29,28 @@ class _Writer:
         )
         self._numbers = count()
         self._ids: dict[str, int] = {}  # of steps, by name in capitals
-        self._links: list[tuple[int, int]] = []
+        self._links: list[tuple[int, int]] = []  # IDs: from, to
 
     def write(self) -> None:
         """Write steps, transitions, branches, stops and links."""
         for step in self._chart.steps:
             if not step.stop:
-                self._step(step)
+                self._write_step(step)
         numbers = [
-            self._transition(transition, place) for place, transition in enumerate(self._chart.transitions)
+            self._write_transition(transition, self._layout.transitions[index])
+            for index, transition in enumerate(self._chart.transitions)
         ]
         for step in self._chart.steps:
             if step.stop:
                 stop = self._add("Stop", step.name, self._layout.steps[step.name.upper()])
                 self._ids[step.name.upper()] = int(stop.get("ID"))
         for transition, number in zip(self._chart.transitions, numbers, strict=True):
-            self._sides(transition, number)
+            self._link_sides(transition, number)
         for step in self._chart.steps:
-            self._selections(step, numbers)
-        self._finish()
+            self._link_selections(step, numbers)
+        self._write_rest()
 
-    def _finish(self) -> None:
+    def _write_rest(self) -> None:
         """Write the parameters of the chart, the links and the notes."""
         if self._chart.inputs or self._chart.returns:
             addresses = {"In": self._chart.inputs, "Ret": self._chart.returns}
@@ -69,7 +70,7 @@ class _Writer:
         x, y = str(_LEFT + cell[0] * _WIDE), str(_TOP + cell[1] * _HIGH)
         return element(self._content, tag, ID=self._id(), X=x, Y=y, Operand=name, HideDesc="true", **more)
 
-    def _step(self, step: ChartStep) -> None:
+    def _write_step(self, step: ChartStep) -> None:
         presets = dict(step.presets)
         uses = {
             f"{'Preset' if name == 'PRE' else name}UsesExpr": flag(name in presets)
@@ -83,9 +84,9 @@ class _Writer:
         for name, value in step.presets:
             write_statements(element(step_element, "Preset" if name == "PRE" else name), [str(value)])
         for action in step.actions:
-            self._action(step_element, action)
+            self._write_action(step_element, action)
 
-    def _action(self, parent: Any, action: Action) -> None:
+    def _write_action(self, parent: Any, action: Action) -> None:
         action_element = element(
             parent,
             "Action",
@@ -102,24 +103,25 @@ class _Writer:
         if action.body is not None:
             write_statements(element(action_element, "Body"), block_lines(action.body))
 
-    def _transition(self, transition: Transition, place: int) -> int:
-        transition_element = self._add("Transition", transition.name, self._layout.transitions[place])
+    def _write_transition(self, transition: Transition, cell: Cell) -> int:
+        """Add a transition; return its ID."""
+        transition_element = self._add("Transition", transition.name, cell)
         write_statements(element(transition_element, "Condition"), [str(transition.condition)])
         return int(transition_element.get("ID"))
 
     # --- branches and links
 
-    def _branch(self, kind: str, flow: str, row: int, legs_needed: int, **more: str) -> tuple[int, list[int]]:
+    def _branch(self, kind: str, flow: str, row: int, leg_count: int, **more: str) -> tuple[int, list[int]]:
         """Add a branch; return its ID and the IDs of its legs."""
         number, y = self._id(), str(_TOP + row * _HIGH - _HIGH // 2)
         branch_element = element(
             self._content, "Branch", ID=number, Y=y, BranchType=kind, BranchFlow=flow, **more
         )
-        legs = [element(branch_element, "Leg", ID=self._id()) for _ in range(legs_needed)]
+        legs = [element(branch_element, "Leg", ID=self._id()) for _ in range(leg_count)]
         return int(number), [int(leg.get("ID")) for leg in legs]
 
-    def _sides(self, transition: Transition, number: int) -> None:
-        """Link a transition to its steps; several steps are linked through a simultaneous branch."""
+    def _link_sides(self, transition: Transition, number: int) -> None:
+        """Link a transition to several steps through a simultaneous branch; see also `_link_selections`."""
         row = self._layout.steps[transition.sources[0].upper()][1] + 1
         if len(transition.sources) > 1:
             branch, legs = self._branch("Simultaneous", "Converge", row, len(transition.sources))
@@ -130,12 +132,12 @@ class _Writer:
             self._links.append((number, branch))
             self._links += zip(legs, (self._ids[name.upper()] for name in transition.targets), strict=True)
 
-    def _selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
-        """Link a step to the transitions around it; several are linked through a selection branch."""
+    def _link_selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
+        """Link a step to transitions with no other step on that side, several through a selection branch."""
         key = step.name.upper()
         step_id, row = self._ids[key], self._layout.steps[key][1]
-        leaving = list(self._single(key, numbers, "sources"))
-        entering = list(self._single(key, numbers, "targets"))
+        leaving = list(self._numbers_of(key, numbers, "sources"))
+        entering = list(self._numbers_of(key, numbers, "targets"))
         if len(leaving) == 1:
             self._links.append((step_id, leaving[0]))
         elif leaving:
@@ -147,7 +149,8 @@ class _Writer:
             branch, legs = self._branch("Selection", "Converge", row, len(entering))
             self._links += [*zip(entering, legs, strict=True), (branch, step_id)]
 
-    def _single(self, key: str, numbers: Sequence[int], side: str) -> Iterator[int]:
+    def _numbers_of(self, key: str, numbers: Sequence[int], side: str) -> Iterator[int]:
+        """Yield the IDs of the transitions with only this step on a side, `sources` or `targets`."""
         for transition, number in zip(self._chart.transitions, numbers, strict=True):
             names = getattr(transition, side)
             if len(names) == 1 and names[0].upper() == key:

@@ -1,10 +1,10 @@
 """Sequential function charts of a document: elements and links become steps and transitions.
 
     Step, Stop -- DirectedLink --> Transition -- DirectedLink --> Step
-    a diverging Branch is entered at its ID and left at the IDs of its legs, a converging one the other way
+    links enter a diverging Branch at its ID and leave it at the IDs of its legs; a converging one is reversed
 
-Legs of a selection are ordered from left to right, by X of their targets; or as in the document, if
-the branch has its own priority.
+Legs of a selection are ordered from left to right, by X of their targets. If the branch has its own priority,
+they are ordered as in the document.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ QUALIFIERS: Mapping[str, Qualifier] = {
     "SET": Qualifier.S,
     "DELAYEDSTORED": Qualifier.DS,
 }
-"""Qualifiers by letter and by name in capitals, without `And`, including names that other programs write."""
+"""Qualifiers by letter and by name in capitals, without `And`, including names from other software."""
 
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
 
@@ -63,9 +63,9 @@ class _Graph:
     def __init__(self, content: ElementRecord, file: str) -> None:
         self._file = file
         self.elements: dict[int, ElementRecord] = {}
-        self._branches: dict[int, int] = {}  # of legs
-        self.after: dict[int, list[int]] = {}
-        self.before: dict[int, list[int]] = {}
+        self._branches: dict[int, int] = {}  # the branch of each leg
+        self.successors: dict[int, list[int]] = {}  # IDs to which links of an ID lead
+        self.predecessors: dict[int, list[int]] = {}
         for child in content.children:
             if child.tag in ("Step", "Stop", "Transition", "Branch"):
                 self._add(child)
@@ -81,9 +81,9 @@ class _Graph:
             self._link(*((branch, leg) if self._diverges(branch) else (leg, branch)))
 
     def refused(self, element: ElementRecord | None, text: str) -> ChartRefusedError:
-        """Return the error for an element."""
+        """Return the error for an element; None is the whole chart."""
         line = element.line if element is not None else 0
-        return ChartRefusedError(f"{_named(element)}{text}", Site(file=self._file, line=line))
+        return ChartRefusedError(f"{_label_of(element)}{text}", Site(file=self._file, line=line))
 
     def _add(self, element: ElementRecord) -> int:
         key = self.id_of(element)
@@ -95,7 +95,7 @@ class _Graph:
         return key
 
     def id_of(self, element: ElementRecord, name: str = "ID") -> int:
-        """Return an ID."""
+        """Return the ID in an attribute of an element."""
         text = element.attributes.get(name, "")
         if not re.fullmatch(r"\d{1,9}", text, re.ASCII):
             raise self.refused(element, f"has {name} {text!r}, a number is needed")
@@ -108,23 +108,27 @@ class _Graph:
             raise self.refused(link, f"has {name} {end}, which does not exist")
         return end
 
-    def _link(self, a: int, b: int) -> None:
-        self.after.setdefault(a, []).append(b)
-        self.before.setdefault(b, []).append(a)
+    def _link(self, source: int, target: int) -> None:
+        self.successors.setdefault(source, []).append(target)
+        self.predecessors.setdefault(target, []).append(source)
 
     def _diverges(self, branch: int) -> bool:
-        """Whether a branch diverges: by its own attribute, else by whether links leave its legs."""
+        """Return whether a branch diverges, by its attribute; without one, whether links leave its legs."""
         flow = self.elements[branch].attributes.get("BranchFlow", "")
         if flow in ("Diverge", "Converge"):
             return flow == "Diverge"
         legs = [leg for leg, owner in self._branches.items() if owner == branch]
-        return any(self.after.get(leg) for leg in legs)
+        return any(self.successors.get(leg) for leg in legs)
 
-    def reached(self, start: int, way: dict[int, list[int]]) -> list[int]:
-        """Return the steps, stops and transitions next to an element, through branches, by priority."""
+    def neighbors(self, start: int, links: dict[int, list[int]]) -> list[int]:
+        """Return the steps, stops and transitions next to an element or behind its branches, by priority.
+
+        Args:
+            links: `successors` or `predecessors`.
+        """
         ends: list[int] = []
         visited: set[int] = set()
-        todo = list(reversed(self._ordered(start, way)))
+        todo = list(reversed(self._ordered(start, links)))
         while todo:
             key = todo.pop()
             if self.elements[key].tag not in ("Branch", "Leg"):
@@ -132,32 +136,33 @@ class _Graph:
                     ends.append(key)
             elif key not in visited:
                 visited.add(key)
-                todo += reversed(self._ordered(key, way))
+                todo += reversed(self._ordered(key, links))
         return ends
 
-    def _ordered(self, key: int, way: dict[int, list[int]]) -> list[int]:
+    def _ordered(self, key: int, links: dict[int, list[int]]) -> list[int]:
         """Return the neighbors of an element; legs from left to right, unless they have priorities."""
-        ordered = list(dict.fromkeys(way.get(key, ())))
+        ordered = list(dict.fromkeys(links.get(key, ())))
         element = self.elements[key]
         if element.tag == "Branch" and element.attributes.get("Priority", "Default") != "Default":
             return ordered
-        return sorted(ordered, key=lambda each: self._x(each, way))
+        return sorted(ordered, key=lambda neighbor: self._x(neighbor, links))
 
-    def _x(self, key: int, way: dict[int, list[int]]) -> int:
+    def _x(self, key: int, links: dict[int, list[int]]) -> int:
+        """Return the X of an element or of the first one with an X behind it; 0 if there is none."""
         for _ in range(len(self.elements)):
             text = self.elements[key].attributes.get("X", "")
             if text.lstrip("-").isdecimal() and text.isascii():
                 return int(text[:12])
-            onward = way.get(key)
+            onward = links.get(key)
             if not onward:
                 return 0
             key = onward[0]
         return 0
 
-    def joins(self, start: int, way: dict[int, list[int]], kind: str) -> bool:
-        """Whether an element leads to a branch of a kind, directly or through other branches."""
+    def reaches_branch(self, start: int, links: dict[int, list[int]], kind: str) -> bool:
+        """Return whether links lead to a branch of a kind, directly or through other branches."""
         visited: set[int] = set()
-        todo = list(way.get(start, ()))
+        todo = list(links.get(start, ()))
         while todo:
             key = todo.pop()
             element = self.elements[key]
@@ -166,15 +171,17 @@ class _Graph:
             visited.add(key)
             if element.tag == "Branch" and element.attributes.get("BranchType") == kind:
                 return True
-            todo += way.get(key, ())
+            todo += links.get(key, ())
         return False
 
 
-def _named(element: ElementRecord | None) -> str:
+def _label_of(element: ElementRecord | None) -> str:
+    """Return the kind and name of an element with a blank at the end; "" for the whole chart."""
     if element is None:
         return ""
+    kind = "link" if element.tag == "DirectedLink" else element.tag.lower()
     name = element.attributes.get("Operand") or element.attributes.get("ID", "")
-    return f"{element.tag.lower() if element.tag != 'DirectedLink' else 'link'} {name} ".replace("  ", " ")
+    return f"{kind} {name} ".replace("  ", " ")
 
 
 class ChartBuilder:
@@ -191,24 +198,25 @@ class ChartBuilder:
             ChartRefusedError: an element or a link is invalid.
             RungTextError: the text of an element is invalid.
         """
-        steps = {key: self._step(key, element) for key, element in self._of("Step", "Stop")}
-        ends = {key: self._ends(key, element) for key, element in self._of("Transition")}
-        leaving = {key: self._leaving(key, element) for key, element in self._of("Step", "Stop")}
+        steps = {key: self._step(key, element) for key, element in self._elements("Step", "Stop")}
+        ends = {key: self._ends(key, element) for key, element in self._elements("Transition")}
+        leaving = [self._leaving(key, element) for key, element in self._elements("Step", "Stop")]
         names = {key: step.name for key, step in steps.items()}
-        order = dict.fromkeys(chain(*leaving.values(), ends))
-        transitions = {key: self._transition(key, *ends[key], names) for key in order}
+        order = dict.fromkeys(chain(*leaving, ends))
+        transitions = tuple(self._transition(key, *ends[key], names) for key in order)
         notes = tuple(box.text for box in self._content.children if box.tag == "TextBox" and box.text)
-        return in_order(Chart(tuple(steps.values()), tuple(transitions.values()), *self._arguments(), notes))
+        return in_order(Chart(tuple(steps.values()), transitions, *self._arguments(), notes))
 
     def _arguments(self) -> tuple[tuple[Address, ...], tuple[Address, ...]]:
-        """Return the inputs and returns of the subroutine."""
-        attributes = next((child.attributes for child in self._content.children if child.tag == "SbrRet"), {})
+        """Return the inputs and the returns of the chart as a subroutine."""
+        parameters = self._content.child("SbrRet")
+        attributes = parameters.attributes if parameters is not None else {}
         inputs, returns = (
-            tuple(map(parse_address, _listed(attributes.get(name, "")))) for name in ("In", "Ret")
+            tuple(map(parse_address, _words(attributes.get(name, "")))) for name in ("In", "Ret")
         )
         return inputs, returns
 
-    def _of(self, *tags: str) -> Iterator[tuple[int, ElementRecord]]:
+    def _elements(self, *tags: str) -> Iterator[tuple[int, ElementRecord]]:
         return ((key, element) for key, element in self._graph.elements.items() if element.tag in tags)
 
     # --- elements
@@ -221,22 +229,28 @@ class ChartBuilder:
 
     def _step(self, key: int, element: ElementRecord) -> ChartStep:
         actions = tuple(self._action(child) for child in element.children if child.tag == "Action")
-        presets = tuple(
-            (name, value)
-            for name in PRESETS
-            if (value := self._preset(element, "Preset" if name == "PRE" else name)) is not None
-        )
+        presets: list[tuple[str, Operand]] = []
+        for name in PRESETS:
+            value = self._preset(element, "Preset" if name == "PRE" else name)
+            if value is not None:
+                presets.append((name, value))
         initial = element.attributes.get("InitialStep", "").lower() == "true"
         origin = Origin(self._file, element.line)
         return ChartStep(
-            self._name(element), actions, initial, element.tag == "Stop", presets, number=key, origin=origin
+            self._name(element),
+            actions,
+            initial,
+            element.tag == "Stop",
+            tuple(presets),
+            number=key,
+            origin=origin,
         )
 
     def _preset(self, element: ElementRecord, name: str) -> Operand | None:
         """Return the expression of a preset; None if the tag's value is the preset."""
         if element.attributes.get(f"{name}UsesExpr", "").lower() != "true":
             return None
-        texts, lines = _text_in(element.child(name))
+        texts, lines = _structured_text(element.child(name))
         return expression_of(texts, lines, self._file, self._specs) if "".join(texts).strip() else None
 
     def _action(self, element: ElementRecord) -> Action:
@@ -245,8 +259,8 @@ class ChartBuilder:
         if qualifier is None:
             qualifiers = ", ".join(choice.value for choice in Qualifier)
             raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {qualifiers}")
-        boolean = element.attributes.get("IsBoolean", "").lower() == "true"
-        body = None if boolean or qualifier is Qualifier.R else self._body(element)
+        is_boolean = element.attributes.get("IsBoolean", "").lower() == "true"
+        body = None if is_boolean or qualifier is Qualifier.R else self._body(element)
         return Action(
             self._name(element),
             qualifier,
@@ -260,7 +274,7 @@ class ChartBuilder:
     def _body(self, element: ElementRecord) -> Block:
         body = element.child("Body")
         call = None if body is None else body.child("JSR")
-        texts, lines = _called(call) if call is not None else _text_in(body)
+        texts, lines = _call_text(call) if call is not None else _structured_text(body)
         return parse_statements("\n".join(texts), file=self._file, lines=lines, specs=self._specs)
 
     def _transition(
@@ -279,7 +293,7 @@ class ChartBuilder:
     def _condition(self, element: ElementRecord) -> Operand | Instruction:
         condition = element.child("Condition")
         call = element.child("JSR") or (condition.child("JSR") if condition is not None else None)
-        texts, lines = _called(call) if call is not None else _text_in(condition)
+        texts, lines = _call_text(call) if call is not None else _structured_text(condition)
         if not "".join(texts).strip():
             raise self._graph.refused(element, "has no condition")
         return condition_of(texts, lines, self._file, self._specs)
@@ -290,15 +304,18 @@ class ChartBuilder:
         """Return the steps before and after a transition."""
         graph = self._graph
         ends = []
-        for way, side, flow in ((graph.before, "before", "converge"), (graph.after, "after", "diverge")):
-            near = graph.reached(key, way)
+        for links, side, flow in (
+            (graph.predecessors, "before", "converge"),
+            (graph.successors, "after", "diverge"),
+        ):
+            near = graph.neighbors(key, links)
             for neighbor in near:
                 if graph.elements[neighbor].tag == "Transition":
-                    other_name = _named(graph.elements[neighbor]).strip()
+                    other_name = _label_of(graph.elements[neighbor]).strip()
                     raise graph.refused(element, f"and {other_name} have no step between them")
             if not near:
                 raise graph.refused(element, f"has no step {side} it")
-            if len(near) > 1 and not graph.joins(key, way, "Simultaneous"):
+            if len(near) > 1 and not graph.reaches_branch(key, links, "Simultaneous"):
                 raise graph.refused(
                     element, f"is linked to {len(near)} steps that no simultaneous branch {flow}s"
                 )
@@ -307,12 +324,12 @@ class ChartBuilder:
 
     def _leaving(self, key: int, element: ElementRecord) -> list[int]:
         """Return the transitions that leave a step, in order of priority."""
-        near = self._graph.reached(key, self._graph.after)
+        near = self._graph.neighbors(key, self._graph.successors)
         for neighbor in near:
             other_element = self._graph.elements[neighbor]
             if other_element.tag != "Transition":
                 raise self._graph.refused(
-                    element, f"and {_named(other_element).strip()} have no transition between them"
+                    element, f"and {_label_of(other_element).strip()} have no transition between them"
                 )
         return near
 
@@ -320,28 +337,33 @@ class ChartBuilder:
 def in_order(chart: Chart) -> Chart:
     """Return a chart with its steps in order of execution: top to bottom, branches left to right."""
     cells = layout_of(chart).steps
-    steps = sorted(chart.steps, key=lambda each: (cells[each.name.upper()][1], cells[each.name.upper()][0]))
-    after = {step.name: [*chart.after(step.name)] for step in steps}
-    transitions = [follower for step in steps for follower in after[step.name]]
-    return replace(
-        chart, steps=tuple(steps), transitions=tuple(dict.fromkeys([*transitions, *chart.transitions]))
+
+    def row_and_column(step: ChartStep) -> tuple[int, int]:
+        column, row = cells[step.name.upper()]
+        return row, column
+
+    steps = sorted(chart.steps, key=row_and_column)
+    transitions = dict.fromkeys(
+        transition for step in steps for transition in chart.transitions_after(step.name)
     )
+    transitions |= dict.fromkeys(chart.transitions)
+    return replace(chart, steps=tuple(steps), transitions=tuple(transitions))
 
 
-def _text_in(element: ElementRecord | None) -> tuple[list[str], list[int]]:
-    """Return the lines of an element's structured text, and their numbers."""
+def _structured_text(element: ElementRecord | None) -> tuple[list[str], list[int]]:
+    """Return the lines of an element's structured text, and their numbers in the file."""
     content = None if element is None else element.child("STContent")
     lines = [child for child in content.children if child.tag == "Line"] if content is not None else []
     return lines_of((line.text, line.line) for line in lines)
 
 
-def _called(call: ElementRecord) -> tuple[list[str], list[int]]:
-    """Return a call of a routine as structured text."""
+def _call_text(call: ElementRecord) -> tuple[list[str], list[int]]:
+    """Return a call of a routine as a line of structured text, and its number in the file."""
     get = call.attributes.get
-    inputs, returns = _listed(get("In", "")), _listed(get("Ret", ""))
+    inputs, returns = _words(get("In", "")), _words(get("Ret", ""))
     operands = [get("Routine") or get("RoutineName", ""), str(number(len(inputs))), *inputs, *returns]
     return [f"JSR({','.join(operands)});"], [call.line]
 
 
-def _listed(text: str) -> list[str]:
+def _words(text: str) -> list[str]:
     return [word for word in re.split(r"[\s,]+", text) if word]

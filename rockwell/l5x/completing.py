@@ -1,4 +1,4 @@
-"""Declares and reports tags, routines, labels and tasks that rungs name but the file lacks."""
+"""Declares tags, routines, labels and tasks that rungs name but the file lacks, and reports them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from scanrack.ladder.model.schedule import Task, TaskKind
 from scanrack.ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
 from scanrack.ladder.model.tree import Address, Instruction, Rung, Step
 
-from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
+from .assembly import CALLS, Parts, ProgramPart, call_of, idle_routine, implicit_task, inputs_of
 from .modules import is_bound
 from .report import Report
 from .routines import RoutineReader
@@ -25,7 +25,12 @@ from .widening import widen
 
 
 class Completion:
-    """Completes parts: declares all missing tags, or only those of modules."""
+    """Completes the parts of a document.
+
+    Args:
+        slots: slots of the rack, whose module tags are images; None without a rack.
+        all_missing: whether to declare all missing tags; otherwise only missing tags of modules.
+    """
 
     def __init__(
         self,
@@ -34,50 +39,58 @@ class Completion:
         report: Report,
         slots: Collection[int] | None,
         *,
-        all_of_it: bool,
+        all_missing: bool,
     ) -> None:
         self._parts, self._reader, self._report, self._slots = parts, reader, report, slots
-        self._all = all_of_it
+        self._all_missing = all_missing
 
     def declare_missing_tags(self) -> None:
         """Declare missing tags, with types inferred from their use."""
-        guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
-        guesses.read_all((owner, self._to_guess(owner, routine)) for owner, routine in self._parts.owned())
+        guesses = Guesses(self._missing, self._parts.type_of, self._parts.operands_of, self._reader.specs)
+        guesses.read_all(
+            (owner, self._rungs_with_missing_tags(owner, routine))
+            for owner, routine in self._parts.program_routines()
+        )
         for guess in guesses.found.values():
             self._declare_guess(guess)
-        if self._all:
+        if self._all_missing:
             widen(self._parts, self._reader.specs, self._report)
 
-    def _to_guess(self, owner: str, routine: Routine) -> Routine:
-        """Return the part of a routine that may name missing tags; a controller lacks only module tags."""
-        if self._all or self._aliases_of_modules or routine.block:
+    def _rungs_with_missing_tags(self, owner: str, routine: Routine) -> Routine:
+        """Return a routine with only the rungs that may name missing tags, to save time.
+
+        If only module tags can be missing, these are the rungs with a colon in their text. With an alias of
+        a module tag, or in structured text, it is the whole routine.
+        """
+        if self._all_missing or self._has_aliases_of_missing_modules or routine.block:
             return routine
         record = self._reader.record(owner, routine.name)
         texts = [rung.text for rung in record.rungs] if record else []
-        pairs = zip(routine.rungs, texts, strict=False)
-        return replace(routine, rungs=tuple(rung for rung, text in pairs if ":" in text))
+        rungs = [rung for rung, text in zip(routine.rungs, texts, strict=False) if ":" in text]
+        return replace(routine, rungs=tuple(rungs))
 
     @cached_property
-    def _aliases_of_modules(self) -> bool:
+    def _has_aliases_of_missing_modules(self) -> bool:
         """Whether an alias names an undeclared module tag."""
         scopes = [("", self._parts.declarations)]
         scopes += [(program.name, program.declarations) for program in self._parts.programs.values()]
-        return any(
-            ":" in target.name and self._parts.declaration(program, target.name) is None
-            for program, declared in scopes
-            for declaration in declared
-            if isinstance(declaration, Alias)
-            for target in [self._parts.without_aliases(program, Address(declaration.name))]
-        )
+        for program, declarations in scopes:
+            for declaration in declarations:
+                if isinstance(declaration, Alias):
+                    target = self._parts.without_aliases(program, Address(declaration.name))
+                    if ":" in target.name and self._parts.declaration(program, target.name) is None:
+                        return True
+        return False
 
     def _missing(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        """Return the name and steps of a missing tag that is to be declared; None for other addresses."""
         address = self._parts.without_aliases(program, address)
         if self._parts.declaration(program, address.name) is not None:
             return None
         name = address.name.upper()
         if name in STATUS_FLAGS or (name in TRUTHS and not address.steps):
             return None
-        if not (self._all or ":" in name) or is_bound(name, self._slots):
+        if not (self._all_missing or ":" in name) or is_bound(name, self._slots):
             return None
         match = re.fullmatch(TAG_NAME, address.name.rpartition(".")[2], re.ASCII)
         return (address.name, address.steps) if match else None
@@ -102,13 +115,13 @@ class Completion:
             called = {name.upper(): name for name in named_first(part.routines.values(), "JSR", "FOR")}
             for key, name in called.items():
                 if key not in {*part.routines, *part.functions} and NAME.fullmatch(name):
-                    part.functions[key] = does_nothing(name)
+                    part.functions[key] = idle_routine(name)
                     self._report.declared[rf"\{part.name}.{name}"] = "routine that does nothing"
             if part.main is None:
                 self._set_main(part, called)
 
     def _with_labels(self, part: ProgramPart, routine: Routine) -> Routine:
-        """Append the labels to which a routine jumps and which the export omits."""
+        """Return a routine with the missing labels of its jumps appended."""
         labels = [name.upper() for name in named_first([routine], "LBL")]
         missing = {name.upper(): name for name in named_first([routine], "JMP") if name.upper() not in labels}
         for name in missing.values():
@@ -117,11 +130,11 @@ class Completion:
         return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 
     def declare_missing_tasks(self) -> None:
-        """Declare missing event tasks; if there is no task at all, declare one for all programs."""
-        routines = [routine for _, routine in self._parts.owned()]
+        """Declare missing event tasks; in a file without tasks, also declare a task for all programs."""
+        routines = [routine for _, routine in self._parts.program_routines()]
         events = {name.upper(): name for name in named_first(routines, "EVENT")}
-        known = {task.name.upper() for task in self._parts.tasks}
-        missing = [name for key, name in events.items() if key not in known]
+        declared = {task.name.upper() for task in self._parts.tasks}
+        missing = [name for key, name in events.items() if key not in declared]
         if missing and not self._parts.tasks:
             self._parts.tasks = implicit_task([program.name for program in self._parts.programs.values()])
         for name in missing:
@@ -129,17 +142,17 @@ class Completion:
             self._report.declared[f"task {name}"] = "event task that runs nothing"
 
     def _set_main(self, part: ProgramPart, called: Iterable[str]) -> None:
-        """Make an only routine without inputs the main routine; otherwise add one that calls the others.
+        """Set the main routine of a program: its only routine, or a generated one that calls the others.
+
+        A routine with inputs can't be the main routine: it is called, too.
 
         Args:
             called: names of called routines, in capitals.
         """
         uncalled = [routine for name, routine in part.routines.items() if name not in called]
-        call = call_of(uncalled[0]).series if len(part.routines) == 1 and uncalled else ()
-        if len(call) == 1 and len(call[0].operands) <= 2:  # type: ignore[union-attr]
-            part.main = uncalled[0].name  # it takes no inputs
-            return
-        if part.routines:
+        if len(part.routines) == 1 and uncalled and not inputs_of(uncalled[0]):
+            part.main = uncalled[0].name
+        elif part.routines:
             calls = tuple(map(call_of, uncalled or part.routines.values()))
             part.routines[CALLS.upper()] = Routine(CALLS, calls)
             part.main = CALLS

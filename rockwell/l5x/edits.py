@@ -13,11 +13,11 @@ NORMAL = "N"
 
 @dataclass(frozen=True, slots=True)
 class RungType:
-    """A type of rung: its meaning, and when the controller executes it."""
+    """A type of rung or text: its description, and when the controller executes it."""
 
-    says: str
-    runs: bool  # executed while the edits are not tested
-    tested: bool  # executed while they are tested
+    description: str
+    runs: bool  # whether it is executed while the edits are not tested
+    tested: bool  # whether it is executed while the edits are tested
 
 
 RUNG_TYPES = {
@@ -35,7 +35,7 @@ RUNG_TYPES = {
     "r": RungType("a rung with a pending replacement", runs=True, tested=True),
     "d": RungType("a rung to be deleted by a pending edit", runs=True, tested=True),
 }
-"""Rows by the Type of a rung; an r before a type means that a replacement of such a rung is pending."""
+"""Rows by the Type of a rung; an r before a type says that a replacement of the rung is pending."""
 
 ORIGINAL, PENDING, TESTED = "Original", "PendingEdits", "TestEdits"
 TEXT_TYPES = {
@@ -55,7 +55,7 @@ class Edit:
     routine: str
     rung: int | None  # number of the rung; None for structured text
     type: str  # its letters in the file
-    says: str
+    says: str  # the description of its type
     runs: bool  # whether the controller executes it
 
     def __str__(self) -> str:
@@ -72,4 +72,6 @@ def chosen_text(kinds: list[str], *, tested: bool) -> int:
     """
     rows = [TEXT_TYPES.get(kind) for kind in kinds]
     runs = [row is not None and (row.tested if tested else row.runs) for row in rows]
-    return runs.index(True) if True in runs else kinds.index(ORIGINAL) if ORIGINAL in kinds else 0
+    if True in runs:
+        return runs.index(True)
+    return kinds.index(ORIGINAL) if ORIGINAL in kinds else 0

@@ -1,7 +1,7 @@
-"""A program or a routine as an L5X for partial import into Studio 5000.
+"""Exports a program or a routine as an L5X for partial import into Studio 5000.
 
-The exported object is the target; tags, data types and add-on instructions are its context. Importing the
-file again gives the same tree.
+The exported object is the target; tags, data types and add-on instructions are its context. An import of the
+file returns the same tree.
 """
 
 from __future__ import annotations
@@ -44,17 +44,21 @@ _TARGET = {"Use": "Target"}
 
 
 def export_l5x(logic: Program | Controller, name: str) -> bytes:
-    """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X; raise a LadderError if impossible."""
+    """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X.
+
+    Raises:
+        LadderError: the program or routine does not exist, or an L5X can't contain it.
+    """
     owner, _, routine_name = name.partition(".")
-    program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
-    routines = [_found("routine", routine_name, program.routines)] if routine_name else list(program.routines)
-    _check_known(logic, routines)
+    program = _find("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
+    routines = [_find("routine", routine_name, program.routines)] if routine_name else list(program.routines)
+    _check_instructions(logic, routines)
     root = element(
         None,
         "RSLogix5000Content",
         SchemaRevision="1.0",
         SoftwareRevision=REVISION,
-        TargetName=(routine_name and routines[0].name) or program.name,
+        TargetName=routines[0].name if routine_name else program.name,
         TargetType="Routine" if routine_name else "Program",
         ContainsContext="true",
         ExportOptions="References NoRawData DecoratedData Context Dependencies AllProjDocTrans",
@@ -70,7 +74,7 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     )
 
 
-def _check_known(logic: Program | Controller, routines: Iterable[Routine]) -> None:
+def _check_instructions(logic: Program | Controller, routines: Iterable[Routine]) -> None:
     """Raise a LadderError for an instruction that no controller has."""
     definitions = [add_on_routine for add_on in logic.add_ons.values() for add_on_routine in add_on.routines]
     for routine in (*routines, *definitions):
@@ -81,12 +85,12 @@ def _check_known(logic: Program | Controller, routines: Iterable[Routine]) -> No
                 )
 
 
-def _found(what: str, name: str, among: Sequence[Any]) -> Any:
-    for item in among:
-        if item.name.upper() == name.upper():
-            return item
-    names = ", ".join(item.name for item in among) or "none"
-    raise LadderError(f"no {what} {name!r}; choose from {names}")
+def _find(kind: str, name: str, candidates: Sequence[Any]) -> Any:
+    for candidate in candidates:
+        if candidate.name.upper() == name.upper():
+            return candidate
+    names = ", ".join(candidate.name for candidate in candidates) or "none"
+    raise LadderError(f"no {kind} {name!r}; choose from {names}")
 
 
 # --- types
@@ -94,13 +98,13 @@ def _found(what: str, name: str, among: Sequence[Any]) -> Any:
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
     """Yield the structures that declarations and add-ons use, inner ones first, except types of modules."""
-    known = {*PREDEFINED_TYPES, *(add_on.name for add_on in logic.add_ons.values())}
+    done = {*PREDEFINED_TYPES, *(add_on.name for add_on in logic.add_ons.values())}
     kinds: list[DataType] = [declaration.type for declaration in declarations if isinstance(declaration, Tag)]
     kinds += [parameter.type for definition in logic.add_ons.values() for parameter in definition.parameters]
 
     def walk(kind: DataType) -> Iterator[Structure]:
-        if isinstance(kind, Structure) and kind.name not in known and ":" not in kind.name:
-            known.add(kind.name)
+        if isinstance(kind, Structure) and kind.name not in done and ":" not in kind.name:
+            done.add(kind.name)
             for member in kind.members:
                 yield from walk(member.type)
             yield kind
@@ -122,9 +126,7 @@ def _write_types(controller: Any, kinds: Iterable[Structure]) -> None:
 def _write_member(members: Any, kind: Structure, member: Member) -> None:
     host, _, bit = member.at.rpartition(".")
     if member.at and not (member.type.name == "BOOL" and kind.member(host) and bit.isdigit()):
-        raise LadderError(
-            f"{member.name} of {kind.name} is at {member.at}: only bits of a member have a name"
-        )
+        raise LadderError(f"{member.name} of {kind.name} is at {member.at}: it must be a bit of a member")
     packed = {"Target": host, "BitNumber": bit} if member.at else {}
     element(
         members,
@@ -172,24 +174,24 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
                 Required="false",
             )
         for parameter in definition.parameters:
-            _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
-        inside = element(add_on_element, "Routines")
+            _write_parameter(local if parameter.mode is ParameterMode.LOCAL else parameters, parameter)
+        routines = element(add_on_element, "Routines")
         for routine in definition.routines:
-            _write_routine(inside, routine)
+            _write_routine(routines, routine)
 
 
 def _write_parameter(parent: Any, parameter: Parameter) -> None:
     attributes = {"DataType": parameter.type.name}
     if parameter.at:
         attributes = {"TagType": "Alias", "AliasFor": parameter.at}
-    elif parameter.way is not ParameterMode.LOCAL:
+    elif parameter.mode is not ParameterMode.LOCAL:
         attributes["TagType"] = "Base"
     if parameter.dims:
         attributes["Dimensions"] = " ".join(map(str, parameter.dims))
-    if parameter.way is ParameterMode.LOCAL:
+    if parameter.mode is ParameterMode.LOCAL:
         parameter_element = element(parent, "LocalTag", Name=parameter.name, **attributes)
     else:
-        attributes |= {"Usage": _USAGES[parameter.way], "Required": flag(parameter.required)}
+        attributes |= {"Usage": _USAGES[parameter.mode], "Required": flag(parameter.required)}
         parameter_element = element(parent, "Parameter", Name=parameter.name, **attributes)
     text_element(parameter_element, "Description", parameter.comment)
     _write_data(parameter_element, "DefaultData", parameter.type, parameter.dims, parameter.initial)
@@ -202,7 +204,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
     for declaration in declarations:
         if isinstance(declaration, SlotAlias) or (isinstance(declaration, Alias) and declaration.type):
             raise LadderError(
-                f"{declaration.name} names parts of a module, which an L5X can't: write Local:slot:I.Data"
+                f"{declaration.name} is an alias of module data, which an L5X lacks: use Local:slot:I.Data"
             )
         if isinstance(declaration, Alias):
             tag_element = element(
@@ -211,7 +213,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
             text_element(tag_element, "Description", declaration.comment)
             continue
         if ":" in declaration.name:
-            continue  # a module's tag, which is elsewhere in a controller
+            continue  # a tag of a module, which defines it in the controller
         dims = {"Dimensions": " ".join(map(str, declaration.dims))} if declaration.dims else {}
         tag_element = element(
             parent,
@@ -228,15 +230,14 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
 
 def _write_data(parent: Any, name: str, kind: DataType, dims: tuple[int, ...], initial: Any) -> None:
     """Add decorated data of an initial value, unless it is zero."""
-    if initial is None:
-        return
-    _write_value(element(parent, name, Format="Decorated"), kind, dims, initial)
+    if initial is not None:
+        _write_value(element(parent, name, Format="Decorated"), kind, dims, initial)
 
 
 def _write_value(
     parent: Any, kind: DataType, dims: tuple[int, ...], value: Any, member: str | None = None
 ) -> None:
-    """Add the value of a tag, or of a structure's member."""
+    """Add the value of a tag, or of a structure's member; None is zero."""
     suffix, attributes = ("", {}) if member is None else ("Member", {"Name": member})
     attributes["DataType"] = kind.name
     if dims:
@@ -253,16 +254,17 @@ def _joined(dims: tuple[int, ...]) -> str:
 
 
 def _write_array(
-    parent: Any, kind: DataType, dims: tuple[int, ...], values: Any, before: tuple[int, ...] = ()
+    parent: Any, kind: DataType, dims: tuple[int, ...], values: Any, outer_index: tuple[int, ...] = ()
 ) -> None:
-    for place in range(dims[0]):
-        value = values[place] if isinstance(values, list) and place < len(values) else None
-        index = (*before, place)
+    """Add the elements of an array, or of a row of it; missing values are zero."""
+    for number in range(dims[0]):
+        value = values[number] if isinstance(values, list) and number < len(values) else None
+        index = (*outer_index, number)
         if len(dims) > 1:
             _write_array(parent, kind, dims[1:], value, index)
         elif isinstance(kind, Structure):
-            outer = element(parent, "Element", Index=f"[{_joined(index)}]")
-            _write_structure(element(outer, "Structure", DataType=kind.name), kind, value)
+            array_element = element(parent, "Element", Index=f"[{_joined(index)}]")
+            _write_structure(element(array_element, "Structure", DataType=kind.name), kind, value)
         else:
             element(parent, "Element", Index=f"[{_joined(index)}]", Value=_number(kind, value))
 
@@ -271,9 +273,8 @@ def _write_structure(parent: Any, kind: Structure, value: Any) -> None:
     if kind.is_string:
         _write_string(parent, kind, value)
         return
-    values = (
-        {name.upper(): part_value for name, part_value in value.items()} if isinstance(value, dict) else {}
-    )
+    members = value if isinstance(value, dict) else {}
+    values = {name.upper(): member_value for name, member_value in members.items()}
     for member in kind.members:
         if member.hidden:
             continue
@@ -302,6 +303,7 @@ def _number(kind: DataType, value: Any) -> str:
 
 
 def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *, whole: bool) -> None:
+    """Add a program with these routines; if it is not whole, the target is the only routine."""
     roots = {"MainRoutineName": program.main, "FaultRoutineName": program.fault} if whole else {}
     if whole and not program.main and routines:
         roots["MainRoutineName"] = routines[0].name
@@ -319,15 +321,11 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
 
 
 def _without_generated(program: Program) -> Iterator[Declaration]:
-    """Yield the tags of a program that are not of its diagrams."""
-    generated = [
-        f"FBD_{routine.name}_".upper() for routine in program.routines if routine.drawing is not None
-    ]
-    return (
-        declaration
-        for declaration in program.declarations
-        if not declaration.name.upper().startswith(tuple(generated))
-    )
+    """Yield the tags of a program, except the tags generated for its diagrams."""
+    prefixes = tuple(f"FBD_{routine.name}_".upper() for routine in program.routines if routine.drawing)
+    for declaration in program.declarations:
+        if not declaration.name.upper().startswith(prefixes):
+            yield declaration
 
 
 def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> None:
@@ -351,7 +349,7 @@ def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> No
 
 
 def _write_drawing(parent: Any, record: ElementRecord) -> None:
-    """Write the content of a function block diagram exactly as it was read."""
+    """Add the content of a function block diagram, unchanged since it was read."""
     drawing_element = element(parent, record.tag, **record.attributes)
     if record.text.strip():
         drawing_element = element(drawing_element, "Text") if record.tag == "TextBox" else drawing_element

@@ -11,14 +11,13 @@ from scanrack.io_images.text_limits import EXPORT_MIB
 from scanrack.ladder.instructions.stubbed import specs_of_stubs
 from scanrack.ladder.lowering.controller import Controller
 from scanrack.ladder.model.collector import collector_paused
-from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.spec import Spec
 from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from scanrack.ladder.model.tree import Address
 from scanrack.ladder.model.types import Structure
 
 from .addons import AddOns
-from .assembly import Parts, ProgramPart, does_nothing, harness_of
+from .assembly import Parts, ProgramPart, harness_of, idle_routine
 from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
 from .diagrams.wire_values import DocumentNames
@@ -36,7 +35,7 @@ from .xml.document import read_document
 from .xml.limits import check_limits
 from .xml.records import L5xDocument, ProgramRecord, RoutineRecord
 
-_PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, those of its states do not"
+_PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, its state routines do not"
 IDLE = "scanrack_idle"
 """Name of a generated main routine of an equipment phase without a prestate routine."""
 
@@ -50,9 +49,9 @@ class L5xImport:
 
     document: L5xDocument
     report: Report
-    controller: Controller | None  # None if nothing can be built, or there are no programs
-    parts: Parts  # its parts, with refused rungs empty
-    reader: RoutineReader  # has the document's rungs
+    controller: Controller | None  # None if nothing can be built, or the file has no programs
+    parts: Parts  # the controller's parts, with refused rungs emptied
+    reader: RoutineReader  # counts the file's rungs, and refuses them
 
 
 def import_l5x(
@@ -68,7 +67,7 @@ def import_l5x(
     Args:
         stubs: replacements of instructions and of refused routines, by name.
         slots: slots of the rack to which module tags are bound; None without a rack.
-        trial: also check uncalled add-on instructions, and complete messages.
+        trial: whether to check uncalled add-on instructions also, and to let messages complete.
         memory_mib: limit for the memory of all tags, MiB.
     """
     with collector_paused():
@@ -95,15 +94,15 @@ class Importer:
         self._parts = Parts(document.name, stubs=dict(stubs.by_name), modules=stubs.modules)
         self._parts.chart_options = chart_options_of(document, self.report)
         self._builder = Builder(self._parts, self._reader, self.report)
-        self._completes = stubs.missing_tags
-        self._absent: dict[str, str] = {}
+        self._completes = stubs.missing_tags  # whether missing tags, routines and tasks are declared
+        self._absent: dict[str, str] = {}  # called add-ons without a definition, by name in capitals
         self._names = Names(document)
 
     def run(self, *, trial: bool) -> L5xImport:
-        """Import it."""
+        """Import the document; see `import_l5x`."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
-        self._builder.offers = "" if self._completes else STAND_IN if trial else DECLARE
-        self._note_others()
+        self._builder.stand_in_option = "" if self._completes else STAND_IN if trial else DECLARE
+        self._note_unread()
         self._read_logic()
         self._declare()
         if trial:
@@ -114,15 +113,16 @@ class Importer:
         return L5xImport(self._document, self.report, controller, self._parts, self._reader)
 
     def _stub_messages(self) -> None:
-        """Complete messages without a stub of their own; report it if there are messages."""
+        """Let messages without a stub complete; report that if the program has messages."""
         self._parts.stubs.setdefault(ALL_MESSAGES, parse_stub(TRIAL_STUB))
-        instructions = all_instructions(routine for _, routine in self._owned())
+        instructions = all_instructions(routine for _, routine in self._parts.all_routines())
         if any(instruction.name == ALL_MESSAGES for instruction in instructions):
             self.report.stubs[ALL_MESSAGES] = str(self._parts.stubs[ALL_MESSAGES])
 
     # --- reading
 
     def _read_logic(self) -> None:
+        """Read modules, add-ons and programs, and build the add-ons; parsing needs the add-ons' names."""
         document, reader = self._document, self._reader
         memory = module_tags(document, self._types, self.report, self._slots)
         self._parts.declarations += memory.declarations
@@ -132,18 +132,18 @@ class Importer:
         if self._completes:
             self._stub_absent_add_ons(shapes)
         reader.specs = {**shapes, **specs_of_stubs(self._parts.stubs)}
-        reader.known = self._known
+        reader.names_of = self._names_of
         self._add_ons.read(reader)
         for program in document.programs:
-            self._program(program)
+            self._read_program(program)
         self._define_types()
-        withheld = self._add_ons.make(reader)
-        self._parts.add_ons = self._add_ons.made
+        withheld = self._add_ons.build(reader)
+        self._parts.add_ons = self._add_ons.built
         stubbed = self._stubs.by_name
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
 
-    def _known(self, owner: str) -> DocumentNames:
-        """Return what the document says about the names in diagrams of a program or add-on."""
+    def _names_of(self, owner: str) -> DocumentNames:
+        """Return the types and aliases of names in the diagrams of a program or add-on."""
         names, add_ons = self._names, self._add_ons
         modules = {declaration.name.upper(): declaration for declaration in self._parts.declarations}
         return DocumentNames(
@@ -154,13 +154,14 @@ class Importer:
             add_ons.outputs,
         )
 
-    def _note_others(self) -> None:
-        for name, says, line in self._document.others:
-            self.report.note(name, says, line)
+    def _note_unread(self) -> None:
+        """Note content that is not read, and repeated data types."""
+        for name, text, line in self._document.others:
+            self.report.note(name, text, line)
         names: set[str] = set()
         for data_type in self._document.data_types:
             if data_type.name.upper() in names:
-                text = "there are two data types of that name; the first one is used"
+                text = "the file has two data types of that name; the first one is used"
                 self.report.note(f"data type {data_type.name}", text, data_type.line)
             names.add(data_type.name.upper())
 
@@ -169,7 +170,8 @@ class Importer:
         unknown = UnknownTypes(self._document, self._types)
         if not unknown:
             return
-        defined = unknown.define([*self._parts.owned(), *self._add_ons.routines()], self._reader.specs)
+        routines = [*self._parts.program_routines(), *self._add_ons.routines()]
+        defined = unknown.define(routines, self._reader.specs)
         for name, kind in defined.items():
             members = [member.name for member in kind.members] if isinstance(kind, Structure) else [kind.name]
             self.report.declared[f"type {name}"] = ", ".join(members)
@@ -178,7 +180,7 @@ class Importer:
         """Refuse the rungs that call withheld add-ons."""
         if not withheld:
             return
-        for owner, routine in self._owned():
+        for owner, routine in self._parts.all_routines():
             for number, instruction in routine.instructions():
                 reason = withheld.get(instruction.name.upper())
                 if reason is not None:
@@ -195,8 +197,11 @@ class Importer:
                 self.report.declared[f"add-on {name}"] = "instruction that does nothing"
 
     def _refuse_absent(self) -> None:
-        """Refuse rungs that call add-on instructions without a definition; statements are kept."""
-        for owner, routine in self._owned() if self._absent else ():
+        """Refuse rungs that call add-on instructions without a definition.
+
+        Statements are reported as refused, but the rest of their routine runs: the stub does nothing.
+        """
+        for owner, routine in self._parts.all_routines() if self._absent else ():
             for number, instruction in routine.instructions():
                 name = self._absent.get(instruction.name.upper())
                 if name is None:
@@ -209,14 +214,7 @@ class Importer:
                     self._reader.refuse_statement(owner, routine.name, number, text, UNKNOWN)
         self._builder.empty()
 
-    def _owned(self) -> list[tuple[str, Routine]]:
-        definitions = self._parts.add_ons.values()
-        return [
-            *self._parts.owned(),
-            *((definition.name, routine) for definition in definitions for routine in definition.routines),
-        ]
-
-    def _program(self, record: ProgramRecord) -> None:
+    def _read_program(self, record: ProgramRecord) -> None:
         key = record.name.upper()
         part = self._parts.programs.get(key)
         if part is None:
@@ -231,18 +229,18 @@ class Importer:
         for encoded in record.encoded:
             self._reader.encoded(record.name, encoded)
             if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
-                part.functions[encoded.name.upper()] = does_nothing(encoded.name)
+                part.functions[encoded.name.upper()] = idle_routine(encoded.name)
         self._choose_routines(record, part)
 
     def _add_routine(self, part: ProgramPart, owner: str, record: RoutineRecord) -> None:
         key = record.name.upper()
         if key in {*part.routines, *part.functions} or not NAME.fullmatch(record.name):
-            reason = f"there are two routines {record.name}, or it is not a name"
+            reason = f"{record.name!r} is the name of another routine, or not a name"
             self._reader.skipped(owner, record, reason, "rename it")
             return
         routine = self._reader.routine(owner, record)
         if routine is None:
-            part.functions[key] = does_nothing(record.name)
+            part.functions[key] = idle_routine(record.name)
         else:
             part.routines[key] = routine
 
@@ -254,12 +252,13 @@ class Importer:
         if record.is_phase:
             self.report.note(record.name, _PHASE, record.line)
             if part.main is None:
-                part.functions[IDLE.upper()] = does_nothing(IDLE)
+                part.functions[IDLE.upper()] = idle_routine(IDLE)
                 part.main = IDLE
 
     # --- declaring
 
     def _declare(self) -> None:
+        """Declare tags, missing tags and tasks."""
         document, parts = self._document, self._parts
         parts.declarations += scope_of(document.tags, self._types, self.report)
         parts.motion = motion_of(document.tags)
@@ -273,7 +272,7 @@ class Importer:
                 parts.remotes |= remotes_of(program.tags, program.name)
                 declared += part.declarations
         parts.declarations += list(module_objects(document, self._types, declared))
-        completion = Completion(parts, self._reader, self.report, self._slots, all_of_it=self._completes)
+        completion = Completion(parts, self._reader, self.report, self._slots, all_missing=self._completes)
         completion.declare_missing_tags()
         if self._completes:
             completion.add_missing_routines()

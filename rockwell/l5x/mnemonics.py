@@ -17,4 +17,4 @@ MNEMONICS = frozenset(BY_NAME) - OWN | frozenset(
     TOTL TSAM TSSM
     """.split()  # noqa: SIM905 - a table of names
 )
-"""Names in capitals: the instructions of scanrack, and others [1756-RM003, 1756-RM006, MOTION-RM002]."""
+"""Names in capitals: supported instructions, and others [1756-RM003, 1756-RM006, MOTION-RM002]."""

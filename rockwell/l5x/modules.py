@@ -3,10 +3,10 @@
 The prefix is chassis and slot, or the name of a module on a network. The values in the document show the
 members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
 
-`Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot, under the names of the generic
-profile (`Data[0]`), the 3601's profile (`Data0`, `ModuleOK`) and those of cards; the output image begins with
-the values of the document. All other tags of modules are unconnected memory, which also begins with the
-values of the document; tests, the debugger and plants may set them.
+`Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot. Their members have the names of
+the generic profile (`Data[0]`), of the 3601's profile (`Data0`, `ModuleOK`) or of cards. All other tags of
+modules are unconnected memory, which tests, the debugger and plants may set. Output images and memory begin
+with the values of the document.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ from .xml.parsing import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")
-"""Types of ports with addresses other than slots."""
+"""Types of ports with addresses that are not slots."""
 
-_PARTS = ("Data", "Slot")  # arrays with one element per slot in the tag of an adapter
+_SLOT_ARRAYS = ("Data", "Slot")  # arrays with one element per slot in the tag of an adapter
 
 
 def prefix_of(module: ModuleRecord) -> str:
@@ -52,7 +52,7 @@ _LOCAL = re.compile(r"Local:(\d+)", re.IGNORECASE)
 
 
 def is_bound(name: str, slots: Collection[int] | None) -> bool:
-    """Whether a module's tag is an image of a slot in the rack.
+    """Return whether a module's tag is an image of a slot in the rack.
 
     >>> is_bound("Local:1:I", {1, 2}), is_bound("Local:1:C", {1, 2}), is_bound("Local:3:O", {1, 2})
     (True, False, False)
@@ -61,14 +61,14 @@ def is_bound(name: str, slots: Collection[int] | None) -> bool:
 
 
 def slot_of(module: ModuleRecord) -> int | None:
-    """Return the slot of a module in the controller's own chassis, else None."""
+    """Return the slot of a module in the controller's own chassis, from 1; None for other modules."""
     local = _LOCAL.fullmatch(prefix_of(module))
     return int(local[1]) if local and int(local[1]) > 0 else None
 
 
 @dataclass(slots=True)
 class ModuleMemory:
-    """The tags of modules that are memory, and the first values of the rack's output images."""
+    """The tags of modules that are memory, and the initial bytes of the rack's output images."""
 
     declarations: list[Declaration] = field(default_factory=list)
     outputs: dict[int, bytes] = field(default_factory=dict)  # by slot
@@ -77,15 +77,19 @@ class ModuleMemory:
 def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> ModuleMemory:
-    """Return the tags of modules and the bytes of outputs in `slots`; report modules without a slot."""
+    """Return the memory of modules; report modules that are not in the rack.
+
+    Args:
+        slots: slots of the rack; None without a rack.
+    """
     tags: dict[str, Declaration] = {}
     outputs: dict[int, bytes] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
     for module in document.modules:
         slot = slot_of(module)
         if slots is not None and module.tags and slot not in slots:
-            why = f"{module.catalog} is not in the rack: its tags are memory"
-            report.note(prefix_of(module), why, module.line)
+            text = f"{module.catalog} is not in the rack: its tags are memory"
+            report.note(prefix_of(module), text, module.line)
         for tag in module.tags:
             if tag.kind.endswith("AliasTag"):
                 aliases.append((module, tag))
@@ -114,27 +118,28 @@ def _memory(tag: Tag) -> bytes:
 def module_objects(
     document: L5xDocument, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
-    """Yield a tag for each module that an add-on can take by name, unless the name is declared."""
+    """Yield a tag of type MODULE for each module, since the argument of an add-on may be a module's name.
+
+    The tag of a module whose name is declared has a generated name.
+    """
     try:
         kind = types.find(MODULE)
     except LadderError:
         return
-    taken = {declaration.name.upper() for declaration in declared}
-    seen: set[str] = set()
+    declared_names = {declaration.name.upper() for declaration in declared}
+    modules: dict[str, ModuleRecord] = {}
     for module in document.modules:
-        key = module.name.upper()
-        if NAME.fullmatch(module.name) and key not in seen:
-            seen.add(key)
-            name = f"{MODULE_TAG}{module.name}" if key in taken else module.name
+        modules.setdefault(module.name.upper(), module)
+    for key, module in modules.items():
+        if NAME.fullmatch(module.name):
+            name = f"{MODULE_TAG}{module.name}" if key in declared_names else module.name
             yield Tag(name, kind, (), None, f"{module.catalog} {module.name}".strip())
 
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     """Return a tag with the values of the document; None if its type is not known."""
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next((shown for shown in _shown(tag, types) if shown is not None), None) or _sized(
-        module, tag, types
-    )
+    kind = _shown_type(tag, types) or _sized(module, tag, types)
     if tag.forced:
         note_forces(tag, kind or DINT, (), types, report, name)
     if kind is None:
@@ -152,6 +157,7 @@ def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Repor
 
 
 def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, remark: Callable[[str], None]) -> Any:
+    """Return the initial value of a tag; None for zeros, or, with a remark, if it can't be read."""
     try:
         if tag.data:
             return initial_of(tag.data, kind, (), types, remark)
@@ -169,7 +175,10 @@ def _has_values(data: Data) -> bool:
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
-    """Return the words of a module known only by size: Data, and for inputs Fault (4 of the bytes)."""
+    """Return a type with the words of a module of which only the size is known; None without a size.
+
+    The words are Data; the bytes of inputs begin with Fault.
+    """
     is_input = tag.kind == "InputTag"
     size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
@@ -189,7 +198,7 @@ _ONE_LIST = re.compile(r"\s*\[\s*\[([-\d,\s]*+)\]\s*\]\s*")
 
 
 def _numbers_in(data: Data) -> int:
-    """Return how many numbers the only member of L5K data has; 0 for other data."""
+    """Return the length of the only list in L5K data; 0 for other data."""
     match = _ONE_LIST.fullmatch("".join(data.element.itertext())) if data.form == "L5K" else None
     return match[1].count(",") + 1 if match else 0
 
@@ -198,23 +207,28 @@ GENERIC = "1769-MODULE"
 """Catalog number of the generic profile."""
 
 FAULT_BYTES = 4
+"""Size of the Fault member at the beginning of an input tag."""
 
 
-def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
+def _shown_type(tag: ModuleTagRecord, types: Types) -> DataType | None:
+    """Return the type that the first readable values of a tag show."""
     for data in tag.data:
         for inner in data.element.iterchildren("Structure", "DataValue"):
-            yield types.show(inner)
+            kind = types.show(inner)
+            if kind is not None:
+                return kind
+    return None
 
 
-def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Declaration]) -> Alias | None:
+def _alias(module: ModuleRecord, tag: ModuleTagRecord, tags: Mapping[str, Declaration]) -> Alias | None:
     """Return the alias of a rack connection; None if the adapter's tag is unknown."""
     direction = "I" if tag.kind == "InAliasTag" else "O"
-    adapter = found.get(f"{module.parent}:{direction}".upper())
+    adapter = tags.get(f"{module.parent}:{direction}".upper())
     if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):
         return None
-    part = next((name for name in _PARTS if adapter.type.member(name)), None)
-    place = number_of(module.address)
-    if part is None or place is None:
+    array = next((name for name in _SLOT_ARRAYS if adapter.type.member(name)), None)
+    slot = number_of(module.address)
+    if array is None or slot is None:
         return None
-    target = parse_address(f"{adapter.name}.{part}[{place}]")
+    target = parse_address(f"{adapter.name}.{array}[{slot}]")
     return Alias(f"{prefix_of(module)}:{direction}", target, module.name)

@@ -28,7 +28,7 @@ class Names:
         }
 
     def record(self, owner: str, name: str) -> TagRecord | None:
-        """Return the tag that a name means in a program or an add-on; None if there is none."""
+        """Return the tag of a name in the scope of a program or an add-on; None if it is undeclared."""
         add_on = self.add_ons.get(owner.upper())
         if add_on is not None and name.upper() in add_on:
             return add_on[name.upper()]
@@ -51,12 +51,12 @@ class Names:
         return address
 
     def type_of(
-        self, owner: str, address: Address, types: Types, others: Mapping[str, Declaration]
+        self, owner: str, address: Address, types: Types, module_tags: Mapping[str, Declaration]
     ) -> DataType | None:
-        """Return the type of an address; None if it is unknown. `others` are tags of modules."""
+        """Return the type of an address; None if it is unknown."""
         address = self.without_aliases(owner, address)
         record = self.record(owner, address.name)
-        tag = others.get(address.name.upper())
+        tag = module_tags.get(address.name.upper())
         if record is not None:
             try:
                 tag = Tag(record.name, types.find(record.type), record.dims)

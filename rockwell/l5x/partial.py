@@ -1,7 +1,7 @@
 """Extracts a program or a routine from an L5X, as an L5X for partial import.
 
-The bytes of the remaining parts do not change. Of the controller only data types, add-on instructions and
-tags remain; they become the context of the exported object. Modules, tasks and all else are left out.
+The bytes of the remaining parts do not change. Only the data types, add-on instructions and tags of the
+controller remain; they become the context of the exported object. Modules, tasks and other parts are removed.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetL
 def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
     """Return a program (`Main`) or routine (`Main.Sequence`) of an L5X as an L5X.
 
-    A file that already exports exactly that is returned unchanged.
+    A file that already exports exactly this object is returned unchanged.
 
     Raises:
         LadderError: the file can't be read, or has no such object.
     """
     text = L5xText(data, file)
     owner, _, routine_name = name.partition(".")
-    program = _found("program", text.programs, owner)
-    routine = _found("routine", _routines(program), routine_name) if routine_name else None
+    program = _find("program", text.programs, owner)
+    routine = _find("routine", _routines(program), routine_name) if routine_name else None
     if _is_target(text.root, program, routine):
         return data
     return text.spliced(_Extraction(text, program, routine).splices())
@@ -44,11 +44,11 @@ def _routines(program: Span) -> list[Span]:
     return [child for group in program.all("Routines") for child in group.children]
 
 
-def _found(what: str, among: list[Span], name: str) -> Span:
-    for item in defined(among, name):
-        return item
-    names = ", ".join(dict.fromkeys(item.name for item in among)) or "none"
-    raise LadderError(f"no {what} {name!r}; choose from {names}")
+def _find(kind: str, spans: list[Span], name: str) -> Span:
+    for span in defined(spans, name):
+        return span
+    names = ", ".join(dict.fromkeys(span.name for span in spans)) or "none"
+    raise LadderError(f"no {kind} {name!r}; choose from {names}")
 
 
 def _is_target(root: Span, program: Span, routine: Span | None) -> bool:
@@ -57,6 +57,8 @@ def _is_target(root: Span, program: Span, routine: Span | None) -> bool:
 
 
 class _Extraction:
+    """The extraction of a program, or of one of its routines."""
+
     def __init__(self, text: L5xText, program: Span, routine: Span | None) -> None:
         self._text, self._program, self._routine = text, program, routine
 
@@ -64,59 +66,61 @@ class _Extraction:
         """Yield the splices that turn the whole file into the partial one."""
         controller = self._text.controller
         assert controller is not None
-        yield from self._head()
-        yield from self._changed(controller, {"Use": "Context"})
+        yield from self._root_splices()
+        yield from self._with_attributes(controller, {"Use": "Context"})
         for child in controller.children:
             if child.tag not in _CONTEXT:
                 yield self._text.without(child)
                 continue
-            yield from self._changed(child, {"Use": "Context"})
+            yield from self._with_attributes(child, {"Use": "Context"})
             for program in child.children if child.tag == "Programs" else ():
                 if program is self._program:
-                    yield from self._of_program(program)
+                    yield from self._program_splices(program)
                 else:
                     yield self._text.without(program)
 
-    def _head(self) -> Iterator[Splice]:
+    def _root_splices(self) -> Iterator[Splice]:
         """Yield the splices for the attributes of the root element."""
         root, target = self._text.root, self._routine or self._program
         present = root.attributes.get("ExportOptions", "").split()
-        options = sorted(_NEEDED | set(present), key=lambda each: (*_OPTIONS, *present).index(each))
+        options = sorted(_NEEDED | set(present), key=(*_OPTIONS, *present).index)
         attributes: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
         if self._routine is not None:
             attributes["TargetSubType"] = self._routine.attributes.get("Type")
         attributes |= {"TargetName": target.name, "TargetType": target.tag, "ContainsContext": "true"}
         attributes["ExportOptions"] = " ".join(options)
-        yield from self._changed(root, attributes)
+        yield from self._with_attributes(root, attributes)
 
-    def _changed(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
+    def _with_attributes(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
+        """Yield the splices that set attributes, or remove the ones that are None."""
         for name, value in attributes.items():
             if span.attributes.get(name) != value:
                 yield self._text.attribute(span, name, value)
 
-    def _of_program(self, program: Span) -> Iterator[Splice]:
+    def _program_splices(self, program: Span) -> Iterator[Splice]:
+        """Yield the splices for the program of the exported object."""
         is_whole = self._routine is None
-        yield from self._changed(program, {"Use": "Target" if is_whole else "Context"})
+        yield from self._with_attributes(program, {"Use": "Target" if is_whole else "Context"})
         for child in program.children:
             if is_whole:
-                yield from self._plain([child])
+                yield from self._without_use([child])
             elif child.tag in ("Tags", "Routines"):
-                yield from self._changed(child, {"Use": "Context"})
+                yield from self._with_attributes(child, {"Use": "Context"})
             else:
                 yield self._text.without(child)
         for routine in _routines(program):
             if is_whole:
-                yield from self._plain([routine])
+                yield from self._without_use([routine])
             elif routine is self._routine:
-                yield from self._changed(routine, {"Use": "Target"})
+                yield from self._with_attributes(routine, {"Use": "Target"})
             elif routine.attributes.get("Use") != "Reference":
                 yield self._text.without(routine)
                 continue
             for content in routine.children:
-                yield from self._plain(content.children)
+                yield from self._without_use(content.children)
 
-    def _plain(self, spans: Iterable[Span]) -> Iterator[Splice]:
-        """Yield splices that remove the Use attribute, which parts have in an export of another target."""
+    def _without_use(self, spans: Iterable[Span]) -> Iterator[Splice]:
+        """Yield the splices that remove the Use attribute of another export's target or context."""
         for span in spans:
             if span.attributes.get("Use", "Reference") != "Reference":
                 yield self._text.attribute(span, "Use", None)

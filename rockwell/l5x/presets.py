@@ -1,12 +1,12 @@
 """Presets in the rungs of a document: `TON(Delay,5000,0)` shows PRE and ACC at the time of the export.
 
-The data of the tags have the same values. A preset is replaced by `?` where it can't be an initial value:
+The data of the tags have the same values. A preset that can't be an initial value is replaced by `?`:
 
 | case | reason |
 |---|---|
-| an element with a computed subscript, `Delays[Step]` | it varies from scan to scan |
-| an InOut of an add-on instruction | it varies from call to call |
-| a structure with another preset in an earlier rung | it has one initial value |
+| an element with a computed subscript, `Delays[Step]` | the element varies from scan to scan |
+| an InOut of an add-on instruction | the tag varies from call to call |
+| a structure with another preset in an earlier rung | a structure has only one initial value |
 """
 
 from __future__ import annotations
@@ -34,19 +34,15 @@ class Presets:
 
     def __init__(self, inouts: Collection[str] = ()) -> None:
         self._inouts = inouts
-        self._first: dict[tuple[str, str], Operand] = {}
+        self._first: dict[tuple[str, str], Operand] = {}  # by structure in capitals and member
 
-    def settled(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
-        """Return a document's rung, with `?` in place of presets that can't be initial values."""
-        if any(
-            self._differs(instruction, specs.get(instruction.name.upper()))
-            for instruction in instructions_of(rung.series)
-        ):
-            return Rung(self._series(rung.series, specs), rung.comment, rung.origin)
+    def with_settled_presets(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
+        """Return a rung of a document, with `?` in place of presets that can't be initial values."""
+        for instruction in instructions_of(rung.series):
+            spec = specs.get(instruction.name.upper())
+            if spec is not None and self._operands(instruction, spec) != instruction.operands:
+                return Rung(self._series(rung.series, specs), rung.comment, rung.origin)
         return rung
-
-    def _differs(self, instruction: Instruction, spec: Spec | None) -> bool:
-        return spec is not None and self._operands(instruction, spec) != instruction.operands
 
     def _series(self, series: Series, specs: Mapping[str, Spec]) -> Series:
         return tuple(self._element(element, specs) for element in series)
@@ -57,11 +53,11 @@ class Presets:
         return Instruction(element.name, self._operands(element, specs[element.name.upper()]))
 
     def _operands(self, instruction: Instruction, spec: Spec) -> tuple[Operand, ...]:
-        """Return the operands of an instruction, keeping only presets that can be initial values."""
+        """Return the operands, with `?` in place of presets that can't be initial values."""
         if Use.PRESET not in spec.operands:
             return instruction.operands
-        structure: Operand | None = None
-        names: Iterator[str] = iter(())
+        structure: Operand | None = None  # the structure to which the next presets belong
+        names: Iterator[str] = iter(())  # the members that they set
         settled: list[Operand] = []
         for use, operand in zip(spec.operands, instruction.operands, strict=False):
             if use in WITH_PRESETS:
@@ -72,14 +68,16 @@ class Presets:
                 settled.append(operand)
         return tuple(settled)
 
-    def _preset(self, structure: Operand | None, name: str, given: Operand) -> Operand:
-        if not isinstance(given, Number):
-            return given
+    def _preset(self, structure: Operand | None, member: str, preset: Operand) -> Operand:
+        """Return a preset, or `?` if it can't be the initial value of the structure's member."""
+        if not isinstance(preset, Number):
+            return preset
         if not isinstance(structure, Address) or structure.name.upper() in self._inouts:
             return Unknown()
         if any(map(_is_computed, structure.steps)):
             return Unknown()
-        return given if self._first.setdefault((str(structure).upper(), name), given) == given else Unknown()
+        first = self._first.setdefault((str(structure).upper(), member), preset)
+        return preset if preset == first else Unknown()
 
 
 def _is_computed(step: object) -> bool:

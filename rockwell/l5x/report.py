@@ -1,7 +1,7 @@
 """The report of an import: every rung is either imported, or refused with place, reason and remedy.
 
-`imported + len(refused) == rungs` always holds. Other parts (a function block diagram, an encoded add-on, a
-line of structured text) are refused as objects.
+Always `imported + len(refused) == rungs`. Other content is refused as an object: a function block diagram, an
+encoded add-on, a line of structured text.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class Refusal:
 
     @property
     def place(self) -> str:
-        """Its place in the program, as `Main.Feed rung 3`."""
+        """Its place in the program, for example `Main.Feed rung 3`."""
         rung = "" if self.rung is None else f" rung {self.rung}"
         return ".".join(filter(None, (self.program, self.routine))) + rung
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the data for `--json`."""
         return {name: value for name, value in asdict(self).items() if name != "tag"}
 
     def __str__(self) -> str:
@@ -54,12 +54,12 @@ class Refusal:
 
 @dataclass(slots=True)
 class Note:
-    """A remark on something that does not prevent the program from running."""
+    """A remark on content that does not prevent the program from running."""
 
     line: int  # in the file, 0 if unknown
-    name: str  # its subject
+    name: str  # the tag, type or other content that it is about
     text: str
-    times: int = 1  # number of occurrences for that name
+    times: int = 1  # number of occurrences with that name and text
 
     def __str__(self) -> str:
         suffix = f", {self.times} times" if self.times > 1 else ""
@@ -76,19 +76,24 @@ class StructuredRoutine:
     statements: int  # number of statements, including nested ones
     refused: int = 0  # number of refused statements
     ran: bool = False  # whether the imported statements ran in the trial
-    kind: str = "ST"  # `ST`, `SFC` for that of a chart, `FBD` for a diagram, which counts as one statement
+    kind: str = "ST"  # `ST`; `SFC` for a chart; `FBD` for a diagram, which counts as one statement
 
     @property
     def is_refused(self) -> bool:
         """Whether all of its statements are refused."""
         return self.refused >= self.statements and bool(self.refused)
 
-    def counts(self) -> Iterator[tuple[str, int, int]]:
-        """Yield routines, lines and statements: total and refused."""
-        is_whole = self.is_refused
-        yield "routines", 1, int(is_whole)
-        yield "lines", self.lines, self.lines if is_whole else min(self.refused, self.lines)
-        yield "statements", self.statements, self.refused
+    def totals_and_refused(self) -> dict[str, tuple[int, int]]:
+        """Return the total and the refused number of `routines`, `lines` and `statements`.
+
+        Each refused statement counts as one line, since its lines are not recorded.
+        """
+        refused_lines = self.lines if self.is_refused else min(self.refused, self.lines)
+        return {
+            "routines": (1, int(self.is_refused)),
+            "lines": (self.lines, refused_lines),
+            "statements": (self.statements, self.refused),
+        }
 
 
 @dataclass(slots=True)
@@ -127,25 +132,26 @@ class Report:
     def structured(self) -> dict[str, dict[str, int]]:
         """Count routines, lines and statements of structured text: total, imported, refused, ran."""
         counts = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
-        for text in self._of("ST", "SFC"):
-            for name, total, refused in text.counts():
+        for text in self._routines_of_kind("ST", "SFC"):
+            for name, (total, refused) in text.totals_and_refused().items():
                 imported = total - refused
-                for key, count in zip(_COUNTED, (total, imported, refused, imported * text.ran), strict=True):
+                ran = imported if text.ran else 0
+                for key, count in zip(_COUNTED, (total, imported, refused, ran), strict=True):
                     counts[name][key] += count
         return counts
 
-    def _of(self, *kinds: str) -> list[StructuredRoutine]:
+    def _routines_of_kind(self, *kinds: str) -> list[StructuredRoutine]:
         return [text for text in self.texts if text.kind in kinds]
 
     def drawn(self, kind: str) -> dict[str, int]:
         """Count charts, `SFC`, or function block diagrams, `FBD`: total, imported, refused, ran."""
-        routines = self._of(kind)
+        routines = self._routines_of_kind(kind)
         refused = sum(routine.is_refused for routine in routines)
         ran = sum(routine.ran and not routine.is_refused for routine in routines)
         return dict(zip(_COUNTED, (len(routines), len(routines) - refused, refused, ran), strict=True))
 
     def declare(self, name: str, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Note the type of a tag or member that the file lacks."""
+        """Add a tag or member that the file lacks, with its inferred type."""
         self.declared[name] = kind.name + "".join(f"[{dim}]" for dim in dims)
 
     def note(self, name: str, text: str, line: int = 0) -> None:
@@ -164,18 +170,18 @@ class Report:
             self.lost.append(name)
 
     def leave_out(self, name: str, reason: str, line: int = 0) -> None:
-        """Add a note on a tag that is not declared; refusals of rungs that use it state the reason."""
+        """Add a note on a tag that can't be declared; refusals of rungs with the tag repeat the reason."""
         self.undeclared[name.upper()] = reason
         self.lose(name, f"it is not declared: {reason}", line)
 
-    def why_not(self, program: str, tag: str) -> str:
-        """Return why a tag in the scope of a program is not declared; "" if the file lacks it."""
+    def reason_undeclared(self, program: str, tag: str) -> str:
+        """Return why a tag in a program's scope is not declared; "" if the file does not have the tag."""
         scoped_name = rf"\{program}.{tag}".upper()
         return self.undeclared.get(scoped_name) or self.undeclared.get(tag.upper(), "")
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings for a run, about lost values and online edits."""
+        """Warnings for a run, about lost values, forces and online edits."""
         texts = []
         if self.lost:
             losses = ", ".join(self.lost[:LOST_SHOWN])
@@ -228,12 +234,12 @@ class Report:
                 yield f"{name}: {total}, {imported} imported, {refused} refused, {ran} ran"
 
     def lines(self) -> Iterator[str]:
-        """Yield it as text."""
+        """Yield the lines of the report as text."""
         revision = f", software revision {self.revision}" if self.revision else ""
         yield f"{self.file}: {self.target or 'L5X'} of {self.controller}{revision}"
         if self.rungs or not self.texts:
             yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
-        if self._of("ST", "SFC"):
+        if self._routines_of_kind("ST", "SFC"):
             yield self._structured_line()
         yield from self._drawn_lines()
         sections: dict[str, Iterable[object]] = {

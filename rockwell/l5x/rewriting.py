@@ -1,7 +1,7 @@
 """Edits rungs in an L5X; the bytes of all other elements stay as Studio 5000 wrote them.
 
-An edited rung gets a new text and keeps its comment. Rungs after a new or a deleted one get other
-numbers. New tags are base tags of their program.
+An edited rung gets a new text and keeps its comment. Rungs after a new or a deleted rung are numbered again.
+New tags are base tags of their program.
 """
 
 from __future__ import annotations
@@ -24,13 +24,12 @@ def rewritten_l5x(
     """Return an L5X with edited rungs and new tags, and a list of its changes.
 
     Args:
-        data: an L5X that can be read, see `xml.document`.
-        edits: their texts are in the program's notation, see `EditedProgram`.
-        file: its name, for errors.
+        data: a valid L5X, see `xml.document`.
+        edits: edited rungs, with texts in the notation of `EditedProgram`.
+        file: the name of the file, for errors.
 
     Raises:
-        LadderError: the file can't be read, has no such rung or program, or a routine has online edits of
-            its own.
+        LadderError: the file can't be read or has no such rung or program, or a routine has online edits.
     """
     text = L5xText(data, file)
     by_routine: dict[str, list[RungEdit]] = {}
@@ -40,11 +39,11 @@ def rewritten_l5x(
     changes: list[FileChange] = []
     for name, routine_edits in by_routine.items():
         routine = _EditedRoutine(text, file, name)
-        splices += routine.edited(routine_edits)
+        splices += routine.splices(routine_edits)
         changes += routine.changes
     for program in dict.fromkeys(tag.program for tag in tags):
         new_tags = [tag for tag in tags if tag.program == program]
-        splices.append(_declared(text, _program(text, file, program), new_tags))
+        splices.append(_declaring(text, _program(text, file, program), new_tags))
         changes += (FileChange(f"tag {tag.name}", "it is new") for tag in new_tags)
     return Rewritten(text.spliced(splices), tuple(changes))
 
@@ -54,14 +53,14 @@ def _program(text: L5xText, file: str, name: str) -> Span:
     programs = text.programs
     matches = list(defined(programs, name)) if name or len(programs) != 1 else programs
     if not matches:
-        raise LadderError(f"{file} has no program {name}{_instead(text, programs)}")
+        raise LadderError(f"{file} has no program {name}{_alternatives(text, programs)}")
     return matches[0]
 
 
-def _instead(text: L5xText, there: Sequence[Span]) -> str:
-    """Return names and lines of the elements that the file has instead, as the end of a message."""
-    spans = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in there[:5])
-    return f": it has {spans}{', …' if len(there) > 5 else ''}" if there else ""
+def _alternatives(text: L5xText, spans: Sequence[Span]) -> str:
+    """Return the end of a message: names and lines of the elements that the file has; "" without any."""
+    names = ", ".join(f"{span.name} (line {text.line(span.begin)})" for span in spans[:5])
+    return f": it has {names}{', …' if len(spans) > 5 else ''}" if spans else ""
 
 
 class _EditedRoutine:
@@ -74,60 +73,60 @@ class _EditedRoutine:
         routines = [routine for group in program.all("Routines") for routine in group.all("Routine")]
         span = next(defined(routines, name.rpartition(".")[2]), None)
         if span is None:
-            raise LadderError(f"{file} has no routine {name}{_instead(text, routines)}")
-        self._routine, self._where = span, f"{file}:{text.line(span.begin)}"
+            raise LadderError(f"{file} has no routine {name}{_alternatives(text, routines)}")
+        self._routine, self._location = span, f"{file}:{text.line(span.begin)}"
         self._content = span.child("RLLContent")
         if self._content is None and any(child.tag.endswith("Content") for child in span.children):
-            raise LadderError(f"{self._where}: routine {name} has no rungs")
+            raise LadderError(f"{self._location}: routine {name} has no rungs")
         self._rungs = [] if self._content is None else self._content.children
         if any(rung.attributes.get("Type", NORMAL).upper() != NORMAL for rung in self._rungs):
             reason = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
-            raise LadderError(f"{self._where}: {reason}")
+            raise LadderError(f"{self._location}: {reason}")
         self.changes: list[FileChange] = []
 
-    def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
-        """Yield the splices for some edits."""
-        by_rung = {rung_edit.rung: rung_edit for rung_edit in edits}
+    def splices(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
+        """Yield the splices for edits of this routine, and note the changes."""
+        by_rung = {edit.rung: edit for edit in edits}
         self._check_numbers(by_rung)
         first = by_rung.get(BEFORE_FIRST)
-        moved = 0
+        shift = 0  # the new number of the next rung, minus its number in the file
         if first is not None and first.texts:
             yield from self._before_first(first.texts)
-            moved = len(first.texts)
-        for place, rung in enumerate(self._rungs):
-            number, edit = _number(rung, place), by_rung.get(place)
+            shift = len(first.texts)
+        for index, rung in enumerate(self._rungs):
+            number, edit = _number(rung, index), by_rung.get(index)
             if edit is not None and not edit.texts:
                 self._note(number, "it is deleted")
                 yield self._text.without(rung)
-                moved -= 1
+                shift -= 1
                 continue
-            if moved:
-                self._note(number, f"it is rung {number + moved} now")
-                yield self._text.attribute(rung, "Number", str(number + moved))
+            if shift:
+                self._note(number, f"it is rung {number + shift} now")
+                yield self._text.attribute(rung, "Number", str(number + shift))
             if edit is not None:
-                yield from () if edit.keeps else self._edited_text(number, rung, edit.texts[0])
-                yield from self._new_after(rung, edit.texts[1:], number + moved + 1)
-                moved += len(edit.texts) - 1
+                if not edit.keeps:
+                    yield self._edited_text(number, rung, edit.texts[0])
+                yield from self._new_after(rung, edit.texts[1:], number + shift + 1)
+                shift += len(edit.texts) - 1
 
     def _check_numbers(self, numbers: Iterable[int]) -> None:
         for number in numbers:
             if not BEFORE_FIRST <= number < len(self._rungs):
                 text = f"routine {self._name} has {len(self._rungs)} rungs, none is {number}"
-                raise LadderError(f"{self._where}: {text}")
+                raise LadderError(f"{self._location}: {text}")
 
-    def _note(self, number: int, why: str) -> None:
-        self.changes.append(FileChange(f"{self._name} rung {number}", why))
+    def _note(self, number: int, change: str) -> None:
+        self.changes.append(FileChange(f"{self._name} rung {number}", change))
 
-    def _edited_text(self, number: int, rung: Span, text: str) -> Iterator[Splice]:
-        """Yield what gives a rung another text, with the blanks around it as they are."""
+    def _edited_text(self, number: int, rung: Span, text: str) -> Splice:
+        """Return the splice that changes the text of a rung; blanks around the text stay."""
         self._note(number, "its text is edited")
         element, content = rung.child("Text"), self._text.characters(text)
         if element is None:
-            yield self._text.last(rung, b"<Text>" + content + b"</Text>")
-        elif element.is_empty:
-            yield self._text.last(element, content)
-        else:
-            yield self._text.content(element, content)
+            return self._text.last(rung, b"<Text>" + content + b"</Text>")
+        if element.is_empty:
+            return self._text.last(element, content)
+        return self._text.content(element, content)
 
     def _before_first(self, texts: Sequence[str]) -> Iterator[Splice]:
         begin = _number(self._rungs[0], 0) if self._rungs else 0
@@ -152,33 +151,30 @@ class _EditedRoutine:
             return self._text.newline
         return self._text.blanks_before(self._rungs[0])
 
-    def _rung(self, text: str, place: int) -> bytes:
-        """Return a new rung, indented like the other rungs."""
-        blanks = self._between
-        self.changes.append(FileChange(f"{self._name} rung {place}", "it is new"))
-        parts = (
-            b'<Rung Number="%d" Type="N">' % place,
+    def _rung(self, text: str, number: int) -> bytes:
+        """Return a new rung, indented like the other rungs, and note it."""
+        self._note(number, "it is new")
+        return self._between.join((
+            b'<Rung Number="%d" Type="N">' % number,
             b"<Text>", self._text.characters(text), b"</Text>", b"</Rung>",
-        )  # fmt: skip
-        return blanks.join(parts)
+        ))  # fmt: skip
 
 
-def _number(rung: Span, place: int) -> int:
-    """Return the number of a rung in the file; its place if it has none."""
+def _number(rung: Span, index: int) -> int:
+    """Return the number of a rung in the file; its index if it has no number."""
     number = number_of(rung.attributes.get("Number", ""))
-    return place if number is None else number
+    return index if number is None else number
 
 
-def _declared(text: L5xText, program: Span, new: Sequence[NewTag]) -> Splice:
+def _declaring(text: L5xText, program: Span, new_tags: Sequence[NewTag]) -> Splice:
     """Return the splice that adds tags to a program."""
     tags = program.child("Tags")
-    first = tags or program
-    blanks = text.blanks_before(first)
+    blanks = text.blanks_before(tags or program)
     content = b"".join(
         f'<Tag Name="{escape(tag.name)}" TagType="Base" DataType="{escape(tag.type)}" Constant="false" '
         f'ExternalAccess="Read/Write"/>'.encode()
         + blanks
-        for tag in new
+        for tag in new_tags
     )
     if tags is not None:
         return text.last(tags, blanks * tags.is_empty + content)

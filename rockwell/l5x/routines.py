@@ -21,7 +21,7 @@ from scanrack.ladder.model.tree import Block, Origin, Rung
 from scanrack.ladder.st import parse_statements
 
 from .charts import ChartBuilder, ChartRefusedError
-from .diagrams.lowering import DiagramText, lowered
+from .diagrams.lowering import DiagramText, lower_diagram
 from .diagrams.sheets import DiagramError
 from .diagrams.wire_values import DocumentNames
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
@@ -30,7 +30,7 @@ from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
 from .xml.records import EncodedRecord, L5xRungRecord, RoutineRecord, lines_of
 
-UNKNOWN = "stub the instruction, or take it out"
+UNKNOWN = "stub or remove the instruction"
 """Remedy for an unknown instruction."""
 
 _CORRECT_CHART = "correct the chart, or stub the routine"
@@ -44,13 +44,13 @@ _ASIDE = re.compile(
     r"'(?:[^'$\n]|\$[^\n])*+'?|\(\*(?:.*?\*\)|.*)|/\*(?:.*?\*/|.*)|//[^\n]*|^[ \t]*#[^\n]*",
     re.DOTALL | re.MULTILINE,
 )
-"""Strings, comments and regions of structured text."""
+"""Strings, comments and region lines of structured text."""
 
 _INVOKED = re.compile(r"(?:\A|;|:(?!=)|\b(?:THEN|ELSE|DO|REPEAT)\b)\s*([A-Za-z_]\w*+)\s*\(", re.IGNORECASE)
 """A call at the beginning of a statement."""
 
 _STATEMENTS = frozenset({"IF", "ELSIF", "WHILE", "UNTIL", "CASE"})
-"""Keywords that may precede an expression in parentheses."""
+"""Keywords that an expression in parentheses may follow."""
 
 
 def instruction_names(routines: Iterable[RoutineRecord]) -> list[str]:
@@ -73,14 +73,16 @@ def _column(text: str, site: Site) -> int:
 
 
 def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
-    """Yield the versions of structured text in a routine with online edits."""
-    for place, (kind, line) in enumerate(record.texts if len(record.texts) > 1 else ()):
-        description = TEXT_TYPES[kind].says if kind in TEXT_TYPES else "a text"
-        yield Edit(line, owner, record.name, None, kind, description, place == record.chosen)
+    """Yield the versions of a routine's structured text, if it has online edits."""
+    if len(record.texts) < 2:
+        return
+    for index, (kind, line) in enumerate(record.texts):
+        description = TEXT_TYPES[kind].description if kind in TEXT_TYPES else "a text"
+        yield Edit(line, owner, record.name, None, kind, description, index == record.chosen)
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
-    """Return the file's line for a line of structured text; for an empty routine, the routine's line."""
+    """Return the file's line for a line of structured text; the routine's line if the text is empty."""
     numbers = lines_of(record.lines)[1] or [record.line]
     return numbers[min(max(number - 1, 0), len(numbers) - 1)]
 
@@ -95,12 +97,16 @@ class RoutineReader:
         self._presets: dict[str, Presets] = {}
         self._texts: dict[tuple[str, str], StructuredRoutine] = {}
         self._diagrams: dict[tuple[str, str], DiagramText] = {}
-        self.known: Callable[[str], DocumentNames] | None = None  # names in diagrams, by program or add-on
+        self.names_of: Callable[[str], DocumentNames] | None = None  # for diagrams, by owner
         self.specs: Mapping[str, Spec] = BY_NAME  # all instruction specs, by name in capitals
         self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 
     def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
-        """Read a routine of a program or add-on; None if it is refused. `inouts` are names in capitals."""
+        """Return a routine of a program or add-on; None if it is refused.
+
+        Args:
+            inouts: the InOuts of the add-on, in capitals.
+        """
         self._presets.setdefault(owner.upper(), Presets(inouts))
         self._records[owner.upper(), record.name.upper()] = record
         self._report.rungs += len(record.rungs)
@@ -111,7 +117,7 @@ class RoutineReader:
             return self._statements(owner, record)
         if record.kind == "SFC":
             return self._chart(owner, record)
-        rungs = tuple(self._rung(owner, record, place, rung) for place, rung in enumerate(record.rungs))
+        rungs = tuple(self._rung(owner, record, index, rung) for index, rung in enumerate(record.rungs))
         return Routine(record.name, rungs, record.comment)
 
     def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
@@ -125,10 +131,11 @@ class RoutineReader:
 
     def encoded(self, owner: str, record: EncodedRecord) -> None:
         """Refuse a routine whose source is encoded (protected)."""
-        text = "its source is encoded, so that it is not in the file"
+        text = "its source is encoded, so it is not in the file"
         self.refuse_object(owner, record.name, text, record.line, "export it without source protection")
 
-    def _rung(self, owner: str, record: RoutineRecord, place: int, rung: L5xRungRecord) -> Rung:
+    def _rung(self, owner: str, record: RoutineRecord, index: int, rung: L5xRungRecord) -> Rung:
+        """Return a rung; an empty one if it does not run or is refused."""
         origin = Origin(self._report.file, rung.line)
         if rung.texts > 1:
             name = f"{owner}.{record.name} rung {rung.number}"
@@ -137,21 +144,21 @@ class RoutineReader:
         if kind is None:
             types = ", ".join(RUNG_TYPES)
             reason = f"it is of type {rung.kind}; types of rungs are {types}"
-            self.refuse(owner, record.name, place, reason, _PENDING)
+            self.refuse(owner, record.name, index, reason, _PENDING)
             return Rung((), rung.comment, origin)
         runs = kind.tested if record.tests_edits else kind.runs
         if kind is not RUNG_TYPES[NORMAL]:
-            edit = Edit(rung.line, owner, record.name, rung.number, rung.kind, kind.says, runs)
+            edit = Edit(rung.line, owner, record.name, rung.number, rung.kind, kind.description, runs)
             self._report.edits.append(edit)
         if not runs:
             return Rung((), rung.comment, origin)
         count = instructions_in(rung.text)
         if count > MOST_IN_RUNG:
             reason = f"it has {count:,} instructions; {MOST_IN_RUNG:,} are allowed"
-            self.refuse(owner, record.name, place, reason, "divide it")
+            self.refuse(owner, record.name, index, reason, "divide it")
             return Rung((), rung.comment, origin)
         try:
-            read = parse_rung(
+            parsed = parse_rung(
                 rung.text,
                 file=self._report.file,
                 line=rung.line,
@@ -160,9 +167,9 @@ class RoutineReader:
                 specs=self.specs,
             )
         except RungTextError as error:
-            self.refuse(owner, record.name, place, error.reason, UNKNOWN, error.site)
+            self.refuse(owner, record.name, index, error.reason, UNKNOWN, error.site)
             return Rung((), rung.comment, origin)
-        return self._presets[owner.upper()].settled(read, self.specs)
+        return self._presets[owner.upper()].with_settled_presets(parsed, self.specs)
 
     def _statements(self, owner: str, record: RoutineRecord) -> Routine | None:
         lines, numbers = lines_of(record.lines)
@@ -194,15 +201,16 @@ class RoutineReader:
 
     def _diagram(self, owner: str, record: RoutineRecord) -> Routine | None:
         try:
-            if record.chart is None or self.known is None:
+            if record.chart is None or self.names_of is None:
                 raise DiagramError("the diagram is not in the file", Site(line=record.line))
-            diagram = lowered(record.chart, record.name, self.known(owner))
+            diagram = lower_diagram(record.chart, record.name, self.names_of(owner))
         except LadderError as error:
             line = next(iter(error.sites), NOWHERE).line
             self._refuse_text(owner, record, str(error), line, _CORRECT_DIAGRAM)
             return None
         self._diagrams[owner.upper(), record.name.upper()] = diagram
-        text, numbers = ("\n".join(row.text for row in diagram.lines), [row.number for row in diagram.lines])
+        text = "\n".join(row.text for row in diagram.lines)
+        numbers = [row.number for row in diagram.lines]
         try:
             block = parse_statements(text, file=self._report.file, lines=numbers, specs=self.specs)
         except RungTextError as error:
@@ -216,21 +224,20 @@ class RoutineReader:
     def _refuse_text(
         self, owner: str, record: RoutineRecord, reason: str, line: int | None, remedy: str
     ) -> None:
-        """Refuse a routine that can't be read; without a line, at its beginning."""
+        """Refuse a routine that can't be read; `line` is None or 0 for the routine's own line."""
         self._count_text(owner, record)
         self.refuse_object(owner, record.name, reason, line or record.line, remedy)
 
     def generated(self, owner: str) -> list[Tag]:
         """Return the tags that the diagrams of a program or an add-on need."""
-        return [
-            tag
-            for (name, _), diagram in self._diagrams.items()
-            if name == owner.upper()
-            for tag in diagram.tags
-        ]
+        tags: list[Tag] = []
+        for (diagram_owner, _), diagram in self._diagrams.items():
+            if diagram_owner == owner.upper():
+                tags += diagram.tags
+        return tags
 
     def place_of(self, owner: str, routine: str, number: int) -> tuple[str, int]:
-        """Return the place of a line of structured text or of a diagram as text, and the file's line."""
+        """Return a place in a message, and the file's line, for a line of a text or of a diagram's text."""
         diagram = self._diagrams.get((owner.upper(), routine.upper()))
         if diagram is not None:
             line = diagram.lines[min(max(number - 1, 0), len(diagram.lines) - 1)]
@@ -249,7 +256,7 @@ class RoutineReader:
         drawn = record.kind in ("SFC", "FBD")
         if record.kind == "FBD":
             lines, count = [], 1
-        refused = max(refused, drawn and block is None)  # a chart without statements is refused as a whole
+        refused = max(refused, drawn and block is None)  # so that a refused empty chart counts
         structured = StructuredRoutine(
             owner, record.name, len(lines), max(count, drawn), refused, kind=record.kind
         )
@@ -259,24 +266,21 @@ class RoutineReader:
     # --- refusing
 
     def refuse(
-        self, owner: str, routine: str, place: int, reason: str, remedy: str, site: Site = NOWHERE
+        self, owner: str, routine: str, index: int, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
-        """Refuse a rung by its index; repeated refusals are ignored."""
-        key = (owner.upper(), routine.upper(), place)
-        if key in self._refused:
+        """Refuse a rung by its index; ignore repeated refusals."""
+        key = (owner.upper(), routine.upper())
+        if (*key, index) in self._refused:
             return
-        self._refused.add(key)
-        self._refuse_rung(owner, routine, self._records[key[:2]].rungs[place], reason, remedy, site)
+        self._refused.add((*key, index))
+        self._refuse_rung(owner, routine, self._records[key].rungs[index], reason, remedy, site)
 
     def _refuse_rung(
         self, owner: str, routine: str, rung: L5xRungRecord, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
-        self._report.refused.append(
-            Refusal(
-                *(self._report.file, rung.line, owner, routine, rung.number),
-                *(_column(rung.text, site), rung.text, reason, remedy, site.tag),
-            )
-        )
+        column = _column(rung.text, site)
+        place = (self._report.file, rung.line, owner, routine, rung.number, column)
+        self._report.refused.append(Refusal(*place, rung.text, reason, remedy, site.tag))
 
     def refuse_object(self, owner: str, routine: str, reason: str, line: int, remedy: str) -> None:
         """Refuse a routine or another object, unless it is stubbed."""
@@ -294,28 +298,28 @@ class RoutineReader:
         )
 
     def refuse_statement(self, owner: str, routine: str, number: int, reason: str, remedy: str) -> None:
-        """Refuse a statement by its line; the others of its routine stay."""
-        record, structured = self.record(owner, routine), self._texts.get((owner.upper(), routine.upper()))
-        if record is None or structured is None:
+        """Refuse a statement by its line; the other statements of its routine stay."""
+        structured = self._texts.get((owner.upper(), routine.upper()))
+        if structured is None:
             return
-        before = structured.refused
+        refused = structured.refused
         place, line = self.place_of(owner, routine, number)
         self.refuse_object(owner, routine, f"{place}: {reason}", line, remedy)
-        structured.refused = min(before + 1, structured.statements)
+        structured.refused = min(refused + 1, structured.statements)  # `refuse_object` counts all of them
 
     def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
-        """Refuse a whole routine; return whether there was something to refuse."""
+        """Refuse a whole routine; return whether the file has it."""
         record = self.record(owner, routine)
         if record is None:
             return False
-        for place in range(len(record.rungs)):
-            self.refuse(owner, routine, place, reason, remedy)
+        for index in range(len(record.rungs)):
+            self.refuse(owner, routine, index, reason, remedy)
         if record.kind in ("ST", "SFC", "FBD"):
             self.refuse_object(owner, routine, reason, record.line, remedy)
         return True
 
-    def ran(self, owner: str, routine: str) -> None:
-        """Mark structured text as run."""
+    def mark_run(self, owner: str, routine: str) -> None:
+        """Mark a routine of structured text as completed in the trial; ignore other routines."""
         structured = self._texts.get((owner.upper(), routine.upper()))
         if structured is not None:
             structured.ran = True
@@ -324,12 +328,8 @@ class RoutineReader:
         """Return the record of a routine; None if it was not read."""
         return self._records.get((owner.upper(), routine.upper()))
 
-    def is_refused(self, owner: str, routine: str, place: int) -> bool:
-        """Whether a rung is refused."""
-        return (owner.upper(), routine.upper(), place) in self._refused
-
-    def accepted(self, owner: str, routine: str) -> int:
+    def imported_rungs(self, owner: str, routine: str) -> int:
         """Return the number of imported rungs of a routine."""
-        record = self.record(owner, routine)
-        count = len(record.rungs) if record else 0
-        return sum(not self.is_refused(owner, routine, place) for place in range(count))
+        key = (owner.upper(), routine.upper())
+        record = self._records.get(key)
+        return sum((*key, index) not in self._refused for index in range(len(record.rungs) if record else 0))

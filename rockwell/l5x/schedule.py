@@ -17,22 +17,11 @@ from .xml.elements import number_of
 from .xml.records import L5xDocument, TaskRecord
 
 
-def _programs_run(
-    record: TaskRecord, left: dict[str, str], off: Container[str], report: Report
-) -> Iterator[str]:
-    """Yield the programs of a task that run; remove all of its programs from `left`."""
-    for name in record.programs:
-        program_name = left.pop(name.upper(), None)
-        if program_name is None:
-            report.note(f"task {record.name}", f"no program {name} for it", record.line)
-        elif name.upper() in off:
-            report.note(f"program {name}", "it is disabled, and does not run", record.line)
-        else:
-            yield program_name
-
-
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
-    """Return the tasks of a document; report omitted tasks and programs."""
+    """Return the tasks of a document; report omitted tasks and programs.
+
+    A program runs in the first task that lists it.
+    """
     unscheduled = {name.upper(): name for name in programs}
     disabled = {program.name.upper() for program in document.programs if program.disabled}
     tasks: list[Task] = []
@@ -47,17 +36,30 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
             for name in record.programs:
                 unscheduled.pop(name.upper(), None)
             continue
-        task = _task(record, tuple(_programs_run(record, unscheduled, disabled, report)), report)
-        if task is not None and not _is_second_continuous(task, tasks):
+        task = _task(record, tuple(_take_programs(record, unscheduled, disabled, report)), report)
+        if task is None:
+            continue
+        has_continuous = any(earlier.kind is TaskKind.CONTINUOUS for earlier in tasks)
+        if not (has_continuous and task.kind is TaskKind.CONTINUOUS):  # a controller has at most one
             tasks.append(task)
     return tasks
 
 
-def _is_second_continuous(task: Task, others: Iterable[Task]) -> bool:
-    return task.kind is TaskKind.CONTINUOUS and any(other.kind is TaskKind.CONTINUOUS for other in others)
+def _take_programs(
+    record: TaskRecord, unscheduled: dict[str, str], disabled: Container[str], report: Report
+) -> Iterator[str]:
+    """Remove the programs of a task from `unscheduled`; yield the ones that run."""
+    for name in record.programs:
+        program_name = unscheduled.pop(name.upper(), None)
+        if program_name is None:
+            report.note(f"task {record.name}", f"no program {name} for it", record.line)
+        elif name.upper() in disabled:
+            report.note(f"program {name}", "it is disabled, and does not run", record.line)
+        else:
+            yield program_name
 
 
-_CHARTS: tuple[Mapping[str, Enum], ...] = (
+_CHART_OPTIONS: tuple[Mapping[str, Enum], ...] = (
     {"CurrentActive": ExecutionControl.CURRENT, "UntilFalse": ExecutionControl.UNTIL_FALSE},
     {"MostRecent": RestartPosition.MOST_RECENT, "InitialStep": RestartPosition.INITIAL},
     {
@@ -66,25 +68,24 @@ _CHARTS: tuple[Mapping[str, Enum], ...] = (
         "AutomaticReset": LastScan.AUTOMATIC,
     },
 )
-"""Options of charts, by their text in a document [1756-RM014, controller attributes]."""
+"""The values of each chart option, by their text in a document [1756-RM014, controller attributes]."""
 
 
 def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
-    """Return the options of a document's charts; report invalid ones."""
+    """Return the options of a document's charts; a missing or invalid option is the first one of its row."""
     chosen: list[Any] = []
-    for text, options in zip(document.charts, _CHARTS, strict=True):
-        short = {name.removesuffix("Reset"): value for name, value in options.items()}
-        option = options.get(text) or short.get(text) or next(iter(options.values()))
-        if text and text not in options and text not in short:
-            report.note(
-                "options of charts", f"{text!r} is not one of {', '.join(options)}; it is {option.value}"
-            )
+    for text, options in zip(document.charts, _CHART_OPTIONS, strict=True):
+        by_text = dict(options) | {name.removesuffix("Reset"): option for name, option in options.items()}
+        option = by_text.get(text) or next(iter(options.values()))
+        if text and text not in by_text:
+            choices = ", ".join(options)
+            report.note("options of charts", f"{text!r} is not one of {choices}; it is {option.value}")
         chosen.append(option)
     return ChartOptions(*chosen)
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
-    """Return a task; None if its record is invalid."""
+    """Return a task; None, with a note, if its record is invalid."""
     kinds = {task_kind.value: task_kind for task_kind in TaskKind}
     kind = kinds.get(record.kind)
     try:

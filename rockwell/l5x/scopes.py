@@ -25,8 +25,8 @@ from .values.value_texts import ValueTextError
 from .xml.parsing import L5xError
 from .xml.records import Element, ModuleTagRecord, TagRecord
 
-_FILLED = {
-    "PRODUCED": "it is produced: a rack beside this one can consume it",
+_CONNECTION_NOTES = {
+    "PRODUCED": "it is produced: a linked rack can consume it",
     "CONSUMED": "it is consumed: without a partner in [stubs] it keeps its initial value",
 }
 
@@ -34,13 +34,17 @@ _FILLED = {
 def scope_of(
     records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
 ) -> list[Declaration]:
-    """Return the tag declarations of a program, or if `owner` is "", the controller; report invalid tags."""
+    """Return the declarations of tags; report invalid tags.
+
+    Args:
+        owner: the program of the tags; "" for tags of the controller.
+    """
     declarations: list[Declaration] = []
     for record in records:
-        if record.kind.upper() in _FILLED:
-            report.note(scoped(owner, record.name), _FILLED[record.kind.upper()], record.line)
+        if record.kind.upper() in _CONNECTION_NOTES:
+            report.note(scoped(owner, record.name), _CONNECTION_NOTES[record.kind.upper()], record.line)
         if owner and record.usage.upper() == "INOUT":
-            text = "it is a parameter by reference, and has its own memory here"
+            text = "it is a parameter by reference; scanrack gives it its own memory"
             report.note(scoped(owner, record.name), text, record.line)
         try:
             if record.kind.upper() == "ALIAS" or record.target:
@@ -74,7 +78,7 @@ def note_forces(
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:
-    """Return a tag's type by its name or its values.
+    """Return a tag's type, found by name, or from its decorated values.
 
     Raises:
         UnknownTypeError: the type is undefined.
@@ -83,15 +87,15 @@ def type_of(record: TagRecord, types: Types) -> DataType:
     try:
         return types.find(record.type)
     except LadderError:
-        shown = (types.show(data) for data in _shown(record))
-        shown_type = next((candidate for candidate in shown if candidate is not None), None)
-        if shown_type is None:
-            raise
-        return shown_type
+        for structure in _structures_shown(record):
+            kind = types.show(structure)
+            if kind is not None:
+                return kind
+        raise
 
 
-def _shown(record: TagRecord) -> Iterator[Element]:
-    """Yield the decorated data that show a tag's structure, or its first element's structure."""
+def _structures_shown(record: TagRecord) -> Iterator[Element]:
+    """Yield the decorated structures of a tag; for an array, the structure of its first element."""
     for data in record.data:
         if data.form == "Decorated":
             inner = next(data.element.iterchildren("Structure", "Array"), None)
@@ -104,7 +108,7 @@ def _shown(record: TagRecord) -> Iterator[Element]:
 def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
     """Return a tag with its initial value; raise a LadderError if its dimensions are invalid."""
     if record.wrong_dims:
-        raise LadderError(f"{record.wrong_dims!r} are not dimensions")
+        raise LadderError(f"its dimensions {record.wrong_dims!r} are not numbers")
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
         raise LadderError(f"it has dimensions {record.dims}")
     types.take(kind, record.dims)
@@ -113,7 +117,7 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
 
 
 def _access(record: TagRecord) -> ExternalAccess:
-    """Return the access of clients; an unknown word in the file means no access."""
+    """Return the external access of a tag; an unknown word in the file becomes no access."""
     if not record.access:
         return ExternalAccess.READ_WRITE
     levels = {access.value.upper(): access for access in ExternalAccess}
@@ -126,14 +130,17 @@ def read_initial(
     types: Types,
     report: Report,
     name: str,
-    what: str = "it starts with zeros",
+    consequence: str = "it starts with zeros",
 ) -> Any:
-    """Return the initial value of a tag or parameter; note an unreadable one, with the consequence."""
+    """Return the initial value of a tag or parameter.
+
+    If it can't be read, return None and note the consequence. If parts of it are lost, note the first loss.
+    """
     losses: list[str] = []
     try:
         initial = initial_of(record.data, kind, record.dims, types, losses.append)
     except ValueTextError as error:
-        report.lose(name, f"{what}: {error}", record.line)
+        report.lose(name, f"{consequence}: {error}", record.line)
         return None
     if losses:
         suffix = f", and {len(losses) - 1} more" * (len(losses) > 1)
@@ -146,9 +153,9 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
     systems, unwinds = {}, {}
     for record in records:
         if record.type.upper() == "COORDINATE_SYSTEM":
-            systems[record.name.upper()] = _attributes(record).get("Axes", "").split()
+            systems[record.name.upper()] = _parameters(record).get("Axes", "").split()
         elif record.type.upper() in AXIS_TYPES:
-            attributes = _attributes(record)
+            attributes = _parameters(record)
             if attributes.get("RotaryAxis", "") == "Rotary":
                 unwinds[record.name.upper()] = _ratio(
                     attributes.get("PositionUnwind"), attributes.get("ConversionConstant")
@@ -157,27 +164,33 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
 
 
 def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remote]:
-    """Return the remotes of consumed tags and of tags that receive message data, by tag in capitals."""
+    """Return the remote tags of consumed tags and of messages, by tag in capitals.
+
+    Args:
+        owner: the program of the tags; "" for tags of the controller.
+    """
     remotes = {}
     for record in records:
         name = scoped(owner, record.name).upper()
         if record.kind.upper() == "CONSUMED":
             remotes[name] = Remote(record.remote, _rpi_ns(record.rpi))
         elif record.type.upper() == "MESSAGE":
-            parameters = _attributes(record)
+            parameters = _parameters(record)
             target = parameters.get("DestinationTag") or parameters.get("LocalElement") or ""
             if target:
                 remotes[name] = Remote(_full_name(owner, target, records))
     return remotes
 
 
-def _full_name(owner: str, to: str, records: Iterable[TagRecord]) -> str:
-    """Return a tag's full name: with the program, if it is a program's own tag."""
-    head = re.split(r"[.\[]", to, maxsplit=1)[0].upper()
-    return scoped(owner, to) if any(record.name.upper() == head for record in records) else to
+def _full_name(owner: str, address: str, records: Iterable[TagRecord]) -> str:
+    """Return an address as text, with its program if it names one of the program's own tags."""
+    name = re.split(r"[.\[]", address, maxsplit=1)[0].upper()
+    is_own = any(record.name.upper() == name for record in records)
+    return scoped(owner, address) if is_own else address
 
 
 def _rpi_ns(text: str) -> int:
+    """Return an RPI, given in ms, in ns; 0 if it is missing or invalid."""
     try:
         rpi_ns = Decimal(text) * 1_000_000
     except InvalidOperation:
@@ -185,13 +198,17 @@ def _rpi_ns(text: str) -> int:
     return int(rpi_ns) if 0 < rpi_ns < 1 << 62 else 0
 
 
-def _attributes(record: TagRecord) -> dict[str, str]:
-    """Return the parameters of an axis or coordinate system."""
-    inner = (child for data in record.data for child in data.element.iterchildren("*"))
-    return next((dict(child.items()) for child in inner if child.tag.endswith("Parameters")), {})
+def _parameters(record: TagRecord) -> dict[str, str]:
+    """Return the parameters of an axis, a coordinate system or a message by name; {} without any."""
+    for data in record.data:
+        for child in data.element.iterchildren("*"):
+            if child.tag.endswith("Parameters"):
+                return dict(child.items())
+    return {}
 
 
 def _ratio(counts: str | None, per_unit: str | None) -> float:
+    """Return counts divided by counts per unit; 0.0 if the ratio is no positive number."""
     try:
         ratio = float(counts or 0) / float(per_unit or 0)
     except (ValueError, ZeroDivisionError):

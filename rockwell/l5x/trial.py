@@ -1,12 +1,12 @@
 """A trial: an imported controller runs in both back ends, scan by scan, from the same memory.
 
-A rung counts as run if its program did all scans and both back ends had the same values in all variables
-and the same fault after each of them. Refused rungs are empty in a trial. A major fault that both report ends
-the scan, not the trial; a watchdog fault ends the trial, because such a program does no second scan. Programs
-that no task runs, and add-on instructions, run in their own controllers.
+A rung counts as run if its program completed all scans, and if after each scan both back ends had the same
+values in all variables and the same fault. Refused rungs are empty in a trial. A major fault that both back
+ends report ends the scan, not the trial. A watchdog fault ends the trial: the program never completes a scan.
+Programs that no task runs, and add-on instructions, run in their own controllers.
 
-The interpreter counts rungs and statements, because loops and nested calls can make a scan endless. Too many
-end the trial. The limit is a count, not a time, so that reports are reproducible.
+The interpreter counts rungs and statements, because loops and nested calls can make a scan endless. A trial
+ends at a maximum count. The limit is a count, not a time, so that reports are reproducible.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.memory import same
 from scanrack.ladder.state.tag_bytes import TagBytes
 
-from .assembly import Parts, does_nothing, harness_of, implicit_task, owner_of, trial_tasks
+from .assembly import Parts, harness_of, idle_routine, implicit_task, owner_of, trial_tasks
 from .importer import L5xImport
 
 SCANS = 100
@@ -38,15 +38,15 @@ MOST_IN_ALL = 4_000_000
 
 
 def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
-    """Run an import; report executed rungs, faults and differences."""
+    """Run an import; add the rungs that ran, faults and differences to its report."""
     parts, report, work = imported.parts, imported.report, Work(scans)
     if imported.controller is not None:
         tasks = parts.tasks or implicit_task([program.name for program in parts.programs.values()])
-        run = {name.upper() for task in tasks for name in task.programs}
-        unrun = [program.name for name, program in parts.programs.items() if name not in run]
+        scheduled = {name.upper() for task in tasks for name in task.programs}
+        unscheduled = [program.name for name, program in parts.programs.items() if name not in scheduled]
         _run(imported, parts, tasks, imported.controller, work)
-        if unrun:
-            _run(imported, parts, trial_tasks(parts, unrun), None, work)
+        if unscheduled:
+            _run(imported, parts, trial_tasks(parts, unscheduled), None, work)
     if parts.add_ons:
         harness = harness_of(parts)
         _run(imported, harness, harness.tasks, None, work)
@@ -81,9 +81,13 @@ class Work:
 def _run(
     imported: L5xImport, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
 ) -> None:
-    """Run the programs of tasks; after a fault run them again, with fault routines that clear it.
+    """Run the programs of tasks together, and count the rungs that ran.
 
-    After a fault that they can't clear, such as a watchdog fault, each program runs alone.
+    After a fault they run again, with fault routines that clear faults. If they still do not complete the
+    scans, or the back ends differ, each program runs alone.
+
+    Args:
+        controller: the built controller with these tasks; None to build it.
     """
     names = [name for task in tasks for name in task.programs]
     report = imported.report
@@ -92,7 +96,7 @@ def _run(
     except TooLongError as error:
         _refuse_too_long(imported, parts, tasks, error, work)
         return
-    except BuildError as error:  # caused by one of the programs, since each rung can be built
+    except BuildError as error:  # every rung can be built, so one of the programs as a whole is the cause
         report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
         if len(names) > 1:
             _run_each(imported, parts, names, work)
@@ -102,7 +106,7 @@ def _run(
         if len(names) > 1:
             outcome = lockstep(parts.with_fault_routines().assemble(report, tasks), work)
     if outcome.scans and not outcome.difference:
-        _count(imported, names)
+        _count_run_rungs(imported, names)
     elif len(names) == 1:
         report.faults[names[0]] = outcome.difference or outcome.fault
     else:
@@ -112,10 +116,11 @@ def _run(
 def _refuse_too_long(
     imported: L5xImport, parts: Parts, tasks: Sequence[Task], error: TooLongError, work: Work
 ) -> None:
-    """Run the programs of tasks, without the routine that is too long."""
+    """Refuse the routine that is too long, and run the programs of tasks without it."""
     owner, routine = owner_of(error.site.routine)
     if imported.reader.refuse_routine(owner, routine, error.reason, error.remedy):
-        _run(imported, _without(parts, owner, routine), tasks, None, work)
+        _empty(parts, owner, routine)
+        _run(imported, parts, tasks, None, work)
     else:
         imported.report.faults[owner] = error.reason
 
@@ -126,28 +131,24 @@ def _run_each(imported: L5xImport, parts: Parts, names: Iterable[str], work: Wor
         _run(imported, parts, trial_tasks(parts, [name]), None, work)
 
 
-def _without(parts: Parts, owner: str, routine: str) -> Parts:
-    """Return the parts with a routine emptied."""
+def _empty(parts: Parts, owner: str, routine: str) -> None:
+    """Empty a routine of a program or an add-on."""
+    key = routine.upper()
     part, definition = parts.programs.get(owner.upper()), parts.add_ons.get(owner.upper())
-    if part is not None and routine.upper() in part.routines:
-        part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
+    if part is not None and key in part.routines:
+        part.functions[key] = idle_routine(part.routines.pop(key).name)
     elif definition is not None:
-        other_routines = (
-            candidate for candidate in definition.routines if candidate.name.upper() != routine.upper()
-        )
+        other_routines = [other for other in definition.routines if other.name.upper() != key]
         parts.add_ons[owner.upper()] = definition.with_routines((Routine(routine, ()), *other_routines))
-    return parts
 
 
-def _count(imported: L5xImport, names: Iterable[str]) -> None:
-    """Count the executed rungs of programs and add-ons."""
-    for name in names:
-        part = imported.parts.programs.get(name.upper())
-        definition = imported.parts.add_ons.get(name.upper())
-        routines = part.routines.values() if part else definition.routines if definition else ()
-        for routine in routines:
-            imported.report.ran += imported.reader.accepted(name, routine.name)
-            imported.reader.ran(name, routine.name)
+def _count_run_rungs(imported: L5xImport, names: Iterable[str]) -> None:
+    """Add the imported rungs of programs and add-ons to the ones that ran."""
+    counted = {name.upper() for name in names}
+    for owner, routine in imported.parts.all_routines():
+        if owner.upper() in counted:
+            imported.report.ran += imported.reader.imported_rungs(owner, routine.name)
+            imported.reader.mark_run(owner, routine.name)
 
 
 @dataclass(slots=True)
@@ -155,9 +156,9 @@ class Outcome:
     """The outcome of a trial."""
 
     scans: bool = False  # whether all scans were completed
-    fault: str = ""  # the first major fault; "" if there was none
-    program: str = ""  # its program
-    difference: str = ""  # the first difference; "" if there was none
+    fault: str = ""  # the first major fault; "" without one
+    program: str = ""  # the program of the fault
+    difference: str = ""  # the first difference between the back ends; "" without one
 
 
 def lockstep(controller: LadderLogic, work: Work) -> Outcome:
@@ -166,28 +167,30 @@ def lockstep(controller: LadderLogic, work: Work) -> Outcome:
     compiled, interpreted = controller.compile(), controller.interpret()
     for number in range(work.scans):
         try:
-            interpreted_scan = work.scan(interpreted)
+            interpreted_fault = work.scan(interpreted)
         except OutOfLinesError as error:
             outcome.fault, outcome.program = f"scan {number}: {error}", ""
             return outcome
-        compiled_scan = _scan(compiled)
-        if str(compiled_scan) != str(interpreted_scan):
-            outcome.difference = f"scan {number}: compiled {compiled_scan}, interpreted {interpreted_scan}"
+        fault = _scan(compiled)
+        if str(fault) != str(interpreted_fault):
+            outcome.difference = f"scan {number}: compiled {fault}, interpreted {interpreted_fault}"
             return outcome
-        if compiled_scan is None:
-            different = _different(compiled, interpreted)
-            if different:
-                outcome.difference = f"scan {number}: {different}"
+        if fault is None:
+            difference = memory_difference(compiled, interpreted)
+            if difference:
+                outcome.difference = f"scan {number}: {difference}"
                 return outcome
-        elif not outcome.fault:
-            outcome.fault, outcome.program = f"scan {number}: {compiled_scan}", compiled_scan.site.program
-        if compiled_scan is not None and compiled_scan.type == WATCHDOG_TYPE:
+            continue
+        if not outcome.fault:
+            outcome.fault, outcome.program = f"scan {number}: {fault}", fault.site.program
+        if fault.type == WATCHDOG_TYPE:
             return outcome
     outcome.scans = True
     return outcome
 
 
 def _scan(engine: Engine) -> LadderFault | None:
+    """Run a scan; return its major fault."""
     try:
         engine.step()
     except LadderFault as fault:
@@ -195,17 +198,20 @@ def _scan(engine: Engine) -> LadderFault | None:
     return None
 
 
-def _different(ours: Engine, theirs: Engine) -> str:
-    """Return the name of a variable whose values differ; "" if there is none."""
-    their_cells = theirs.memory.cells
-    for ident, cell in ours.memory.cells.items():
-        our_value, their_value = cell.cell_contents, their_cells[ident].cell_contents
-        if our_value != their_value and not same(_plain(our_value), _plain(their_value)):
-            return f"{ident} is {_plain(our_value)!r} compiled and {_plain(their_value)!r} interpreted"[:300]
+def memory_difference(compiled: Engine, interpreted: Engine) -> str:
+    """Return the first variable that differs, with both values; "" if all are equal."""
+    interpreted_cells = interpreted.memory.cells
+    for name, cell in compiled.memory.cells.items():
+        if cell.cell_contents == interpreted_cells[name].cell_contents:
+            continue
+        value, interpreted_value = _plain(cell.cell_contents), _plain(interpreted_cells[name].cell_contents)
+        if not same(value, interpreted_value):  # two NaNs are the same
+            return f"{name} is {value!r} compiled and {interpreted_value!r} interpreted"[:300]
     return ""
 
 
 def _plain(value: Any) -> Any:
+    """Return a value that can be compared and printed: bytes or a list for memory."""
     if isinstance(value, TagBytes):
         return value.saved()
     return value.tolist() if isinstance(value, memoryview) else value

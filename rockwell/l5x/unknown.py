@@ -1,11 +1,11 @@
-"""Undefined types: of modules, or missing in a partial export.
+"""Types that a document does not define: types of modules, or types missing in a partial export.
 
 They get the members that rungs name, with types inferred from their use (`type_inference`). An axis has
-hundreds of members, depending on kind and revision: used members that `AXIS_TYPES` lacks are added to its
+hundreds of members, depending on kind and revision. Members in use that `AXIS_TYPES` lacks are added to its
 type in the same way.
 
-A call shows the type of its arguments: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I has the type of the first
-InOut, and a member Ch0 of the type of the second.
+A call shows the types of its arguments: after `Guard(G1,Door:I,Door:I.Ch0)`, Door:I has the type of the first
+InOut, and its member Ch0 the type of the second InOut.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 from scanrack.ladder.lowering.type_inference import Guesses
 from scanrack.ladder.model.errors import LadderError
@@ -35,10 +36,18 @@ _ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII
 Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
 
-Argument = tuple[str, Address, TagRecord]
-"""An argument: the program or add-on of the call, the address, the InOut."""
+
+class Argument(NamedTuple):
+    """An argument of an add-on call that is passed to an InOut."""
+
+    owner: str  # the program or add-on of the call
+    address: Address
+    inout: TagRecord
+
 
 AXES = AXIS_TYPES["AXIS_CIP_DRIVE"]
+"""An axis type; all of them have the same members."""
+
 _DEEPEST = 64  # maximum depth of types that depend on each other
 
 
@@ -55,13 +64,13 @@ class UnknownTypes:
         self._tags, self._add_ons = names.tags, names.add_ons
         self._record, self._without_aliases = names.record, names.without_aliases
         self._arguments = {add_on.name.upper(): tuple(arguments_of(add_on)) for add_on in document.add_ons}
-        self._passed: dict[str, str] = {}
-        self.names = dict(self._missing(document))
-        self._with_axes = frozenset(self._naming_axis_members(document))
+        self._types_of_undeclared: dict[str, str] = {}  # by tag in capitals
+        self.names = dict(self._missing(document))  # undefined types, by name in capitals
+        self._routines_with_axes = frozenset(self._naming_axis_members(document))
 
     def __bool__(self) -> bool:
-        """Whether any type is undefined."""
-        return bool(self.names or self._with_axes)
+        """Whether any type is undefined, or an axis lacks members."""
+        return bool(self.names or self._routines_with_axes)
 
     def _missing(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield undefined types: name in capitals, name."""
@@ -70,16 +79,15 @@ class UnknownTypes:
                 if self._is_unknown(member.type):
                     yield member.type.upper(), member.type
         for record in self._records():
-            if self._is_unknown(record.type) and not self._shows(record):
+            if self._is_unknown(record.type) and not self._shows_type(record):
                 yield record.type.upper(), record.type
 
     def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield owner and name, in capitals, of routines that name axis members that `AXIS_TYPES` lacks."""
         records = list(self._records())
         axes = {record.name.upper() for record in records if record.type.upper() in AXIS_TYPES}
-        axes |= {
-            record.name.upper() for record in records if record.target.rpartition(".")[2].upper() in axes
-        }
+        aliases = [record for record in records if record.target.rpartition(".")[2].upper() in axes]
+        axes.update(alias.name.upper() for alias in aliases)
         for owner, routine in document.routines() if axes else ():
             members = _members_named(routine)
             if any(name.upper() in axes and AXES.member(member) is None for name, member in members):
@@ -100,7 +108,7 @@ class UnknownTypes:
             return isinstance(error, UnknownTypeError)
         return False
 
-    def _shows(self, record: TagRecord) -> bool:
+    def _shows_type(self, record: TagRecord) -> bool:
         try:
             type_of(record, self._types)
         except LadderError:
@@ -109,35 +117,37 @@ class UnknownTypes:
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define undefined types from their use; return them by name, axes with only the added members."""
-        owned = list(routines)
-        arguments = [argument for owner, routine in owned for argument in self._arguments_in(owner, routine)]
-        self._passed = dict(self._undeclared(arguments))
-        guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
+        routines = list(routines)
+        arguments = [
+            argument for owner, routine in routines for argument in self._arguments_in(owner, routine)
+        ]
+        self._types_of_undeclared = dict(self._undeclared(arguments))
+        guesses = Guesses(self._use_of, self._type_of, lambda _name: (), specs)
         guesses.read_all(
             (owner, routine)
-            for owner, routine in owned
-            if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
+            for owner, routine in routines
+            if self.names or (owner.upper(), routine.name.upper()) in self._routines_with_axes
         )
-        parts = self._parts_passed(arguments)
-        settled: dict[str, DataType] = {}
+        member_arguments = self._member_arguments(arguments)
+        defined: dict[str, DataType] = {}
         for key in self.names:
-            self._settle(key, guesses, parts, settled)
-        return {name: settled[key] for key, name in self.names.items()} | self._extend_axes(guesses)
+            self._define(key, guesses, member_arguments, defined)
+        return {name: defined[key] for key, name in self.names.items()} | self._extend_axes(guesses)
 
-    def _undeclared(self, passed: Iterable[Argument]) -> Iterator[tuple[str, str]]:
-        """Yield arguments without a declared tag: name in capitals and type of the parameter."""
-        for owner, address, inout in passed:
+    def _undeclared(self, arguments: Iterable[Argument]) -> Iterator[tuple[str, str]]:
+        """Yield the name in capitals and the InOut's type of arguments that are undeclared tags."""
+        for owner, address, inout in arguments:
             if not address.steps and not inout.dims and self._record(owner, address.name) is None:
                 yield address.name.upper(), inout.type
 
-    def _parts_passed(self, passed: Iterable[Argument]) -> dict[str, list[Argument]]:
+    def _member_arguments(self, arguments: Iterable[Argument]) -> dict[str, list[Argument]]:
         """Return the arguments that are members of undefined types, by type in capitals."""
-        parts: dict[str, list[Argument]] = {}
-        for argument in passed:
-            use = self._use_of(argument[0], argument[1])
-            if use is not None and use[1]:
-                parts.setdefault(use[0].upper(), []).append(argument)
-        return parts
+        by_type: dict[str, list[Argument]] = {}
+        for argument in arguments:
+            kind, steps = self._use_of(argument.owner, argument.address) or ("", ())
+            if steps:
+                by_type.setdefault(kind.upper(), []).append(argument)
+        return by_type
 
     def _extend_axes(self, guesses: Guesses) -> dict[str, DataType]:
         """Add the members in use to the types of axes; return the added members by type."""
@@ -150,71 +160,76 @@ class UnknownTypes:
                 self._types.define(name, replace(axis, members=axis.members + added.members))
         return extended
 
-    def _settle(
+    def _define(
         self,
         key: str,
         guesses: Guesses,
-        parts: dict[str, list[Argument]],
-        settled: dict[str, DataType],
+        member_arguments: dict[str, list[Argument]],
+        defined: dict[str, DataType],
         depth: int = 0,
     ) -> None:
-        """Define a type, after the types of the InOuts to which its members are passed."""
-        for owner, address, inout in parts.pop(key, ()):
-            inner_type = inout.type.upper()
-            if (
-                inner_type in self.names
-                and inner_type not in settled
-                and inner_type != key
-                and depth < _DEEPEST
-            ):
-                self._settle(inner_type, guesses, parts, settled, depth + 1)
-            if inner_type in settled or inner_type not in self.names:
+        """Define a type, after the types of the InOuts to which its members are passed.
+
+        Args:
+            key: the name of the type, in capitals.
+            member_arguments: the arguments not handled yet, see `_member_arguments`.
+            defined: the types defined so far, by name in capitals.
+        """
+        for owner, address, inout in member_arguments.pop(key, ()):
+            inout_type = inout.type.upper()
+            is_undefined = inout_type in self.names and inout_type not in defined
+            if is_undefined and inout_type != key and depth < _DEEPEST:
+                self._define(inout_type, guesses, member_arguments, defined, depth + 1)
+            if inout_type in defined or inout_type not in self.names:
                 guesses.argument(owner, address, self._types.find(inout.type), inout.dims)
-        if key in settled:
+        if key in defined:
             return
         guess = guesses.found.get(key)
         name = self.names[key]
         unknown = Structure(name, (Member("unknown", DINT, hidden=True),))
-        settled[key] = guess.type(name) if guess else unknown
-        self._types.define(name, settled[key])
+        defined[key] = guess.type(name) if guess else unknown
+        self._types.define(name, defined[key])
 
     def _arguments_in(self, owner: str, routine: Routine) -> Iterator[Argument]:
-        """Yield the arguments of add-on calls in a routine."""
+        """Yield the arguments of InOuts in the add-on calls of a routine."""
         for instruction in all_instructions([routine]):
-            for inout, operand in zip(
-                self._arguments.get(instruction.name.upper(), ()), instruction.operands[1:], strict=False
-            ):
-                if inout.usage == "InOut" and isinstance(operand, Address):
-                    yield owner, operand, inout
+            parameters = self._arguments.get(instruction.name.upper(), ())
+            for parameter, operand in zip(parameters, instruction.operands[1:], strict=False):
+                if parameter.usage == "InOut" and isinstance(operand, Address):
+                    yield Argument(owner, operand, parameter)
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the undefined type to which an address leads, and the remaining steps, or None."""
+        """Return the undefined type to which an address leads, and the remaining steps; None if none does.
+
+        An axis counts as undefined if the next step is a member that `AXIS_TYPES` lacks.
+        """
         address = self._without_aliases(owner, address)
         record = self._record(owner, address.name)
-        kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
+        kind = self._types_of_undeclared.get(address.name.upper(), "") if record is None else record.type
         steps = list(address.steps)
         while kind:
-            if isinstance(next(iter(steps), None), SubscriptStep):
-                steps.pop(0)
-            first_step = next(iter(steps), None)
-            member_name = first_step.name if isinstance(first_step, MemberStep) else ""
-            beyond = kind.upper() in AXIS_TYPES and bool(member_name) and AXES.member(member_name) is None
-            if kind.upper() in self.names or beyond:
+            if steps and isinstance(steps[0], SubscriptStep):
+                del steps[0]
+            member = steps[0].name if steps and isinstance(steps[0], MemberStep) else ""
+            is_new_axis_member = kind.upper() in AXIS_TYPES and bool(member) and AXES.member(member) is None
+            if kind.upper() in self.names or is_new_axis_member:
                 return kind, tuple(steps)
-            if not member_name:
+            if not member:
                 return None
             del steps[0]
-            kind = self._member_type(kind, member_name)
+            kind = self._member_type(kind, member)
         return None
 
     def _member_type(self, kind: str, name: str) -> str:
+        """Return the name of a member's type; "" if it is unknown."""
         members = self._members.get(kind.upper())
         if members is not None:
             return members.get(name.upper(), "")
         parameter = self._add_ons.get(kind.upper(), {}).get(name.upper())
         return parameter.type if parameter is not None else ""
 
-    def _known(self, owner: str, address: Address) -> DataType | None:
+    def _type_of(self, owner: str, address: Address) -> DataType | None:
+        """Return the type of a tag or of an array's element; None for members and undefined types."""
         record = self._record(owner, address.name)
         if record is None or any(isinstance(step, MemberStep) for step in address.steps):
             return None
@@ -225,7 +240,7 @@ class UnknownTypes:
 
 
 def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
-    """Yield the tags, each with a member, that the texts of a routine name."""
+    """Yield names before and after a dot in a routine's texts, and axis and attribute of each GSV and SSV."""
     for text in (*(rung.text for rung in routine.rungs), *(text for text, _ in routine.lines)):
         yield from _MEMBER.findall(text)
         yield from _ATTRIBUTE.findall(text)

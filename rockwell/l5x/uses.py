@@ -1,4 +1,4 @@
-"""Calls in routines, and their instructions."""
+"""Instructions in routines, and the names in their first operands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.ladder.model.tree import Address, Instruction
 
 
 def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
-    """Yield the first operand of each such instruction, if it is a name."""
+    """Yield the first operand of each of these instructions, if it is a name."""
     for instruction in all_instructions(routines):
         if instruction.name in instructions and instruction.operands:
             target = instruction.operands[0]

@@ -12,7 +12,8 @@
 | `rungs` | mnemonics and operands of a rung to the tree, and back |
 | `importer` | a document to a program, and the report of its import |
 | `export` | a program back to text |
-| `trial` | runs it: interpreter and compiler in lockstep |
+| `rewriting` | edited rungs in the text of an export |
+| `trial` | runs the program in the interpreter and compiled, in lockstep |
 
 The program has the dialect `slc`, see `instructions.slc`.
 """

@@ -1,13 +1,13 @@
 """Addresses of data files in both notations [1747-RM001, "Addressing"].
 
-| export | means |
+| export | meaning |
 |---|---|
 | `N7:3`, `N7:3/5` | word 3 of the file N7, its bit 5 |
 | `B3/17` | bit 17 of the file: bit 1 of word 1 |
 | `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot, which is word 1, bit 3 |
 | `T4:0.ACC`, `T4:0/DN` | a member of timer 0 |
 | `N7:[N7:1]`, `B3:0/[N7:2]` | word or bit number in another word |
-| `#N7:0` | in a file instruction, the file starting there; elsewhere, the word at offset S:24 from there |
+| `#N7:0` | in a file instruction, the file from N7:0; elsewhere, the word S:24 words after N7:0 |
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class AddressTextError(LadderError):
 
 
 def is_address(text: str) -> bool:
-    """Whether text has the form of an address.
+    """Return whether a text has the form of an address.
 
     >>> is_address("B3/17"), is_address("#N7:0"), is_address("100"), is_address("ADD")
     (True, True, False, False)
@@ -70,10 +70,13 @@ def is_address(text: str) -> bool:
 
 
 def parse(text: str, *, file: bool = False) -> Address:
-    """Read an address; `#` means a file if `file` is set, else the offset S:24.
+    """Read an address.
 
     >>> print(parse("B3/17"), parse("T4:0/DN"), parse("I:1/19"), parse("N7:[N7:1]"))
     B3:1/1 T4:0.DN I:1.1/3 N7[N7:1]
+
+    Args:
+        file: whether `#` marks a file; otherwise it adds the offset S:24.
 
     Raises:
         AddressTextError: the text is not an address.
@@ -87,16 +90,16 @@ def parse(text: str, *, file: bool = False) -> Address:
     name = letters if letters == "S" else f"{letters}{match['file']}"
     indexed = bool(match["indexed"]) and not file
     if match["element"] is None:
-        return Address(name, (*_whole_file(match["bit"], text),))
+        return Address(name, (*_bit_of_file(match["bit"], text),))
     steps: list[Step] = [_element(match["element"], indexed=indexed)]
-    return Address(name, (*steps, *_inside(letters, match["part"], match["bit"], text)))
+    return Address(name, (*steps, *_steps_inside(letters, match["part"], match["bit"], text)))
 
 
 def _element(text: str, *, indexed: bool) -> Step:
-    place = _index(text)
+    index = _index(text)
     if indexed:
-        return SubscriptStep((Operation("+", (place, INDEX)),))
-    return WordStep(int(text), ":") if text.isdigit() else SubscriptStep((place,))
+        return SubscriptStep((Operation("+", (index, INDEX)),))
+    return WordStep(int(text), ":") if text.isdigit() else SubscriptStep((index,))
 
 
 def _index(text: str) -> Operand:
@@ -104,20 +107,21 @@ def _index(text: str) -> Operand:
     return number(int(text)) if text.isdigit() else parse(text[1:-1].strip())
 
 
-def _whole_file(bit: str | None, text: str) -> tuple[Step, ...]:
+def _bit_of_file(bit: str | None, text: str) -> tuple[Step, ...]:
     """Return the steps to a bit that is numbered from the file's beginning."""
     if bit is None or bit[0].isalpha():
         raise AddressTextError(f"{text!r} has no element: write {text}:0")
     if bit.isdigit():
         return WordStep(int(bit) // BITS, ":"), SlashStep(int(bit) % BITS)
-    place = _index(bit)
-    word = Operation("/", (place, number(BITS)))
-    return SubscriptStep((word,)), BitStep(Operation("AND", (place, number(BITS - 1))))
+    bit_number = _index(bit)
+    word = Operation("/", (bit_number, number(BITS)))
+    return SubscriptStep((word,)), BitStep(Operation("AND", (bit_number, number(BITS - 1))))
 
 
-def _inside(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+def _steps_inside(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+    """Return the steps from an element to its part or bit; () for the whole element."""
     if letters in STRUCTURED:
-        return _of_three_words(letters, part, bit, text)
+        return _steps_in_structure(letters, part, bit, text)
     steps: list[Step] = []
     if part is not None:
         steps.append(WordStep(int(part), ".") if part.isdigit() else MemberStep(part.upper()))
@@ -131,7 +135,7 @@ def _inside(letters: str, part: str | None, bit: str | None, text: str) -> tuple
     return tuple(steps)
 
 
-def _of_three_words(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
+def _steps_in_structure(letters: str, part: str | None, bit: str | None, text: str) -> tuple[Step, ...]:
     if part is not None and part.isdigit() and part != "0":
         if int(part) > len(WORDS[letters]):
             raise AddressTextError(f"{text!r}: an element has words 0 to 2")
@@ -139,26 +143,27 @@ def _of_three_words(letters: str, part: str | None, bit: str | None, text: str) 
     if bit is not None and part in (None, "0"):
         name = STRUCTURED[letters].get(int(bit), "") if bit.isdigit() else bit
         if not name[:1].isalpha():
-            raise AddressTextError(f"{text!r}: there are bits {', '.join(STRUCTURED[letters].values())}")
+            raise AddressTextError(f"{text!r}: choose from bits {', '.join(STRUCTURED[letters].values())}")
         return (MemberStep(name.upper()),)
     if part == "0":
-        raise AddressTextError(f"{text!r}: the first word is reached by its bits only")
+        raise AddressTextError(f"{text!r}: the first word has no address, only its bits have")
     steps: list[Step] = [] if part is None else [MemberStep(part.upper())]
     if bit is not None:
         steps.append(SlashStep(int(bit)) if bit.isdigit() else BitStep(_index(bit)))
     return tuple(steps)
 
 
-def _image(letters: str, found: re.Match[str], text: str) -> Address:
-    slot, part, bit = found["element"], found["part"] or "0", found["bit"]
+def _image(letters: str, match: re.Match[str], text: str) -> Address:
+    """Return an address in an image; a bit number above 15 is in a later word."""
+    slot, part, bit = match["element"], match["part"] or "0", match["bit"]
     if slot is None or not slot.isdigit() or not part.isdigit():
         raise AddressTextError(f"{text!r}: write slot and word, as in {letters}:1.0")
     word = int(part)
     steps: list[Step] = []
     if bit is not None:
         if bit.isdigit():
-            word, place = word + int(bit) // BITS, int(bit) % BITS
-            steps.append(SlashStep(place))
+            word += int(bit) // BITS
+            steps.append(SlashStep(int(bit) % BITS))
         else:
             steps.append(BitStep(_index(bit)))
     return Address(f"{letters}:{int(slot)}", (WordStep(word, "."), *steps))
@@ -168,14 +173,14 @@ def _image(letters: str, found: re.Match[str], text: str) -> Address:
 
 
 def text_of(operand: Operand, *, file: bool = False) -> str:
-    """Return an operand in the notation of exports, with `#` if `file` is set.
+    """Return an operand in the notation of exports, with `#` before a file.
 
     >>> text_of(parse("N7:[N7:1]/3")), text_of(parse("T4:0/DN")), text_of(parse("B3/17"), file=True)
     ('N7:[N7:1]/3', 'T4:0/DN', '#B3:1/1')
     """
     if not isinstance(operand, Address):
         return str(operand)
-    address_text = _plain(operand)
+    address_text = _address_text(operand)
     return f"#{address_text}" if file and not address_text.startswith("#") else address_text
 
 
@@ -183,32 +188,28 @@ def _index_text(index: Operand) -> str:
     return str(index) if isinstance(index, Number) else f"[{text_of(index)}]"
 
 
-def _plain(address: Address) -> str:
-    counted = _counted(address)
-    if counted is not None:
-        return f"{address.name}/[{text_of(counted)}]"
+def _address_text(address: Address) -> str:
+    bit_number = _number_of_bit(address)
+    if bit_number is not None:
+        return f"{address.name}/[{text_of(bit_number)}]"
     text = address.name
     for step in address.steps:
         if isinstance(step, SubscriptStep):
             inner = step.indices[0]
             if isinstance(inner, Operation) and inner.name == "+" and inner.operands[1] == INDEX:
-                return f"#{text}:{text_of(inner.operands[0])}{_rest(address)}"
+                return f"#{text}:{text_of(inner.operands[0])}{''.join(map(str, address.steps[1:]))}"
             text += f":{_index_text(inner)}"
         elif isinstance(step, BitStep):
             text += f"/{_index_text(step.index)}"
         elif isinstance(step, MemberStep):
-            text += f"{'/' if _is_bit(address.name, step.name) else '.'}{step.name}"
+            text += f"{'/' if _is_status_bit(address.name, step.name) else '.'}{step.name}"
         else:
             text += str(step)
     return text
 
 
-def _rest(address: Address) -> str:
-    return "".join(map(str, address.steps[1:]))
-
-
-def _counted(address: Address) -> Operand | None:
-    """Return the number of a bit counted from the file's beginning, else None."""
+def _number_of_bit(address: Address) -> Operand | None:
+    """Return the number of a bit that `_bit_of_file` reads in brackets; None for other addresses."""
     if len(address.steps) != 2:
         return None
     first, second = address.steps
@@ -220,5 +221,5 @@ def _counted(address: Address) -> Operand | None:
     return word.operands[0]
 
 
-def _is_bit(file: str, member: str) -> bool:
+def _is_status_bit(file: str, member: str) -> bool:
     return member in STRUCTURED.get(file[:1], {}).values()

@@ -1,7 +1,7 @@
 """Data files as tags: types, lengths and values [1747-RM001, "Data files"].
 
-A file extends to the last of its values and of the elements in rungs; with indirect addresses it has all 256
-elements. A slot has at least as many words as its SLOT line states.
+A file extends to its last value in DATA, or to the last element in rungs if that is later. A file with an
+indirect address has all 256 elements. A slot has at least as many words as its SLOT line states.
 
 Elements have the values in DATA. Without readable values, a timer, counter or control has the values in its
 rung, and any other element is 0.
@@ -9,7 +9,7 @@ rung, and any other element is 0.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -53,10 +53,10 @@ TYPES: Mapping[str, DataType] = {
 """Element type by the letters of the file."""
 
 UNREAD = frozenset({"MG"})
-"""Files that have values in another order than their elements here."""
+"""Files whose values are not read, since their order differs from the order of members."""
 
-_LONG = frozenset(("COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"))  # with a length
-_BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})  # uses of a bit
+_WITH_LENGTH = frozenset(("COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"))
+_BIT_USES = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})
 
 
 def letters_of(name: str) -> str:
@@ -70,20 +70,21 @@ def letters_of(name: str) -> str:
 
 @dataclass
 class _File:
-    """What data and rungs show about a file."""
+    """A data file, as collected from DATA and rungs."""
 
     name: str
-    length: int = 0
-    values: dict[int, Any] = field(default_factory=dict)
-    members: dict[str, bool] = field(default_factory=dict)
-    shown: dict[int, dict[str, int]] = field(default_factory=dict)
+    length: int = 0  # elements
+    values: dict[int, Any] = field(default_factory=dict)  # in DATA, by element
+    members: dict[str, bool] = field(default_factory=dict)  # members in rungs; whether each is a bit
+    presets: dict[int, dict[str, int]] = field(default_factory=dict)  # values in rungs, by element
 
     def need(self, length: int) -> None:
+        """Extend the file to a minimum length."""
         self.length = max(self.length, length)
 
 
 class DataFiles:
-    """Collects the data files from data and rungs."""
+    """Collects the data files of a program from DATA and rungs."""
 
     def __init__(self, specs: Mapping[str, Spec]) -> None:
         self._specs = specs
@@ -95,95 +96,95 @@ class DataFiles:
 
     # --- values
 
-    def image(self, name: str, words: int) -> None:
-        """Set the minimum number of words of a slot."""
+    def add_image(self, name: str, words: int) -> None:
+        """Add the image of a slot with a minimum number of words; without words do nothing."""
         if words:
             self._file(name).need(words)
 
     def has(self, name: str) -> bool:
-        """Return whether data or a rung names a file; rungs call the file PTOX0 PTO."""
+        """Return whether DATA or a rung names a file; a rung may name the file PTOX0 PTO."""
         letters = name.rstrip("0123456789")
         return not self._files.keys().isdisjoint((name, letters, letters.removesuffix("X")))
 
-    def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
-        """Add the values of a data file; yield the place, text and line of each error."""
+    def add_values(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
+        """Add the values of a data file; yield the address, text and line of each error."""
         letters = letters_of(record.file)
         if letters not in TYPES or letters in UNREAD:
             if record.rows:
-                yield record.file, f"values of files {letters} are left out", record.line
+                yield record.file, f"values of {letters} files are not read", record.line
             return
         file = self._file(STATUS if letters == "S" else record.file)
         words = 3 if letters in STRUCTURED else 1
-        for place, row in placed_rows(record, words):
+        separator = "." if letters in IMAGES else ":"
+        for first_element, row in placed_rows(record, words):
             if len(row.values) % words:
-                text = f"elements of {letters} have three words, {len(row.values)} values are given"
-                yield f"{record.file}:{place}", text, row.line
-            end = place + len(row.values) // words
-            for index, element in enumerate(range(place, end)):
-                where = f"{record.file}{'.' if letters in IMAGES else ':'}{element}"
+                text = f"elements of {letters} have three words, but the line has {len(row.values)} values"
+                yield f"{record.file}:{first_element}", text, row.line
+            end = first_element + len(row.values) // words
+            for index, element in enumerate(range(first_element, end)):
+                address = f"{record.file}{separator}{element}"
                 if element >= MOST:
-                    yield where, f"a file has up to {MOST} elements, these are {end}", row.line
+                    yield address, f"a file has up to {MOST} elements; this one has {end}", row.line
                     return
                 try:
                     file.values[element] = value_of(letters, row.values[index * words : (index + 1) * words])
                 except ValueError as error:
-                    yield where, str(error), row.line
+                    yield address, str(error), row.line
             file.need(end)
 
     # --- uses
 
-    def routine(self, routine: Routine) -> None:
-        """Note the elements that a routine uses."""
+    def add_uses(self, routine: Routine) -> None:
+        """Add the elements that a routine uses."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
                 spec = self._specs.get(instruction.name)
-                for place, operand in enumerate(instruction.operands):
-                    use = spec.use_at(place) if spec else None
+                for index, operand in enumerate(instruction.operands):
+                    use = spec.use_at(index) if spec else None
                     for address in addresses_in(operand):
-                        self._address(address, is_bit=address is operand and use in _BITS)
-                self._show(instruction)
-                self._length(instruction)
+                        self._add_address(address, is_bit=address is operand and use in _BIT_USES)
+                if spec is not None:
+                    self._add_presets(instruction, spec)
+                    if instruction.name in _WITH_LENGTH:
+                        self._extend_files(instruction, spec)
 
-    def _address(self, address: Address, *, is_bit: bool) -> None:
+    def _add_address(self, address: Address, *, is_bit: bool) -> None:
         file = self._file(address.name)
-        for number, step in enumerate(address.steps):
-            if isinstance(step, WordStep) and (number == 0 or step.mark == ":"):
+        for index, step in enumerate(address.steps):
+            if isinstance(step, WordStep) and (index == 0 or step.mark == ":"):
                 file.need(step.index + 1)
             elif isinstance(step, SubscriptStep):
                 file.need(MOST)
             elif isinstance(step, MemberStep):
                 file.members[step.name] = is_bit or file.members.get(step.name, False)
 
-    def _show(self, instruction: Instruction) -> None:
-        """Note the preset and accumulator that a rung shows."""
-        spec = self._specs.get(instruction.name)
-        for place, (structure, name) in spec.members.items() if spec else ():
-            address, word = instruction.operands[structure], instruction.operands[place : place + 1]
-            element = _element(address)
-            if element is None or not isinstance(address, Address):
+    def _add_presets(self, instruction: Instruction, spec: Spec) -> None:
+        """Add the preset and accumulator values in a rung."""
+        for index, (structure_index, member) in spec.members.items():
+            structure = instruction.operands[structure_index]
+            element = _element(structure)
+            if element is None or not isinstance(structure, Address):
                 continue
-            shown = self._file(address.name).shown.setdefault(element, {})
-            shown.update((name, int(operand.value)) for operand in word if isinstance(operand, Number))
+            presets = self._file(structure.name).presets.setdefault(element, {})
+            value = instruction.operands[index] if index < len(instruction.operands) else None
+            if isinstance(value, Number):
+                presets[member] = int(value.value)
 
-    def _length(self, instruction: Instruction) -> None:
-        """Extend a file by the length of a COP, FLL or sequencer instruction."""
-        spec = self._specs.get(instruction.name)
-        if spec is None or instruction.name not in _LONG:
-            return
+    def _extend_files(self, instruction: Instruction, spec: Spec) -> None:
+        """Extend files to the last element that a COP, FLL, sequencer or stack instruction uses."""
         count = _count(instruction)
         for use, operand in zip(spec.operands, instruction.operands, strict=False):
             element = _element(operand)
-            reaches = use in (Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY)
-            if reaches and element is not None and isinstance(operand, Address):
+            is_file = use in (Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY)
+            if is_file and element is not None and isinstance(operand, Address):
                 self._file(operand.name).need(min(element + count, MOST))
 
     # --- tags
 
-    def tags(self, bound: Iterable[str]) -> Iterator[Tag]:
-        """Yield a tag per file, except `bound` images of the rack."""
-        without = set(bound)
+    def tags(self, bound: Collection[str]) -> Iterator[Tag]:
+        """Yield a tag for each file, except the images of the rack, which are `bound`."""
         for file in self._files.values():
-            if file.name not in without and file.length:
+            if file.name not in bound and file.length:
                 yield Tag(file.name, self._type(file), (min(file.length, MOST),), self._initial(file))
 
     @property
@@ -192,6 +193,7 @@ class DataFiles:
         return [name for name in self._files if name.startswith(("I:", "O:"))]
 
     def _type(self, file: _File) -> DataType:
+        """Return the type of an element; a function file is a structure with the members in rungs."""
         kind = TYPES.get(letters_of(file.name))
         if kind is not None:
             return kind
@@ -199,16 +201,18 @@ class DataFiles:
         return Structure(f"{file.name}_type", members) if members else INT
 
     def _initial(self, file: _File) -> list[Any] | None:
-        values: dict[int, Any] = {**file.shown, **file.values}
+        values: dict[int, Any] = {**file.presets, **file.values}
         if not values:
             return None
         kind = self._type(file)
-        empty: Any = "" if kind is STRING else {} if isinstance(kind, Structure) else 0
-        return [values.get(place, empty) for place in range(min(max(values) + 1, file.length, MOST))]
+        zero: Any = 0
+        if isinstance(kind, Structure):
+            zero = "" if kind is STRING else {}
+        return [values.get(element, zero) for element in range(min(max(values) + 1, file.length, MOST))]
 
 
 def _count(instruction: Instruction) -> int:
-    """Return the number of elements that an instruction uses, from its length operand."""
+    """Return the number of elements that an instruction uses, from its length operand; 0 if unknown."""
     name = instruction.name
     numbers = [int(operand.value) for operand in instruction.operands if isinstance(operand, Number)]
     if name in ("COP", "FLL"):
@@ -217,10 +221,11 @@ def _count(instruction: Instruction) -> int:
         return 0
     if name.startswith("SQ"):
         return numbers[-2] + 1  # position 0 is the start
-    return numbers[-2] if name[1] == "F" else 0
+    return numbers[-2] if name in ("FFL", "FFU", "LFL", "LFU") else 0
 
 
 def _element(operand: Operand) -> int | None:
+    """Return the element of an address; None for an indirect address or another operand."""
     if isinstance(operand, Address) and operand.steps and isinstance(operand.steps[0], WordStep):
         return operand.steps[0].index
     return None

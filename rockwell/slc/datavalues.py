@@ -1,9 +1,9 @@
-"""Values of data files as RSLogix 500 prints them.
+"""Reads values of data files in the notation of RSLogix 500.
 
 | file | an element |
 |---|---|
 | B, N, S, A, I, O | `-3`, `0XFFF0`, `0FFF0h`, `16#FFF0`, sixteen binary digits |
-| L | the same, of 32 bits |
+| L | the same with 32 bits |
 | F | `0.01666667`, `-1.5e+010`, `1.#INF` |
 | T, C, R | three words: bits, PRE or LEN, ACC or POS |
 | ST | `"a text"` |
@@ -19,8 +19,7 @@ from typing import Any
 
 from scanrack.ladder.model.arithmetic import real
 
-from .addresses import STRUCTURED
-from .addresses import WORDS as INNER
+from .addresses import STRUCTURED, WORDS
 from .records import DataRecord, DataRow
 
 TEXT_LENGTH = 82
@@ -32,33 +31,30 @@ _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}")
 
 def placed_rows(record: DataRecord, words: int) -> Iterator[tuple[int, DataRow]]:
     """Yield lines of values, each with the number of its first element; an element has `words` values."""
-    place = record.begin(words)
+    element = record.first_element(words)
     for row in _joined(record.rows, words):
-        place = place if row.place is None else row.place
-        yield place, row
-        place += -(-len(row.values) // words)
+        element = element if row.element is None else row.element
+        yield element, row
+        element += -(-len(row.values) // words)
 
 
-def _joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
-    """Yield lines of values; lines of one element are joined."""
-    before: DataRow | None = None
+def _joined(rows: Iterable[DataRow], words: int) -> list[DataRow]:
+    """Return lines of values; a line that continues an element is joined to the previous line."""
+    joined: list[DataRow] = []
     for row in rows:
-        if before is not None and row.place is None and len(before.values) % words:
-            before = replace(before, values=before.values + row.values)
-            continue
-        if before is not None:
-            yield before
-        before = row
-    if before is not None:
-        yield before
+        if joined and row.element is None and len(joined[-1].values) % words:
+            joined[-1] = replace(joined[-1], values=joined[-1].values + row.values)
+        else:
+            joined.append(row)
+    return joined
 
 
 def value_of(letters: str, words: Sequence[str]) -> Any:
-    """Return an element from its values; raise a ValueError if they do not fit the file."""
+    """Return the value of an element from the texts of its words; raise a ValueError if they do not fit."""
     if letters in STRUCTURED:
         flags, first, second = (_integer(word, 16) for word in words)
         bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}
-        return {**bits, **dict(zip(INNER[letters], (first, second), strict=True))}
+        return {**bits, **dict(zip(WORDS[letters], (first, second), strict=True))}
     if letters == "ST":
         return _text(words[0])
     return _real(words[0]) if letters == "F" else _integer(words[0], 32 if letters == "L" else 16)
@@ -73,7 +69,7 @@ def _text(word: str) -> str:
 
 
 def _real(word: str) -> float:
-    """Return a value of a file F; Windows prints `1.#INF` and `1.#QNAN`."""
+    """Return a value of a file F, also in the Windows notations `1.#INF` and `1.#QNAN`."""
     unsigned = word.lower().lstrip("+-")
     if unsigned.startswith("1.#"):
         value = math.inf if unsigned.startswith("1.#inf") else math.nan
@@ -85,14 +81,18 @@ def _real(word: str) -> float:
 
 
 def _integer(word: str, bits: int) -> int:
-    """Read a value such as -3, 0XFF, 0FFh, 16#FF or sixteen binary digits, or raise a ValueError."""
+    """Return a signed value such as -3, 0XFF, 0FFh, 16#FF or sixteen binary digits.
+
+    Raises:
+        ValueError: the text is no such value, or does not fit.
+    """
     if len(word) == 16 and set(word) <= {"0", "1"}:
         value = int(word, 2)
     elif match := _HEX.fullmatch(word):
         value = int(match[1] or match[2], 16)
     else:
         if not _DECIMAL.fullmatch(word):
-            raise ValueError(f"{word} is not a whole number")
+            raise ValueError(f"{word} is not an integer")
         value = int(word)
         if value >= 1 << bits - 1:
             raise ValueError(f"{word} does not fit {bits} bits")

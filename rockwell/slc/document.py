@@ -7,11 +7,11 @@
     LADDER 2
     % Rung: 0 %
     SOR XIC I:0/0 OTE O:0/0 EOR
-    % TITLE/RUNG DESCRIPTION                     of the rung above, up to a line that ends in %
+    % TITLE/RUNG DESCRIPTION                     for the rung above, up to a line that ends in %
     RUNG DESCRIPTION: starts the pump
     %
     DATA N7:0
-    % N7:0  %      60      0     -3 0XFFF0                       what follows N7:0 on
+    % N7:0  %      60      0     -3 0XFFF0                       values from N7:0 on
     % N7:10 %       7
     DATA T4:0
     % .CTL   .PRE   .ACC    %
@@ -22,10 +22,10 @@
     FORCE O:03
     0X0000 0XFFFF % FORCE O:3.0 %
 
-Text between two % is a comment. In DATA, a comment has the address of the values on its line; without
-an address, they follow the previous values. A header names the first element. In the
-older form `DATA N7:5 1 2 3 4 5 6`, with values for just this element and all before it, it names the last one
-[9323-PA2E, p. 5-19]; `DATA ...N7:5` always names the first one.
+Text between two % is a comment. In DATA, a comment has the address of the values on its line. Values without
+an address follow the previous values. A header names the first element. In the older form
+`DATA N7:5 1 2 3 4 5 6`, it names the last element if there is a value for it and each element before it
+[9323-PA2E, p. 5-19]. `DATA ...N7:5` always names the first element.
 
 A rung extends from SOR to EOR, over any number of lines. Other lines are noted.
 """
@@ -65,7 +65,7 @@ _FORCE = re.compile(r"FORCE\s+(?:\.{3}\s*)?[IO]\s*:.*", re.IGNORECASE)
 _PROJECT = re.compile(r'(?:START\s+)?PROJECT\s+"?([^"]*?)"?', re.IGNORECASE)
 _FILE_NAME = re.compile(r'(\d{1,3})\s+"([^"]*)"')
 _PROCESSOR = re.compile(r'(?:START|PROC(?:ESSOR)?(?:_TYPE)?)[\s=]+"?([^"]*?)"?', re.IGNORECASE)
-_ENDS = re.compile(r"(?:START|END)\b.*", re.IGNORECASE)
+_IGNORED = re.compile(r"(?:START|END)\b.*", re.IGNORECASE)
 _VALUE = re.compile(
     r'[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?|[+-]?1\.#\w+|0X[0-9A-F]+|[0-9A-F]+h|"[^"]*"|16#[0-9A-F]+',
     re.IGNORECASE,
@@ -82,7 +82,7 @@ def read_document(path: Path | str) -> SlcDocument:
     """Read an export from a file.
 
     Raises:
-        SlcError: it is unreadable, too long, not text, or has no rungs.
+        SlcError: the file is unreadable, too long, not text, or has no rungs.
     """
     file = Path(path)
     try:
@@ -99,7 +99,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
     """Read the bytes of an export, see `parse_document`.
 
     Raises:
-        SlcError: there are too many bytes, or they are not text.
+        SlcError: the bytes are too many, or not text, or have no rungs.
     """
     if len(data) > MOST_BYTES:
         raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
@@ -109,7 +109,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
 
 
 def text_of(data: bytes) -> str:
-    """Decode a text, which RSLogix 500 writes as Windows-1252 and other programs as UTF-8."""
+    """Decode a text; RSLogix 500 writes Windows-1252, other software UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -129,27 +129,33 @@ def parse_document(text: str, file: str, name: str) -> SlcDocument:
 
 
 class _SlcReader:
+    """Reads lines into a document."""
+
     def __init__(self, text: str, document: SlcDocument) -> None:
         self._text = text
         self._document = document
+        self._names: dict[int, str] = {}  # names of ladder files
+        # the current section: at most one of slot, data, forces and an unknown section, and a ladder file
         self._ladder: LadderRecord | None = None
         self._slot: SlotRecord | None = None
         self._data: DataRecord | None = None
-        self._forcing = self._skipping = False
-        self._place: int | None = None
-        self._names: dict[int, str] = {}
-        self._comment: list[str] = []
-        self._words: list[str] | None = None
-        self._begun = self._count = 0
+        self._element: int | None = None  # of the next values in DATA; None after the previous ones
+        self._in_forces = self._in_unknown = False
+        # the current rung
+        self._comments: list[str] = []  # before it
+        self._words: list[str] | None = None  # None outside of a rung
+        self._first_line = 0
+        self._rung_count = 0
 
     def read(self) -> SlcDocument:
+        """Read all lines; return the document."""
         for line in lines_of(self._text):
             if self._words is None and not line.begins_rung:
-                self._line(line)
+                self._read_line(line)
                 continue
             for word in line.words:
-                self._word(line.number, word)
-        self._end(whole=False)
+                self._read_word(line.number, word)
+        self._end_rung(whole=False)
         for number, name in self._names.items():
             if number in self._document.ladders and not self._document.ladders[number].name:
                 self._document.ladders[number].name = name
@@ -157,105 +163,111 @@ class _SlcReader:
 
     # --- rungs
 
-    def _word(self, number: int, word: str) -> None:
+    def _read_word(self, number: int, word: str) -> None:
         """Add a word to a rung; SOR begins a new rung even if EOR is missing."""
         mark = word.upper()
         if mark == "SOR":
-            self._end(whole=False)
-            self._words, self._begun = [], number
+            self._end_rung(whole=False)
+            self._words, self._first_line = [], number
         elif self._words is None:
             self._document.others.append(Other(number, word))
         elif mark == "EOR":
-            self._end(whole=True, end=number)
+            self._end_rung(whole=True, end=number)
         else:
             self._words.append(word)
 
-    def _end(self, *, whole: bool, end: int = 0) -> None:
-        """Store the current rung, if there is one."""
+    def _end_rung(self, *, whole: bool, end: int = 0) -> None:
+        """Store the rung being read, if any.
+
+        Args:
+            whole: whether it ends in EOR.
+            end: its last line; 0 if it is not whole.
+        """
         if self._words is not None:
-            self._rung(self._words, self._begun, end, whole=whole)
+            self._add_rung(self._words, self._first_line, end, whole=whole)
         self._words = None
 
-    def _rung(self, words: list[str], line: int, end: int, *, whole: bool) -> None:
-        self._leave()
-        self._count += 1
-        if self._count > MOST_RUNGS:
+    def _add_rung(self, words: list[str], line: int, end: int, *, whole: bool) -> None:
+        self._end_section()
+        self._rung_count += 1
+        if self._rung_count > MOST_RUNGS:
             site = Site(file=self._document.file, line=line)
-            raise SlcError.at(site, f"there are more than {MOST_RUNGS:,} rungs")
-        comment = "\n".join(self._comment)
-        self._comment = []
-        self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole, end))
+            raise SlcError.at(site, f"the file has more than {MOST_RUNGS:,} rungs")
+        comment = "\n".join(self._comments)
+        self._comments = []
+        self._ladder_file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole, end))
 
-    def _file(self, number: int | None, name: str = "") -> LadderRecord:
-        """Return the ladder file with a number; None means the current one, by default file 2."""
+    def _ladder_file(self, number: int | None, name: str = "") -> LadderRecord:
+        """Return the ladder file with a number; for None the current one, by default file 2."""
         if number is None and self._ladder is not None:
             return self._ladder
         file_number = 2 if number is None else number
         self._ladder = self._document.ladders.setdefault(file_number, LadderRecord(file_number, name))
         return self._ladder
 
-    def _note_comment(self, comment: str) -> None:
-        """Keep a comment for the next rung; a description belongs to the previous one."""
-        described = DESCRIPTION.sub("\n", comment)
-        text = "\n".join(filter(None, map(str.strip, described.splitlines())))
+    def _add_comment(self, comment: str) -> None:
+        """Keep a comment for the next rung; a description belongs to the previous rung."""
+        without_headings = DESCRIPTION.sub("\n", comment)
+        text = "\n".join(filter(None, map(str.strip, without_headings.splitlines())))
         if not text or _NUMBERED.fullmatch(text):
             return
         rungs = self._ladder.rungs if self._ladder is not None else []
-        if described != comment and rungs and not self._comment:
+        if without_headings != comment and rungs and not self._comments:
             joined = "\n".join(filter(None, (rungs[-1].comment, text)))
             rungs[-1] = replace(rungs[-1], comment=joined)
         else:
-            self._comment.append(text)
+            self._comments.append(text)
 
     # --- other lines
 
-    def _leave(self) -> None:
-        """Close the section; pending comments belong to no rung."""
-        self._slot = self._data = self._place = None
-        self._forcing = self._skipping = False
+    def _end_section(self) -> None:
+        """End the current section, except the ladder file."""
+        self._slot = self._data = self._element = None
+        self._in_forces = self._in_unknown = False
 
-    def _line(self, line: Line) -> None:
+    def _read_line(self, line: Line) -> None:
+        """Read a line outside of rungs."""
         text = line.plain
         if self._data is not None:
-            place = self._place_of(line)
-            self._place = self._place if place is None else place
+            element = self._element_in(line)
+            self._element = self._element if element is None else element
         elif not text:
             for comment in line.comments:
-                self._note_comment(comment)
-        if text and not (self._section(line, text) or self._more(line, text)):
+                self._add_comment(comment)
+        if text and not (self._begin_section(line, text) or self._continue_section(line, text)):
             file = self._data.file if self._data is not None else ""
-            self._leave()
-            self._skipping = True
-            if not _ENDS.fullmatch(text):
+            self._end_section()
+            self._in_unknown = True
+            if not _IGNORED.fullmatch(text):
                 self._document.others.append(Other(line.number, text, file))
 
-    def _section(self, line: Line, plain: str) -> bool:
-        """Begin a section if the line is its heading; return whether it is."""
+    def _begin_section(self, line: Line, plain: str) -> bool:
+        """Begin a section if the line is a heading, or note a name; return whether it was one of these."""
         document = self._document
         if match := _LADDER.fullmatch(plain):
-            self._leave()
-            self._comment = []
-            self._file(int(match[1]), match[2].strip()).line = line.number
+            self._end_section()
+            self._comments = []
+            self._ladder_file(int(match[1]), match[2].strip()).line = line.number
         elif match := _SLOT.fullmatch(plain):
-            self._leave()
+            self._end_section()
             comment = " ".join(remark.strip() for remark in line.comments)
             self._slot = SlotRecord(int(match[1]), match[2].strip(), line.number, comment)
             if self._slot.number in document.slots:
                 document.others.append(Other(line.number, plain))
             document.slots.setdefault(self._slot.number, self._slot)
         elif match := _DATA.fullmatch(plain):
-            self._leave()
+            self._end_section()
             self._data = _data_record(match, line.number)
             document.data.append(self._data)
-            self._row(line.number, match["values"], self._place_of(line))
+            self._add_values(line.number, match["values"], self._element_in(line))
         elif _FORCE.fullmatch(plain):
-            self._leave()
-            self._forcing = True
+            self._end_section()
+            self._in_forces = True
         elif match := _PROJECT.fullmatch(plain):
-            self._leave()
+            self._end_section()
             document.name = match[1].strip() or document.name
         elif match := _PROCESSOR.fullmatch(plain):
-            self._leave()
+            self._end_section()
             words = " ".join((match[1], *line.comments)).split()
             document.processor = " ".join(dict.fromkeys(words))
         elif self._data is None and (match := _FILE_NAME.fullmatch(plain)):
@@ -264,33 +276,34 @@ class _SlcReader:
             return False
         return True
 
-    def _more(self, line: Line, plain: str) -> bool:
+    def _continue_section(self, line: Line, plain: str) -> bool:
         """Continue the current section; return whether the line belongs to it."""
         are_values = all(map(_VALUE.fullmatch, WORD.findall(plain)))
         if self._data is not None and are_values:
-            self._row(line.number, plain, self._place)
-            self._place = None
-        elif self._forcing and are_values:
+            self._add_values(line.number, plain, self._element)
+            self._element = None
+        elif self._in_forces and are_values:
             if list(map(str.upper, line.words)) != _NOT_FORCED:
                 self._document.forces.append((line.number, " ".join(line.comments).strip() or plain))
         elif self._slot is not None and _SETTINGS.fullmatch(plain):
             self._slot = replace(self._slot, settings=f"{self._slot.settings} {plain}")
             self._document.slots[self._slot.number] = self._slot
         else:
-            return self._skipping and are_values
+            return self._in_unknown and are_values
         return True
 
-    def _row(self, number: int, text: str, place: int | None) -> None:
+    def _add_values(self, number: int, text: str, element: int | None) -> None:
+        """Add the values in a line to the current data file; its other words are not understood."""
         assert self._data is not None
         words = WORD.findall(text)
         values = tuple(word for word in words if _VALUE.fullmatch(word))
         if values:
-            self._data.rows.append(DataRow(place, number, values))
+            self._data.rows.append(DataRow(element, number, values))
         unread_words = (word for word in words if not _VALUE.fullmatch(word))
         self._document.others += [Other(number, word, self._data.file) for word in unread_words]
 
-    def _place_of(self, line: Line) -> int | None:
-        """Return the element, or word of an image, that a comment gives for the values on its line."""
+    def _element_in(self, line: Line) -> int | None:
+        """Return the element, or word of an image, in the address of a line's comment; None without one."""
         assert self._data is not None
         for comment in line.comments:
             match = _DATA.fullmatch(comment.strip())
@@ -300,10 +313,10 @@ class _SlcReader:
         return None
 
 
-def _data_record(found: re.Match[str], line: int) -> DataRecord:
-    """Return the record at an address; the elements of an image are words of a slot."""
-    name = re.sub(r"\s", "", (found["file"] or found["bare"]).upper())
-    element = int(found["element"])
+def _data_record(match: re.Match[str], line: int) -> DataRecord:
+    """Return the record of a heading or an address; a slot's image is a file, and its words are elements."""
+    name = re.sub(r"\s", "", (match["file"] or match["bare"]).upper())
+    element = int(match["element"])
     if name in ("I", "O"):
-        return DataRecord(f"{name}:{element}", int(found["word"] or 0), line, first=True)
-    return DataRecord(name, element, line, bool(found["dots"]))
+        return DataRecord(f"{name}:{element}", int(match["word"] or 0), line, first=True)
+    return DataRecord(name, element, line, bool(match["dots"]))

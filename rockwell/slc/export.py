@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from scanrack.ladder.lowering.dialects import SLC
@@ -13,8 +13,7 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Rung
 
-from .addresses import STRUCTURED
-from .addresses import WORDS as INNER
+from .addresses import STRUCTURED, WORDS
 from .datafiles import letters_of
 from .document import text_of
 from .records import SlcDocument, SlcRungRecord
@@ -25,7 +24,10 @@ _PER_LINE = 10  # values per line
 
 
 def export_text(program: Program, document: SlcDocument | None = None) -> str:
-    """Return a program as text; if a document is given, its text with only differing rungs replaced.
+    """Return a program as text.
+
+    Args:
+        document: the export that the program comes from; only rungs that differ are replaced in its text.
 
     Raises:
         LadderError: the program has another dialect, or the document lacks one of its ladder files.
@@ -36,43 +38,39 @@ def export_text(program: Program, document: SlcDocument | None = None) -> str:
         edits = list(_edits(program, document))
         data = rewritten_slc(document.source, edits, (), program.specs).data if edits else document.source
         return text_of(data)
-    return "\n".join([f'PROJECT "{program.name}"', *_ladders(program), *_data(program)]) + "\n"
+    return "\n".join([f'PROJECT "{program.name}"', *_ladder_lines(program), *_data_lines(program)]) + "\n"
 
 
 def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
-    """Yield edits where a program's rungs differ from a document's; a refused rung is empty, and is kept."""
+    """Yield the edits that turn a document's rungs into a program's; added rungs follow the last rung."""
     reader = RungReader(program.specs)
     for routine in program.routines:
-        name, ladder = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
-        records, new_rungs = ladder.rungs if ladder is not None else [], list(map(str, routine.rungs))
-        last = len(records) - 1
+        ladder = document.ladders.get(int(routine.name[len(ROUTINE) :]))
+        records = ladder.rungs if ladder is not None else []
+        rungs, texts = routine.rungs, list(map(str, routine.rungs))
         for number, record in enumerate(records):
-            if number >= len(new_rungs):
-                yield RungEdit(name, number, ())
+            if number >= len(texts):
+                yield RungEdit(routine.name, number, ())
                 continue
-            keeps = _keeps(reader, routine.rungs[number], record)
-            extra_rungs = new_rungs[number + 1 :] if number == last else []
-            if extra_rungs or not keeps:
-                yield RungEdit(name, number, (new_rungs[number], *extra_rungs), keeps)
-        if new_rungs and not records:
-            yield RungEdit(name, BEFORE_FIRST, tuple(new_rungs))
+            is_same = _is_same(reader, rungs[number], record)
+            added = texts[number + 1 :] if number == len(records) - 1 else []
+            if added or not is_same:
+                yield RungEdit(routine.name, number, (texts[number], *added), keeps=is_same)
+        if texts and not records:
+            yield RungEdit(routine.name, BEFORE_FIRST, tuple(texts))
 
 
-def _keeps(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
-    """Whether a rung is the record's, or its refused one."""
-    is_refused = not rung.series and rung.origin.line == record.line
-    return is_refused or str(rung) == _text(reader, record)
-
-
-def _text(reader: RungReader, record: SlcRungRecord) -> str:
-    """Return a rung in the notation of programs; "" if it can't be read."""
+def _is_same(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
+    """Return whether a rung is unchanged since it was read; a refused one was read as an empty rung."""
+    if not rung.series and rung.origin.line == record.line:
+        return True
     try:
-        return str(Rung(reader.read(record.words)))
+        return str(rung) == str(Rung(reader.read(record.words)))
     except RungError:
-        return ""
+        return False
 
 
-def _ladders(program: Program) -> Iterator[str]:
+def _ladder_lines(program: Program) -> Iterator[str]:
     for routine in program.routines:
         name = f' "{routine.comment}"' if routine.comment else ""
         yield f"LADDER {routine.name[len(ROUTINE) :]}{name}"
@@ -81,23 +79,22 @@ def _ladders(program: Program) -> Iterator[str]:
             yield " ".join(f"SOR {rung_text(rung.series, program.builtin)} EOR".split())
 
 
-def _data(program: Program) -> Iterator[str]:
+def _data_lines(program: Program) -> Iterator[str]:
     for tag in program.declarations:
         if not isinstance(tag, Tag) or not isinstance(tag.initial, list):
             continue
-        words = list(_words(tag))
-        address = f"{tag.name}.0" if ":" in tag.name else f"{tag.name}:0"
-        for offset in range(0, len(words), _PER_LINE):
-            yield " ".join(
-                [f"DATA {address}" if not offset else "", *words[offset : offset + _PER_LINE]]
-            ).strip()
+        values = list(_values_of(tag))
+        heading = f"DATA {tag.name}.0 " if ":" in tag.name else f"DATA {tag.name}:0 "
+        for offset in range(0, len(values), _PER_LINE):
+            yield heading + " ".join(values[offset : offset + _PER_LINE])
+            heading = ""
 
 
-def _words(tag: Tag) -> Iterator[str]:
+def _values_of(tag: Tag) -> Iterator[str]:
+    """Yield the values of a data file as text."""
     letters = letters_of(tag.name)
-    values = tag.initial
-    assert isinstance(values, Sequence)
-    for value in values:
+    assert isinstance(tag.initial, list)
+    for value in tag.initial:
         if letters in STRUCTURED:
             yield from map(str, _three_words(letters, value))
         else:
@@ -111,7 +108,8 @@ def _number(value: float) -> str:
 
 
 def _three_words(letters: str, value: Mapping[str, Any]) -> tuple[int, int, int]:
+    """Return the words of a timer, counter or control."""
     flags = sum(1 << bit for bit, name in STRUCTURED[letters].items() if value.get(name))
-    flags -= (flags & 1 << 15) << 1
-    first, second = (int(value.get(name, 0)) for name in INNER[letters])
+    flags -= (flags & 1 << 15) << 1  # words are signed
+    first, second = (int(value.get(name, 0)) for name in WORDS[letters])
     return flags, first, second

@@ -1,9 +1,9 @@
-"""Import of an RSLogix 500 export as a runnable program, with a report."""
+"""Imports an RSLogix 500 export as a runnable program, with a report."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,12 +16,13 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from scanrack.ladder.model.tree import Origin, Rung, Series
 
+from ..l5x.assembly import emptied
 from ..l5x.building import ROUNDS
 from ..l5x.importer import TRIAL_STUB
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document
-from .records import LadderRecord, SlcDocument
+from .records import LadderRecord, SlcDocument, SlcRungRecord
 from .rungs import RungError, RungReader, routine_name
 
 LONGEST = 1000
@@ -51,9 +52,9 @@ def import_slc(
 
     Args:
         stubs: replacements of instructions.
-        slots: slots of the rack; images of other slots are memory. Without a rack (None), slots with
-            a 3601 are bound, or all slots if the export names no 3601.
-        trial: complete messages without a stub.
+        slots: slots of the rack; images of other slots are memory. None without a rack: slots with a 3601 are
+            bound, or all slots from 1 on if the export lists no slots.
+        trial: whether to let messages without a stub complete.
     """
     if trial and ALL_MESSAGES not in stubs.by_name:
         stubs = replace(stubs, by_name={**stubs.by_name, ALL_MESSAGES: parse_stub(TRIAL_STUB)})
@@ -74,13 +75,15 @@ class _Importer:
         self._document, self._stubs, self._slots = document, stubs, slots
         self._specs = specs_of({}, stubs.by_name, SLC_SPECS)
         self._report = Report(document.file, "", "RSLogix 500", document.name)
-        self._rungs: dict[tuple[int, int], tuple[int, str]] = {}
+        self._rungs: dict[tuple[int, int], SlcRungRecord] = {}  # by numbers of ladder file and rung
 
     def run(self) -> SlcImport:
+        """Import the document; see `import_slc`."""
         document, report = self._document, self._report
         for line, text, data_file in document.others:
             report.note(text.split()[0], f"the line is not understood: {text}"[:200], line)
-            report.lost += [data_file] * (bool(data_file) and data_file not in report.lost)
+            if data_file and data_file not in report.lost:
+                report.lost.append(data_file)
         for line, text in document.forces:
             report.note(text, "the force is not applied: set it in the rack file", line)
         routines = [self._routine(ladder) for ladder in document.ladders.values()]
@@ -109,7 +112,7 @@ class _Importer:
         rungs = []
         for number, rung in enumerate(record.rungs):
             self._report.rungs += 1
-            self._rungs[record.number, number] = rung.line, rung.text
+            self._rungs[record.number, number] = rung
             series: Series = ()
             try:
                 if not rung.whole:
@@ -120,29 +123,33 @@ class _Importer:
             rungs.append(Rung(series, rung.comment, Origin(self._document.file, rung.line)))
         return Routine(routine_name(record.number), tuple(rungs), record.name)
 
-    def _refuse(self, file: int, rung: int, reason: str, remedy: str, column: int = 1) -> None:
-        line, text = self._rungs[file, rung]
-        place = (self._document.file, line, self._document.name, routine_name(file), rung, column)
-        self._report.refused.append(Refusal(*place, text[:LONGEST], reason, remedy))
+    def _refuse(self, file: int, number: int, reason: str, remedy: str, column: int = 1) -> None:
+        rung = self._rungs[file, number]
+        place = (self._document.file, rung.line, self._document.name, routine_name(file), number, column)
+        self._report.refused.append(Refusal(*place, rung.text[:LONGEST], reason, remedy))
 
-    def _refuse_all(self, problems: list[Problem] | tuple[Problem, ...], routines: list[Routine]) -> bool:
-        places = {routine.name: number for number, routine in enumerate(routines)}
-        files = {routine_name(number): number for number, _ in self._rungs}
-        empty: set[tuple[int, int]] = set()
+    def _refuse_all(self, problems: Iterable[Problem], routines: list[Routine]) -> bool:
+        """Refuse the rungs with problems, and empty them in the routines; return whether any was refused."""
+        indexes = {routine.name: index for index, routine in enumerate(routines)}
+        files = {routine_name(file): file for file, _ in self._rungs}
+        refused: set[tuple[int, int]] = set()
         for problem in problems:
-            file, rung = files.get(problem.site.routine), problem.site.rung
-            if file is None or rung is None or (file, rung) in empty or (file, rung) not in self._rungs:
+            file, number = files.get(problem.site.routine), problem.site.rung
+            if (
+                file is None
+                or number is None
+                or (file, number) not in self._rungs
+                or (file, number) in refused
+            ):
                 continue
-            empty.add((file, rung))
-            self._refuse(file, rung, problem.text, problem.remedy)
-            place = places[problem.site.routine]
-            rungs = list(routines[place].rungs)
-            rungs[rung] = replace(rungs[rung], series=())
-            routines[place] = replace(routines[place], rungs=tuple(rungs))
-        return bool(empty)
+            refused.add((file, number))
+            self._refuse(file, number, problem.text, problem.remedy)
+            index = indexes[problem.site.routine]
+            routines[index] = emptied(routines[index], number)
+        return bool(refused)
 
     def _refuse_rest(self, reason: str) -> None:
-        """Refuse the remaining rungs, which can't be built together."""
+        """Refuse the rungs that are not refused yet, since they can't be built together."""
         refused_rungs = {(refusal.routine, refusal.rung) for refusal in self._report.refused}
         for file, rung in self._rungs:
             if (routine_name(file), rung) not in refused_rungs:
@@ -151,13 +158,15 @@ class _Importer:
     # --- the program
 
     def _program(self, routines: list[Routine]) -> Program:
+        """Return a program with these routines and the data files that they need."""
         name = re.sub(r"\W", "_", self._document.name) or "program"
-        main = next((candidate.name for candidate in routines if candidate.name == routine_name(MAIN)), None)
-        program = Program(name, main=main, dialect=SLC)
+        main = routine_name(MAIN)
+        has_main = any(routine.name == main for routine in routines)
+        program = Program(name, main=main if has_main else None, dialect=SLC)
         program.take_stubs(self._stubs)
         files = DataFiles(self._specs)
         for routine in routines:
-            files.routine(routine)
+            files.add_uses(routine)
             program.add_routine(routine)
         self._read_data(files)
         for tag in files.tags(self._bound_images(files)):
@@ -168,26 +177,29 @@ class _Importer:
         return program
 
     def _read_data(self, files: DataFiles) -> None:
+        """Add the values of the export; a value that can't be read is lost if a rung uses its file."""
         for record in self._document.data:
-            for place, text, line in files.data(record):
+            for address, text, line in files.add_values(record):
                 note = self._report.lose if files.has(record.file) else self._report.note
-                note(place, text, line)
+                note(address, text, line)
 
     def _bound_images(self, files: DataFiles) -> list[str]:
-        """Return the images of the rack's slots; make memory of the others."""
-        bound = [file_image for file_image in files.images if self._is_bound(_slot_of(file_image))]
+        """Return the images of the rack's slots; all other images become memory."""
+        bound = []
         for image in files.images:
-            if image not in bound:
-                self._store_image(image, files)
+            if self._is_bound(_slot_of(image)):
+                bound.append(image)
+            else:
+                self._make_memory(image, files)
         return bound
 
-    def _store_image(self, image: str, files: DataFiles) -> None:
+    def _make_memory(self, image: str, files: DataFiles) -> None:
         """Make an image without a module in the rack plain memory, with its size in the export."""
         text = "memory: the rack has no module there; a test or a timeline may set it"
         self._report.note("data", f"{image} is {text}")
         slot = self._document.slots.get(_slot_of(image))
         if slot is not None:
-            files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
+            files.add_image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
 
     def _is_bound(self, slot: int) -> bool:
         """Return whether a slot's images are the rack's images."""

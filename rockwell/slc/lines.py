@@ -5,8 +5,7 @@
     50 % of the speed
     %                                                            one comment: up to a line that ends in %
 
-A % in quotation marks is a plain character. A multi-line comment ends before a line that begins a section: an
-unclosed % counts as a word.
+A % in quotation marks is a plain character. A % is a word if a section begins before the comment ends.
 """
 
 from __future__ import annotations
@@ -29,57 +28,58 @@ _SECTION = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line: its number, its words, and its comments, multi-line comments at their first line."""
+    """A line."""
 
-    number: int
+    number: int  # from 1
     words: tuple[str, ...]
-    comments: tuple[str, ...]
+    comments: tuple[str, ...]  # including a multi-line comment that begins in it
 
     @property
     def plain(self) -> str:
-        """Its text without comments."""
+        """The text without comments."""
         return " ".join(self.words)
 
     @property
     def begins_rung(self) -> bool:
-        """Whether a rung begins in it."""
+        """Whether a rung begins in this line."""
         return bool(self.words) and self.words[0].upper().startswith("SOR")
 
 
 def lines_of(text: str) -> Iterator[Line]:
     """Yield the lines of an export, except lines inside comments."""
     lines = text.splitlines()
-    position = searched = 0  # no line from `position` up to `searched` ends a comment
-    while position < len(lines):
+    index = 0
+    searched = 0  # no comment can end before this line: searched once, since every % would search again
+    while index < len(lines):
         words: list[str] = []
         comments: list[str] = []
-        after = position + 1
-        for piece in _PIECE.finditer(lines[position]):
-            comment, word, _, opened = piece.groups()
+        next_index = index + 1
+        for piece in _PIECE.finditer(lines[index]):
+            comment, word, _, opening = piece.groups()
             if word:
                 words.append(word)
             elif comment is not None:
                 comments.append(comment)
-            elif opened:
-                searched, ends = (
-                    (searched, False) if searched > position + 1 else _end_of_comment(lines, position + 1)
-                )
-                if not ends:
-                    words.append(opened)
+            elif opening:
+                is_closed = False
+                if searched <= index + 1:
+                    searched, is_closed = _end_of_comment(lines, index + 1)
+                if not is_closed:
+                    words.append(opening)
                     continue
-                inside = [lines[position][piece.end() :], *lines[position + 1 : searched]]
-                comments.append("\n".join((*inside, lines[searched].rstrip()[:-1])))
-                after = searched + 1
+                inner_lines = [lines[index][piece.end() :], *lines[index + 1 : searched]]
+                comments.append("\n".join((*inner_lines, lines[searched].rstrip()[:-1])))
+                next_index = searched + 1
                 break
-        yield Line(position + 1, tuple(words), tuple(comments))
-        position = after
+        yield Line(index + 1, tuple(words), tuple(comments))
+        index = next_index
 
 
-def _end_of_comment(lines: list[str], at: int) -> tuple[int, bool]:
-    """Return the last line of a multi-line comment and whether a mark or a section ends it."""
-    for number in range(at, len(lines)):
-        if _SECTION.match(lines[number]):
-            return number, False
-        if lines[number].rstrip().endswith("%"):
-            return number, True
+def _end_of_comment(lines: list[str], begin: int) -> tuple[int, bool]:
+    """Return the index of the line that ends a comment or begins a section, and if it ends the comment."""
+    for index in range(begin, len(lines)):
+        if _SECTION.match(lines[index]):
+            return index, False
+        if lines[index].rstrip().endswith("%"):
+            return index, True
     return len(lines), False

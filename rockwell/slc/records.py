@@ -35,9 +35,9 @@ class LadderRecord:
 
 @dataclass(frozen=True, slots=True)
 class DataRow:
-    """A line of values from `place` on: an element, a word of an image, or None after the previous values."""
+    """A line of values."""
 
-    place: int | None
+    element: int | None  # of the first value, or the word of an image; None after the previous values
     line: int
     values: tuple[str, ...]
 
@@ -49,33 +49,33 @@ class DataRecord:
     file: str  # `N7`, `S`, or `I:1` for the words of a slot
     element: int  # the element in its header; for an image, the word
     line: int
-    first: bool = False  # whether the header always names the first element
+    first: bool = False  # whether the header can't name the last element
     rows: list[DataRow] = field(default_factory=list)
 
-    def begin(self, words: int) -> int:
-        """Return the element at which values without a place begin; each element has `words` values."""
+    def first_element(self, words: int) -> int:
+        """Return the element of the first value; each element has `words` values."""
         count = sum(len(row.values) for row in self.rows)
-        placed = any(row.place is not None for row in self.rows)
-        is_last = count == (self.element + 1) * words and not placed
+        has_addresses = any(row.element is not None for row in self.rows)
+        is_last = count == (self.element + 1) * words and not has_addresses
         return 0 if is_last and not self.first else self.element
 
 
 @dataclass(frozen=True, slots=True)
 class SlotRecord:
-    """A slot; number 0 is the processor. `settings` are the lines below it."""
+    """A slot."""
 
-    number: int
+    number: int  # 0 is the processor
     text: str
     line: int
     comment: str = ""
-    settings: str = ""
+    settings: str = ""  # the lines below it
 
     @property
     def is_3601(self) -> bool:
-        """Whether it is an AMCI 3601, by name, or as an I/O card of vendor 3, type 10, code 25."""
+        """Whether it is an AMCI 3601, by name, or by its numbers: vendor 3, type 10, code 25."""
         numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d{1,9}(?![\w.-])", self.text)))
-        card = any(numbers[offset : offset + 3] == (3, 10, 25) for offset in range(len(numbers)))
-        return card or "3601" in self.text or "3601" in self.comment
+        has_numbers = any(numbers[offset : offset + 3] == (3, 10, 25) for offset in range(len(numbers)))
+        return has_numbers or "3601" in self.text or "3601" in self.comment
 
     @property
     def catalog(self) -> str:
@@ -98,11 +98,11 @@ class SlotRecord:
 
 
 class Other(NamedTuple):
-    """An unknown line or word; `file` is the data file around it, or ""."""
+    """An unknown line or word."""
 
     line: int
     text: str
-    file: str = ""
+    file: str = ""  # the data file that it is in; "" outside of DATA
 
 
 @dataclass(slots=True)

@@ -1,6 +1,6 @@
 """Writes edited rungs into the text of an export; all other lines stay unchanged.
 
-A rung consists of its lines, from SOR to EOR, the comments before it, and its description after it.
+A rung consists of its lines from SOR to EOR, the comments before them, and the description after them.
 
     % starts the pump %                        a comment of the rung below
     SOR XIC I:1.0/0 OTE B3:0/0 EOR
@@ -25,7 +25,7 @@ from scanrack.ladder.model.spec import Spec, Use
 from .addresses import is_address, parse
 from .document import DESCRIPTION, parse_document
 from .lines import lines_of
-from .records import LadderRecord, SlcRungRecord
+from .records import LadderRecord
 from .rungs import FILES, ROUTINE, ROUTINE_WORD, read_operand, routine_name, rung_text
 
 _BEGIN = re.compile(r"([A-Z_]\w*)\(", re.IGNORECASE)
@@ -46,28 +46,29 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
         words, end = _operands(text, match.end())
         spec = specs.get(match[1].upper())
         operands = [
-            _word(match[1].upper(), spec.use_at(place) if spec else None, word)
-            for place, word in enumerate(words)
+            _operand_text(match[1].upper(), spec.use_at(index) if spec else None, word)
+            for index, word in enumerate(words)
         ]
         pieces += [text[position : match.end()], ",".join(operands)]
         position = end
     return "".join([*pieces, text[position:]])
 
 
-def _operands(text: str, at: int) -> tuple[list[str], int]:
-    """Return the operands of an instruction that begin at a place, and where they end."""
-    words, depth = [""], 0
-    while at < len(text) and (depth or text[at] != ")"):
-        depth += (text[at] in "([") - (text[at] in ")]")
-        if text[at] == "," and not depth:
+def _operands(text: str, begin: int) -> tuple[list[str], int]:
+    """Return the operands of an instruction that begin at a position, and the position of their end."""
+    words, depth, position = [""], 0, begin
+    while position < len(text) and (depth or text[position] != ")"):
+        character = text[position]
+        depth += (character in "([") - (character in ")]")
+        if character == "," and not depth:
             words.append("")
         else:
-            words[-1] += text[at]
-        at += 1
-    return words, at
+            words[-1] += character
+        position += 1
+    return words, position
 
 
-def _word(name: str, use: Use | None, word: str) -> str:
+def _operand_text(name: str, use: Use | None, word: str) -> str:
     """Return an operand in the notation of programs; an unreadable operand is returned unchanged."""
     word = word.strip()
     if name == "JSR" and (match := ROUTINE_WORD.fullmatch(word)):
@@ -86,16 +87,16 @@ def rewritten_slc(
     """Return an export with edited rungs, and a list of its changes.
 
     Args:
-        data: an export that can be read, see `document`.
-        edits: their texts are in the program's notation, see `EditedProgram`.
-        tags: always empty, because an export has data files instead of tags.
+        data: a valid export, see `document`.
+        edits: edited rungs, with texts in the notation of `EditedProgram`.
+        tags: must be empty, because an export has data files instead of tags.
         specs: specs of the program's instructions.
 
     Raises:
         LadderError: the file has no such rung, or a rung shares a line with another one.
     """
     if tags:
-        raise LadderError(f"{tags[0].name} is no data file: create it in RSLogix 500")
+        raise LadderError(f"{tags[0].name} is not a data file: create it in RSLogix 500")
     encoding = "utf-8"
     try:
         text = data.removeprefix(BOM_UTF8).decode()
@@ -103,26 +104,29 @@ def rewritten_slc(
         encoding = "cp1252"
         text = data.decode(encoding, errors="surrogateescape")
     ladders = parse_document(text, "", "").ladders
-    lines, places = text.splitlines(keepends=True), dict(_places(text, ladders.values()))
+    lines, rung_lines = text.splitlines(keepends=True), dict(_lines_of_rungs(text, ladders.values()))
     newline = "\r\n" if "\r\n" in text else "\n"
     changes: list[_Change] = []
     for edit in edits:
         ladder = _ladder_of(edit, ladders)
-        texts = [
-            f"SOR {rung_text(parse_rung(new_text, specs=specs).series, specs)} EOR" for new_text in edit.texts
-        ]
-        place = places.get((ladder.number, max(edit.rung, 0)))
-        line_index = ladder.line if place is None else place.begin
-        if place is not None and edit.rung != BEFORE_FIRST:
-            line_index = place.end
-            changes += _replaced(lines, place, texts[:1], keeps=edit.keeps)
+        trees = [parse_rung(new_text, specs=specs) for new_text in edit.texts]
+        texts = [f"SOR {rung_text(tree.series, specs)} EOR" for tree in trees]
+        rung = rung_lines.get((ladder.number, max(edit.rung, 0)))
+        position = ladder.line if rung is None else rung.begin
+        if rung is not None and edit.rung != BEFORE_FIRST:
+            position = rung.end
+            if not texts:
+                changes.append(_Change(rung.begin, rung.end, ""))
+            elif not edit.keeps:
+                text_of_rung = "".join(lines[rung.first : rung.last])
+                changes.append(_Change(rung.first, rung.last, _with_rung(text_of_rung, texts[0])))
             texts = texts[1:]
         added = "".join(f"{new_text}{newline}" for new_text in texts)
-        if added and line_index >= len(lines) and not text.endswith("\n"):
+        if added and position >= len(lines) and not text.endswith("\n"):
             added = newline + added
-        changes.append((line_index, line_index, added))
-    for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
-        lines[first:end] = [new]
+        changes.append(_Change(position, position, added))
+    for begin, end, new_text in sorted(changes, key=lambda change: (change.begin, change.end), reverse=True):
+        lines[begin:end] = [new_text]
     encoded = "".join(lines).encode(encoding, errors="surrogateescape")
     byte_order_mark = BOM_UTF8 * data.startswith(BOM_UTF8)
     return Rewritten(byte_order_mark + encoded, tuple(changes_of(edits, tags)))
@@ -137,70 +141,64 @@ def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRec
     return ladder
 
 
-_Change = tuple[int, int, str]
-"""The first line to replace, the one after the last, and the new text."""
+class _Change(NamedTuple):
+    """New text for some lines, by their indexes."""
 
-
-def _replaced(
-    lines: Sequence[str], place: _RungLines, rung: Sequence[str], *, keeps: bool
-) -> Iterator[_Change]:
-    """Yield the change that removes or replaces a rung; if the edit keeps the rung, there is none."""
-    if not rung:
-        yield place.begin, place.end, ""
-    elif not keeps:
-        rung_lines = "".join(lines[place.first : place.last])
-        yield place.first, place.last, _with_rung(rung_lines, rung[0])
+    begin: int
+    end: int  # exclusive
+    text: str
 
 
 def _with_rung(lines: str, rung: str) -> str:
     """Return the lines of a rung with the rung replaced; comments on these lines stay."""
-    return _RUNG.sub(lambda found: found[0] if found[0].startswith("%") else rung, lines)
+    return _RUNG.sub(lambda match: match[0] if match[0].startswith("%") else rung, lines)
 
 
 class _RungLines(NamedTuple):
-    """Line numbers of a rung, from 0: of its comments, of SOR, after EOR, and after its description."""
+    """Indexes of the lines of a rung."""
 
-    begin: int
-    first: int
-    last: int
-    end: int
+    begin: int  # of its comments
+    first: int  # of SOR
+    last: int  # after EOR
+    end: int  # after its description
 
 
-def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[int, int], _RungLines]]:
+def _lines_of_rungs(
+    text: str, ladders: Iterable[LadderRecord]
+) -> Iterator[tuple[tuple[int, int], _RungLines]]:
     """Yield the lines of each rung by the numbers of ladder file and rung.
 
     Raises:
         LadderError: two rungs share a line.
     """
     lines = list(lines_of(text))
-    ends = {line.number: after.number for line, after in pairwise(lines)}
-    known_lines = {line.number: line for line in lines}
-    last = len(text.splitlines()) + 1
+    next_numbers = {line.number: following.number for line, following in pairwise(lines)}
+    by_number = {line.number: line for line in lines}
+    after_last = len(text.splitlines()) + 1
 
     def skip_blank(number: int) -> int:
-        """Return the first line that is not empty, starting at `number`."""
-        while (line := known_lines.get(number)) is not None and not (line.words or line.comments):
-            number = ends.get(number, last)
+        """Return the number of the first line that is not empty, from a number on."""
+        while (line := by_number.get(number)) is not None and not (line.words or line.comments):
+            number = next_numbers.get(number, after_last)
         return number
 
-    def after_comments(number: int, *, described: bool) -> int:
-        """Skip the comments that begin at `number`: those that describe the rung above, or the others."""
-        while (line := known_lines.get(skip_blank(number))) is not None and not line.words:
-            if any(map(DESCRIPTION.search, line.comments)) is not described:
+    def after_comments(number: int, *, descriptions: bool) -> int:
+        """Return the number of the line after comments: only descriptions, or only other comments."""
+        while (line := by_number.get(skip_blank(number))) is not None and not line.words:
+            if any(map(DESCRIPTION.search, line.comments)) is not descriptions:
                 break
-            number = ends.get(line.number, last)
+            number = next_numbers.get(line.number, after_last)
         return number
 
     for ladder in ladders:
         begin = ladder.line + 1
         for number, rung in enumerate(ladder.rungs):
-            if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
+            following = ladder.rungs[number + 1 : number + 2]
+            if not rung.whole or (following and following[0].line <= rung.end):
                 raise LadderError(f"line {rung.line}: put each rung into its own lines, from SOR to EOR")
-            end = after_comments(rung.end + 1, described=True)
-            start = begin if skip_blank(after_comments(begin, described=False)) >= rung.line else rung.line
-            yield (ladder.number, number), _RungLines(start - 1, rung.line - 1, rung.end, end - 1)
+            end = after_comments(rung.end + 1, descriptions=True)
+            # other lines may stand between the last rung and this one: then its comments stay with them
+            has_comments_only = skip_blank(after_comments(begin, descriptions=False)) >= rung.line
+            first = begin if has_comments_only else rung.line
+            yield (ladder.number, number), _RungLines(first - 1, rung.line - 1, rung.end, end - 1)
             begin = end
-
-
-def _shares(rung: SlcRungRecord, after: Sequence[SlcRungRecord]) -> bool:
-    return any(follower.line <= rung.end for follower in after)

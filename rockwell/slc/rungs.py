@@ -1,7 +1,7 @@
 """Reads and writes rungs: the words between SOR and EOR.
 
-The words between a mnemonic and the next one are its operands. `BST ... NXB ... BND` are the legs of a
-branch.
+The words after a mnemonic, up to the next mnemonic, are its operands. `BST ... NXB ... BND` is a branch with
+two legs.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 """Uses of an operand that is a file, which exports write with `#`."""
 
 _WORDS = frozenset({Use.IGNORED, Use.SHOWN, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
-"""Uses whose operand may be any word."""
+"""Uses with any word as the operand."""
 
 _HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)
 """Hexadecimal numbers: `0FF0h`, `16#FF0`, and masks of four digits, `FFFF`."""
@@ -55,7 +55,7 @@ ROUTINE = "U"
 
 
 class RungError(LadderError):
-    """A rung can't be read; the column in its text counts from 1."""
+    """A rung can't be read; the column in its text, from SOR, counts from 1."""
 
     def __init__(self, text: str, column: int, remedy: str) -> None:
         self.column, self.remedy = column, remedy
@@ -71,25 +71,29 @@ class RungReader:
     def read(self, words: Sequence[str]) -> Series:
         """Read a rung; raise a RungError if it is invalid."""
         self._words = list(words)
-        self._columns: list[int] = []
-        column = 5
+        self._columns: list[int] = []  # of the words
+        column = len("SOR ") + 1
         for word in words:
             self._columns.append(column)
             column += len(word) + 1
         self._end = column
-        self._at = self._branches = 0
+        self._index = 0  # of the next word
+        self._depth = 0  # of branches
         series = self._series()
-        if self._at < len(self._words):
-            self._fail(f"{self._words[self._at]} is outside of a branch", "begin the branch with BST")
+        if self._index < len(self._words):
+            self._fail(f"{self._words[self._index]} is outside of a branch", "begin the branch with BST")
         return series
 
-    def _fail(self, text: str, remedy: str, at: int | None = None) -> NoReturn:
-        place = self._at if at is None else at
-        column = self._columns[place] if place < len(self._columns) else self._end
+    def _fail(self, text: str, remedy: str, index: int | None = None) -> NoReturn:
+        """Raise a RungError at the word with an index, by default the next word."""
+        if index is None:
+            index = self._index
+        column = self._columns[index] if index < len(self._columns) else self._end
         raise RungError(text, column, remedy)
 
     def _peek(self) -> str:
-        return self._words[self._at].upper() if self._at < len(self._words) else ""
+        """Return the next word in capitals; "" at the end."""
+        return self._words[self._index].upper() if self._index < len(self._words) else ""
 
     def _series(self) -> Series:
         elements: list[Element] = []
@@ -98,70 +102,71 @@ class RungReader:
         return tuple(elements)
 
     def _branch(self) -> Branch:
-        if self._branches == BRANCHES:
-            self._fail(f"there are more than {BRANCHES} branches in one another", "use several rungs")
-        self._branches += 1
-        self._at += 1
+        if self._depth == BRANCHES:
+            self._fail(f"the rung has more than {BRANCHES} nested branches", "use several rungs")
+        self._depth += 1
+        self._index += 1
         legs = [self._series()]
         while self._peek() == NEXT:
-            self._at += 1
+            self._index += 1
             legs.append(self._series())
         if self._peek() != END:
             self._fail("the branch has no BND", "end it with BND")
-        self._at += 1
-        self._branches -= 1
+        self._index += 1
+        self._depth -= 1
         return Branch(tuple(legs))
 
     def _instruction(self) -> Instruction:
-        start = self._at
+        start = self._index
         name = self._peek()
         spec = self._specs.get(name)
         if spec is None:
             self._fail(f"no instruction {name}", f"stub it: {name} = 'false'")
-        self._at += 1
+        self._index += 1
         needed = len(spec.operands) - spec.optional
         while (word := self._peek()) and word not in (BEGIN, NEXT, END):
-            enough = self._at - start > needed and not spec.variadic
-            if word in self._specs or (enough and self._is_mnemonic(word)):
+            is_complete = self._index - start > needed and not spec.variadic
+            if word in self._specs or (is_complete and self._looks_like_mnemonic(word)):
                 break
-            self._at += 1
-        words = self._words[start + 1 : self._at]
+            self._index += 1
+        words = self._words[start + 1 : self._index]
         if name == "CPT" and len(words) > 2:
             words = [words[0], " ".join(words[1:])]
         operands = self._operands(spec, words, start + 1)
         self._check_count(spec, len(operands), start)
         return Instruction(spec.name, tuple(operands))
 
-    def _is_mnemonic(self, word: str) -> bool:
-        if word in self._specs:
-            return True
+    def _looks_like_mnemonic(self, word: str) -> bool:
+        """Return whether a word may be the mnemonic of an unknown instruction."""
         is_name = _NAME.fullmatch(word) is not None and len(word) <= 4
         return is_name and not is_address(word) and _HEX.fullmatch(word) is None
 
-    def _check_count(self, spec: Spec, count: int, at: int) -> None:
-        if expected := spec.other_count(count):
-            self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", at)
+    def _check_count(self, spec: Spec, count: int, index: int) -> None:
+        expected = spec.expected_count(count)
+        if expected:
+            self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", index)
 
-    def _operands(self, spec: Spec, words: Sequence[str], at: int) -> list[Operand]:
+    def _operands(self, spec: Spec, words: Sequence[str], first_index: int) -> list[Operand]:
+        """Return the operands of an instruction from its words, which begin at an index."""
         if spec.name == "JSR":
-            return [self._routine(words[0], at)] if words else []
+            return [self._routine(words[0], first_index)] if words else []
         operands: list[Operand] = []
-        for place, word in enumerate(words):
+        for position, word in enumerate(words):
             try:
-                operands.append(read_operand(spec.use_at(place) or Use.IGNORED, word))
+                operands.append(read_operand(spec.use_at(position) or Use.IGNORED, word))
             except LadderError as error:
-                self._fail(str(error), "write an address, a number or an expression", at + place)
+                self._fail(str(error), "write an address, a number or an expression", first_index + position)
         return operands
 
-    def _routine(self, word: str, at: int) -> Address:
+    def _routine(self, word: str, index: int) -> Address:
         digits = ROUTINE_WORD.fullmatch(word)
         if digits is None:
-            self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", at)
-        return Address(routine_name(int(digits.group(1))))
+            self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", index)
+        return Address(routine_name(int(digits[1])))
 
 
 def routine_name(file: int) -> str:
-    """Return the routine of a ladder file.
+    """Return the name of a ladder file's routine.
 
     >>> routine_name(3)
     'U3'
@@ -176,7 +181,7 @@ def read_operand(use: Use, word: str) -> Operand:
     if word == "?":
         return Unknown()
     if '"' in word and re.fullmatch(r'"[^"]*"', word) is None:
-        raise AddressTextError(f"{word} has a quotation mark in it")
+        raise AddressTextError(f"{word} has a quotation mark inside")
     if is_address(word):
         return parse(word, file=use in FILES)
     if _NUMBER.fullmatch(word) or _HEX.fullmatch(word):
@@ -194,33 +199,37 @@ def _number(word: str) -> Number:
         return number(float(word) if re.search(r"[.eE]", word) else int(word))
     value = int(digits.group(1) or digits.group(2) or digits.group(3), 16)
     if 1 << 15 <= value < 1 << 16:
-        return number(value - (1 << 16))  # sixteen bits with a sign
+        return number(value - (1 << 16))  # words are signed
     return Number(value, f"16#{value:X}")
 
 
 def _expression(text: str) -> Operand:
-    """Read an expression; RSLogix 500 divides with `|`, as `/` selects a bit."""
+    """Read an expression; RSLogix 500 divides with `|`, because `/` selects a bit.
+
+    The parser of expressions can't read addresses of data files, so they become placeholders.
+    """
     addresses: list[Address] = []
 
-    def name(found: re.Match[str]) -> str:
-        if not is_address(found.group()):
-            return found.group()
-        addresses.append(parse(found.group()))
+    def placeholder(match: re.Match[str]) -> str:
+        if not is_address(match[0]):
+            return match[0]
+        addresses.append(parse(match[0]))
         return f"slc_{len(addresses) - 1}"
 
-    expression = parse_expression(_IN_EXPRESSION.sub(name, text).replace("|", "/"))
+    expression = parse_expression(_IN_EXPRESSION.sub(placeholder, text).replace("|", "/"))
     return _with_addresses(expression, addresses)
 
 
 def _with_addresses(operand: Operand, addresses: Sequence[Address]) -> Operand:
+    """Return an expression with addresses in place of placeholders."""
     if isinstance(operand, Operation):
         return Operation(operand.name, tuple(_with_addresses(inner, addresses) for inner in operand.operands))
     if not isinstance(operand, Address):
         return operand
-    place = _PLACEHOLDER.fullmatch(str(operand))
-    if place is None or int(place.group(1)) >= len(addresses):
+    placeholder = _PLACEHOLDER.fullmatch(str(operand))
+    if placeholder is None or int(placeholder[1]) >= len(addresses):
         raise AddressTextError(f"{operand} is not an address of a data file")
-    return addresses[int(place.group(1))]
+    return addresses[int(placeholder[1])]
 
 
 # --- back to text
@@ -237,8 +246,8 @@ def _element_text(element: Element, specs: Mapping[str, Spec]) -> str:
         return " ".join(f"{BEGIN} {legs} {END}".split())
     spec = specs.get(element.name)
     words = [element.name]
-    for place, operand in enumerate(element.operands):
-        use = spec.use_at(place) if spec else None
+    for index, operand in enumerate(element.operands):
+        use = spec.use_at(index) if spec else None
         words.append(_operand_text(element.name, use, operand))
     return " ".join(words)
 

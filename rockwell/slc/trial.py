@@ -9,7 +9,7 @@ from .importer import SlcImport
 
 
 def run_trial(imported: SlcImport, scans: int = SCANS) -> None:
-    """Run an import; report executed rungs, a fault or a difference."""
+    """Run an import; add the rungs that ran, a fault or a difference to its report."""
     program, report = imported.program, imported.report
     if program is None:
         return

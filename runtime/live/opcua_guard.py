@@ -85,7 +85,7 @@ class UaGuard:
         self, _server: Any, username: str | None = None, password: str | None = None, certificate: Any = None
     ) -> Any:
         """Return the user who logs in; None if the password is wrong. asyncua calls it."""
-        if self._security is None or not self._security.lets_in(username, password):
+        if self._security is None or not self._security.accepts(username, password):
             return None
         return self._rules.User(self._rules.UserRole.User, username)
 

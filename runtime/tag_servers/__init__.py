@@ -1,10 +1,10 @@
-"""The rack's tags over EtherNet/IP, as a CompactLogix has them, and Modbus: bytes in, bytes out, no sockets.
+"""The rack's tags over EtherNet/IP (as a CompactLogix) and Modbus: bytes in, bytes out, no sockets.
 
 | file | contents |
 |---|---|
-| `database.py` | tags by name and number; the bytes that a path names; what clients may write |
-| `templates.py` | structures as the template object shows them |
-| `tag_snapshot.py` | the instant at which a packet reads and writes; its two passes |
+| `database.py` | tags by name and number; targets of paths; tags that clients may write |
+| `templates.py` | structures in the template object |
+| `tag_snapshot.py` | the values that a packet reads and writes at one instant; the two passes of a packet |
 | `exchange.py` | operations of packets, and their results, as bytes between two processes |
 | `tag_services.py` | reading and writing tags |
 | `objects.py` | identity, listing, templates, clock, change counters |
@@ -17,6 +17,6 @@
 | `modbus_session.py` | a TCP connection of Modbus |
 | `setup.py` | tags and settings of a server; the sessions of each protocol |
 
-A packet runs twice. The first pass notes the bytes that it reads and writes (`Plan`); the scan process
-carries all of them out between two scans; the second pass makes the reply from the results (`Instant`).
+A packet is processed twice. The first pass records its reads and writes (`Plan`). The scan process carries
+them out between two scans. The second pass makes the reply from the results (`Instant`).
 """

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from itertools import count
+from typing import NamedTuple
 
 from scanrack.io_images.enip.codes import (
     BAD_SIZE,
@@ -33,18 +34,63 @@ CONNECTIONS_MOST = 16
 
 _PATH = Path({"class": MANAGER, "instance": 1})
 _SERVICES = (OPEN, LARGE_OPEN, CLOSE)
-_OWN = 0x2000_0000
+_FIRST_ID = 0x2000_0001
+_SMALL_OPEN, _LARGE_OPEN = struct.Struct("<6xIHHIB3xIHIHBB"), struct.Struct("<6xIHHIB3xIIIIBB")
 
 Triad = tuple[int, int, int]
 """Serial number of a connection, vendor and serial number of its originator."""
+
+
+class Direction(NamedTuple):
+    """One direction of a requested connection."""
+
+    interval_us: int  # requested packet interval
+    size: int  # bytes of a packet, with its sequence count
+    type: int  # 2 = point to point
+
+
+class ForwardOpen(NamedTuple):
+    """The data of a Forward Open or a Large Forward Open [ODVA volume 1, 3-5.5.2]."""
+
+    client_id: int  # number of the connection in packets to the client
+    triad: Triad
+    multiplier: int  # the time-out is 4 << multiplier packet intervals
+    to_target: Direction
+    to_client: Direction
+    transport: int  # trigger and class
+    path: bytes
+
+    def reply(self, own_id: int) -> bytes:
+        """Return the data of the reply, with the number of the connection in packets to this server."""
+        intervals_us = self.to_target.interval_us, self.to_client.interval_us
+        return struct.pack("<IIHHIIIBB", own_id, self.client_id, *self.triad, *intervals_us, 0, 0)
+
+
+def forward_open_in(data: bytes, *, large: bool) -> ForwardOpen:
+    """Return the request in the data of a Forward Open, or of a Large Forward Open; refused if too short."""
+    form = _LARGE_OPEN if large else _SMALL_OPEN
+    if len(data) < form.size or len(data) < form.size + 2 * data[form.size - 1]:
+        raise CipRefusedError(TOO_SHORT)
+    client_id, serial, vendor, originator, multiplier, *directions, transport, words = form.unpack_from(data)
+    target_us, target_parameters, client_us, client_parameters = directions
+    size_mask, type_shift = (0xFFFF, 29) if large else (0x1FF, 13)
+    return ForwardOpen(
+        client_id,
+        (serial, vendor, originator),
+        multiplier,
+        Direction(target_us, target_parameters & size_mask, target_parameters >> type_shift & 3),
+        Direction(client_us, client_parameters & size_mask, client_parameters >> type_shift & 3),
+        transport,
+        data[form.size : form.size + 2 * words],
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class Connection:
     """An open connection."""
 
-    theirs: int  # its number in packets to the client
-    most: int  # bytes of a packet to the client, with its sequence count
+    client_id: int  # its number in packets to the client
+    max_size: int  # bytes of a packet to the client, with its sequence count
     triad: Triad
 
 
@@ -53,18 +99,18 @@ class Connections:
 
     def __init__(self) -> None:
         self._open: dict[int, Connection] = {}
-        self._numbers = count(_OWN + 1)
+        self._numbers = count(_FIRST_ID)
 
-    def get(self, number: int) -> Connection | None:
-        """Return a connection by the number that this server gave it."""
-        return self._open.get(number)
+    def get(self, own_id: int) -> Connection | None:
+        """Return a connection by the number that this server assigned."""
+        return self._open.get(own_id)
 
     @staticmethod
-    def is_meant(request: bytes) -> bool:
-        """Whether a request opens or closes a connection; EIPScanner names the object by 16-bit segments."""
+    def accepts(request: bytes) -> bool:
+        """Whether a request opens or closes a connection."""
         if len(request) < 2 or request[0] not in _SERVICES:
             return False
-        try:
+        try:  # the path is parsed, since EIPScanner names the object by 16-bit segments
             return parse_path(request[2 : 2 + 2 * request[1]]) == _PATH
         except CipRefusedError:
             return False
@@ -73,31 +119,26 @@ class Connections:
         """Open or close a connection; return the reply."""
         service, data = request[0], request[2 + 2 * request[1] :]
         try:
-            reply = self._close(data) if service == CLOSE else self._begin(data, large=service == LARGE_OPEN)
+            if service == CLOSE:
+                reply = self._close(data)
+            else:
+                reply = self._begin(forward_open_in(data, large=service == LARGE_OPEN))
         except CipRefusedError as refusal:
             return refused(service, refusal, CONNECTION_MOST)
-        except (struct.error, IndexError):
+        except struct.error:
             return refused(service, CipRefusedError(TOO_SHORT), CONNECTION_MOST)
         return bytes((service | 0x80, 0, 0, 0)) + reply
 
-    def _begin(self, data: bytes, *, large: bool) -> bytes:
-        client_id, serial, vendor, origin = struct.unpack_from("<IHHI", data, 6)
-        form = struct.Struct("<II" if large else "<IH")
-        there_us, _ = form.unpack_from(data, 22)
-        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
-        offset = 22 + 2 * form.size + 1
-        if len(data) < offset + 1 + 2 * data[offset]:
-            raise CipRefusedError(TOO_SHORT)
-        path = parse_path(data[offset + 1 : offset + 1 + 2 * data[offset]])
+    def _begin(self, request: ForwardOpen) -> bytes:
+        path = parse_path(request.path)
         if any(port != OWN_ROUTE for port in path.ports):
             raise CipRefusedError(NO_CONNECTION, NO_SLOT)
         if path.numbers.get("class") != ROUTER:
             raise CipRefusedError(NO_CONNECTION, NO_TARGET)
-        size, triad = back_parameters & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
-        self._check(size, triad)
+        self._check(request.to_client.size, request.triad)
         own_id = next(self._numbers)
-        self._open[own_id] = Connection(client_id, size, triad)
-        return struct.pack("<IIHHIIIBB", own_id, client_id, *triad, there_us, back_us, 0, 0)
+        self._open[own_id] = Connection(request.client_id, request.to_client.size, request.triad)
+        return request.reply(own_id)
 
     def _check(self, size: int, triad: Triad) -> None:
         if any(connection.triad == triad for connection in self._open.values()):
@@ -109,8 +150,8 @@ class Connections:
 
     def _close(self, data: bytes) -> bytes:
         triad: Triad = struct.unpack_from("<HHI", data, 2)
-        for number, connection in self._open.items():
+        for own_id, connection in self._open.items():
             if connection.triad == triad:
-                del self._open[number]
+                del self._open[own_id]
                 return struct.pack("<HHIBB", *triad, 0, 0)
         raise CipRefusedError(NO_CONNECTION, NOT_FOUND)

@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from scanrack.io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
 
@@ -34,10 +35,10 @@ TYPES: Mapping[str, tuple[int, ...]] = {
     "A": (0x8E,),
     "L": (0x91,),
 }
-"""Types of files in messages, by letters; the last type is that in the directory."""
+"""Types of files in messages, by letters; the directory shows the last type."""
 
 WORDS: Mapping[str, int] = {"T": 3, "C": 3, "R": 3, "F": 2, "L": 2, "ST": 42}
-"""Words of an element; one of all others."""
+"""Words of an element; files of other types have one word."""
 
 FIXED = {"O": 0, "I": 1, "S": 2}
 """Files with a fixed number."""
@@ -70,6 +71,14 @@ class PcccRefusedError(ValueError):
         self.status, self.extended = status, extended
 
 
+class Run(NamedTuple):
+    """Successive bytes of a message that are successive in the tag."""
+
+    message_offset: int
+    tag_offset: int
+    length: int
+
+
 class DataFile:
     """A file: bytes of a tag in PCCC's layout, where the characters of texts are swapped in pairs."""
 
@@ -77,53 +86,58 @@ class DataFile:
         self.letters, self._symbol = letters, symbol
         self.element = 2 * WORDS.get(letters, 1)
         self.size = symbol.tag.count * self.element
-        self._own = symbol.tag.element  # bytes of an element in the tag
+        self._tag_element = symbol.tag.element  # bytes of an element in the tag
 
-    def runs(self, start: int, size: int) -> list[tuple[int, int, int]]:
-        """Return the runs of bytes: offset in the message, offset in the tag, and length."""
+    def runs(self, start: int, size: int) -> list[Run]:
+        """Return the runs of bytes from a byte of the file on."""
         if self.letters != "ST":
-            return [(0, start, size)] if self._own == self.element else self._by_element(start, size)
-        return [(position - start, self._of_text(position), 1) for position in range(start, start + size)]
+            is_same_layout = self._tag_element == self.element
+            return [Run(0, start, size)] if is_same_layout else self._by_element(start, size)
+        return [Run(index, self._text_offset(start + index), 1) for index in range(size)]
 
-    def _by_element(self, start: int, size: int) -> list[tuple[int, int, int]]:
+    def _by_element(self, start: int, size: int) -> list[Run]:
         runs, position = [], start
         while position < start + size:
             number, byte_offset = divmod(position, self.element)
             length = min(self.element - byte_offset, start + size - position)
-            runs.append((position - start, number * self._own + byte_offset, length))
+            runs.append(Run(position - start, number * self._tag_element + byte_offset, length))
             position += length
         return runs
 
-    def _of_text(self, at: int) -> int:
-        number, byte_offset = divmod(at, self.element)
-        return number * self._own + (byte_offset if byte_offset < 2 else 4 + (byte_offset - 2 ^ 1))
+    def _text_offset(self, position: int) -> int:
+        """Return the byte of the tag at a byte of the file: LEN has four bytes there and one word here."""
+        number, byte_offset = divmod(position, self.element)
+        return number * self._tag_element + (byte_offset if byte_offset < 2 else 4 + (byte_offset - 2 ^ 1))
 
     def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
         """Return bytes of the file."""
         runs = self.runs(start, size)
-        first_byte = min(offset for _, offset, _ in runs)
-        end_byte = max(offset + length for _, offset, length in runs)
+        first_byte, end_byte = _bounds(runs)
         raw = snapshot.read(ReadBytes(self._symbol.index, first_byte, end_byte - first_byte))
-        return b"".join(raw[offset - first_byte : offset - first_byte + length] for _, offset, length in runs)
+        return b"".join(raw[offset - first_byte :][:length] for _, offset, length in runs)
 
     def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
-        """Write bytes to the file, as one write, and only the bits of a mask."""
+        """Write the bits of a mask in bytes of the file, as one write."""
         runs = self.runs(start, len(data))
-        first_byte = min(position for _, position, _ in runs)
-        end_byte = max(position + length for _, position, length in runs)
-        put, keep_mask = bytearray(end_byte - first_byte), bytearray(b"\xff" * (end_byte - first_byte))
+        first_byte, end_byte = _bounds(runs)
+        new_bytes, keep_mask = bytearray(end_byte - first_byte), bytearray(b"\xff" * (end_byte - first_byte))
         for data_offset, offset, length in runs:
             for number in range(length):
                 index = offset - first_byte + number
-                allowed = mask >> 8 * ((start + data_offset + number) % 2) & 0xFF
-                put[index], keep_mask[index] = data[data_offset + number] & allowed, ~allowed & 0xFF
+                byte_mask = mask >> 8 * ((start + data_offset + number) % 2) & 0xFF
+                new_bytes[index], keep_mask[index] = data[data_offset + number] & byte_mask, ~byte_mask & 0xFF
         kept_bits = bytes(keep_mask) if any(keep_mask) else b""
-        snapshot.write(WriteBytes(self._symbol.index, first_byte, bytes(put), kept_bits))
+        snapshot.write(WriteBytes(self._symbol.index, first_byte, bytes(new_bytes), kept_bits))
 
     def target(self) -> Target:
-        """Return the target of the whole file, for the check of access."""
+        """Return the whole file as a target, for the access check."""
         tag = self._symbol.tag
         return Target(self._symbol, tag.kind, 0, tag.count, None, tag.name)
+
+
+def _bounds(runs: list[Run]) -> tuple[int, int]:
+    """Return the first byte of the tag in runs and the byte after the last."""
+    return min(run.tag_offset for run in runs), max(run.tag_offset + run.length for run in runs)
 
 
 class DataFiles:
@@ -160,40 +174,40 @@ class DataFiles:
             status = ILLEGAL
         return requester + struct.pack("<BBH", command | _REPLY, status, number) + body
 
-    def _command(self, command: int, rest: bytes, snapshot: TagSnapshot) -> bytes:
-        if command == _DIAGNOSTIC and rest[:1] == b"\x03":
+    def _command(self, command: int, request: bytes, snapshot: TagSnapshot) -> bytes:
+        if command == _DIAGNOSTIC and request[:1] == b"\x03":
             name = self._processor.encode("ascii", "replace")[:11].ljust(11)
             return b"\x00\xee\x31\x5b\x01" + name + bytes(8)
-        if command != _WHOLE_FILE or not rest or rest[0] not in FUNCTIONS:
+        if command != _WHOLE_FILE or not request or request[0] not in FUNCTIONS:
             raise PcccRefusedError(ILLEGAL)
-        function, size = rest[0], rest[1]
-        number, offset = _field(rest, 2)
-        kind = rest[offset]
-        element, offset = _field(rest, offset + 1)
-        sub, offset = _field(rest, offset) if function in TYPED else (0, offset)
+        function, size = request[0], request[1]
+        number, offset = _field(request, 2)
+        file_type = request[offset]
+        element, offset = _field(request, offset + 1)
+        sub_element, offset = _field(request, offset) if function in TYPED else (0, offset)
         if not 1 <= size <= DATA_MOST:
             raise PcccRefusedError(EXTENDED, TOO_BIG)
-        if (number, kind, function) == (0, _DIRECTORY, 0xA1):
+        if (number, file_type, function) == (0, _DIRECTORY, 0xA1):
             return self._directory_part(2 * element, size)
-        file, start = self._place(number, kind, element, sub)
+        file, start = self._locate(number, file_type, element, sub_element)
         if start + size > file.size:
             raise PcccRefusedError(EXTENDED, ADDRESS)
         if function in READS:
             return file.read(snapshot, start, size)
-        self._write(file, start, size, rest[offset:], snapshot, masked=function == MASKED)
+        self._write(file, start, size, request[offset:], snapshot, masked=function == MASKED)
         return b""
 
-    def _place(self, number: int, kind: int, element: int, sub: int) -> tuple[DataFile, int]:
-        """Return the file and the byte in it."""
+    def _locate(self, number: int, file_type: int, element: int, sub_element: int) -> tuple[DataFile, int]:
+        """Return the file at an address and the byte in the file."""
         image = self._images.get((number, element))
-        if image is not None and kind in TYPES[image.letters]:
-            return image, 2 * sub
+        if image is not None and file_type in TYPES[image.letters]:
+            return image, 2 * sub_element
         file = self._files.get(number)
-        if file is None or kind not in TYPES[file.letters]:
+        if file is None or file_type not in TYPES[file.letters]:
             raise PcccRefusedError(EXTENDED, NO_FILE if file is None else ADDRESS)
-        if 2 * sub >= file.element and file.element > 2:
+        if 2 * sub_element >= file.element and file.element > 2:
             raise PcccRefusedError(EXTENDED, ADDRESS)
-        return file, element * file.element + 2 * sub
+        return file, element * file.element + 2 * sub_element
 
     def _write(
         self, file: DataFile, start: int, size: int, data: bytes, snapshot: TagSnapshot, *, masked: bool
@@ -203,7 +217,7 @@ class DataFiles:
             (mask,) = struct.unpack_from("<H", data)
             data = data[2:]
             if file.letters == "ST" and 2 <= len(data) < size and len(data) % 2 == 0:
-                size = len(data)  # some clients name the whole element and send what there is of the text
+                size = len(data)  # some clients state the size of the element, but send only the text
         if len(data) != size or (masked and size % 2):
             raise PcccRefusedError(ILLEGAL)
         try:
@@ -224,12 +238,15 @@ class DataFiles:
         return directory[start : start + size]
 
     def _directory(self) -> bytes:
-        """Return the directory of files: a row for each number, with type and bytes."""
-        known_files = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
-        for (number, _), file in self._images.items():
-            known_files[number] = TYPES[file.letters][-1], known_files.get(number, (0, 0))[1] + file.size
-        last_number = max(known_files, default=-1)
-        rows = [known_files.get(number, (_GAP, 0)) for number in range(last_number + 1)]
+        """Return the directory of files: a row for each file number, with type and size in bytes."""
+        types_and_sizes = {
+            number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()
+        }
+        for (number, _), image in self._images.items():
+            _, size_before = types_and_sizes.get(number, (0, 0))
+            types_and_sizes[number] = TYPES[image.letters][-1], size_before + image.size
+        last_number = max(types_and_sizes, default=-1)
+        rows = [types_and_sizes.get(number, (_GAP, 0)) for number in range(last_number + 1)]
         table = b"".join(struct.pack("<BH", *row).ljust(_ROW_BYTES, b"\0") for row in rows)
         head = bytearray(_ROWS_AT)
         head[_LADDERS_AT], head[_FILES_AT] = 3, len(rows) & 0xFF
@@ -237,8 +254,8 @@ class DataFiles:
         return bytes(head) + table
 
 
-def _field(data: bytes, at: int) -> tuple[int, int]:
-    """Return an address field and the place after it: a byte, or FF and a word."""
-    if data[at] == 0xFF:
-        return struct.unpack_from("<H", data, at + 1)[0], at + 3
-    return data[at], at + 1
+def _field(data: bytes, offset: int) -> tuple[int, int]:
+    """Return an address field and the offset after it; a field is a byte, or FF and a word."""
+    if data[offset] == 0xFF:
+        return struct.unpack_from("<H", data, offset + 1)[0], offset + 3
+    return data[offset], offset + 1

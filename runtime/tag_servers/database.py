@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
+from typing import NamedTuple
 
 from scanrack.io_images.enip.codes import (
     BAD_SEGMENT,
@@ -24,6 +25,7 @@ from scanrack.io_images.enip.listing import (
     ListedAlias,
     ListedTag,
     Listing,
+    Part,
     PlainKind,
     StructuredKind,
 )
@@ -44,8 +46,8 @@ class Symbol:
 
     number: int  # in its scope, from 1
     index: int  # in the listing
-    tag: ListedTag  # of an alias: under its own name
-    target: tuple[PathStep, ...] = ()  # of an alias: the steps to its target
+    tag: ListedTag  # an alias has its own name here
+    target: tuple[PathStep, ...] = ()  # steps to the target of an alias
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ class Target:
     kind: Kind
     offset: int
     count: int  # elements from there to the end of the array
-    bit: int | None  # of the byte at `offset`
+    bit: int | None  # in the byte at `offset`
     name: str  # without subscripts: `Recipe.Steps.Time`
 
     @property
@@ -66,36 +68,38 @@ class Target:
 
 
 class Writable:
-    """What clients may write, by patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
+    """Tags that clients may write, by patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
 
-    A pattern matches a name and everything below it. A whole structure may be written if all its members may.
+    A pattern matches a name and everything below it. Clients may write a whole structure if they may write
+    all its members.
     """
 
     def __init__(self, patterns: Sequence[str]) -> None:
         texts = [_pattern(pattern) for pattern in patterns]
-        self._all = re.compile("|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE)
+        self._expression = re.compile(
+            "|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE
+        )
 
     def matches(self, name: str) -> bool:
-        """Whether a pattern matches a name without subscripts, or a parent of it."""
-        return self._all.match(name) is not None
+        """Whether a pattern matches a name without subscripts, or one of its parents."""
+        return self._expression.match(name) is not None
 
     def __call__(self, name: str, kind: Kind) -> bool:
-        """Whether the bytes under a name without subscripts may be written."""
+        """Whether clients may write all bytes under a name without subscripts."""
         if self.matches(name):
             return True
-        members = (
-            [] if isinstance(kind, PlainKind) else [member for member in kind.parts if not member.hidden]
-        )
+        members = _visible_members(kind)
         return bool(members) and all(self(f"{name}.{member.name}", member.kind) for member in members)
 
     def any_of(self, name: str, kind: Kind) -> bool:
-        """Whether anything under a name may be written."""
+        """Whether clients may write any byte under a name."""
         if self(name, kind):
             return True
-        members = () if isinstance(kind, PlainKind) else kind.parts
-        return any(
-            self.any_of(f"{name}.{member.name}", member.kind) for member in members if not member.hidden
-        )
+        return any(self.any_of(f"{name}.{member.name}", member.kind) for member in _visible_members(kind))
+
+
+def _visible_members(kind: Kind) -> list[Part]:
+    return [] if isinstance(kind, PlainKind) else [member for member in kind.parts if not member.hidden]
 
 
 def _pattern(text: str) -> str:
@@ -104,8 +108,15 @@ def _pattern(text: str) -> str:
     return "".join({"*": ".*", "?": "."}.get(character, re.escape(character)) for character in text)
 
 
-Row = tuple[int, str, int, int, tuple[int, ...], int]
-"""A line of a listing: number, name, type, bytes of an element, dimensions, External Access."""
+class Row(NamedTuple):
+    """A line of a listing."""
+
+    number: int
+    name: str
+    type_code: int
+    element_size: int  # bytes
+    dims: tuple[int, ...]
+    access: int  # READ_WRITE or READ_ONLY
 
 
 class Database:
@@ -135,10 +146,10 @@ class Database:
         self.templates.code_of(tag.kind)
 
     def _add_alias(self, alias: ListedAlias) -> None:
-        """Add an alias, unless clients can't see its target."""
+        """Add an alias; an alias of a tag that clients can't see is left out."""
         try:
             steps = tuple(steps_of(alias.target))
-            symbol, steps_below = self._found(steps)
+            symbol, steps_below = self._resolve_symbol(steps)
             kind, dims = _Walk(symbol, steps_below).end()
         except (CipRefusedError, ValueError):
             return
@@ -146,14 +157,14 @@ class Database:
         self._add(symbol.index, tag, steps)
 
     def rows(self, scope: str) -> list[Row]:
-        """Return the lines of a scope, programs first; refused for an unknown one."""
+        """Return the lines of a scope, programs first; refused for an unknown scope."""
         key = scope.upper()
         if key not in self.scopes:
             raise CipRefusedError(UNKNOWN_OBJECT)
         if key not in self._rows:
             programs = [] if key else list(self._programs.values())
-            rows: list[Row] = [
-                (number, f"{PROGRAM}{name}", PROGRAM_CODE, 0, (), 0)
+            rows = [
+                Row(number, f"{PROGRAM}{name}", PROGRAM_CODE, 0, (), READ_WRITE)
                 for number, name in enumerate(programs, 1)
             ]
             self._rows[key] = [*rows, *map(self._row, self.scopes[key])]
@@ -168,24 +179,24 @@ class Database:
         name = tag.path if target is None else target.name
         writes = tag.access is ExternalAccess.READ_WRITE and self.writable.any_of(name, tag.kind)
         access = READ_WRITE if writes else READ_ONLY
-        return symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access
+        return Row(symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access)
 
     def refuse_write(self, target: Target) -> None:
-        """Refuse a write if the target is not listed as writable."""
+        """Refuse a write to a target that clients may not write."""
         if not self.may_write(target.tag, target.name, target.kind):
             raise CipRefusedError(NO_PRIVILEGE)
 
     def may_write(self, tag: ListedTag, name: str, kind: Kind) -> bool:
-        """Whether bytes under a name may be written: the rack lists them, and the tag's access allows it."""
+        """Whether the rack lists a name as writable, and the tag's external access allows writing."""
         return tag.access is ExternalAccess.READ_WRITE and self.writable(name, kind)
 
     def resolve(self, steps: Sequence[PathStep]) -> Target:
-        """Return the target of a path; refused if it has none."""
-        symbol, steps_below = self._found(steps)
+        """Return the target of a path; refused if the target does not exist."""
+        symbol, steps_below = self._resolve_symbol(steps)
         return _Walk(symbol, steps_below).target()
 
-    def _found(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
-        """Return the tag at the start of a path, and the steps from there; aliases are resolved."""
+    def _resolve_symbol(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
+        """Return the tag at the start of a path and the steps below it; resolve aliases."""
         scope, steps_left = "", list(steps)
         first_step = steps_left[0] if steps_left else ""
         if isinstance(first_step, str) and first_step.lower().startswith(PROGRAM.lower()):
@@ -194,7 +205,7 @@ class Database:
         if not steps_left or isinstance(steps_left[0], int):
             raise CipRefusedError(BAD_SEGMENT)
         symbol = self._symbol(scope, steps_left.pop(0))
-        return self._found((*symbol.target, *steps_left)) if symbol.target else (symbol, steps_left)
+        return self._resolve_symbol((*symbol.target, *steps_left)) if symbol.target else (symbol, steps_left)
 
     def _symbol(self, scope: str, step: PathStep) -> Symbol:
         if isinstance(step, Instance):
@@ -233,6 +244,7 @@ class _Walk:
         return self._kind, self._dims
 
     def target(self) -> Target:
+        """Return the bytes at the end of the path; refused if a step names nothing."""
         while True:
             count, is_single = self._subscripts()
             if not self._steps:
@@ -245,7 +257,7 @@ class _Walk:
             self._enter(step)
 
     def _subscripts(self) -> tuple[int, bool]:
-        """Apply subscripts; return the number of elements to the end, and whether one element is meant."""
+        """Apply subscripts; return the number of elements to the array's end, and whether one is selected."""
         indices: list[int] = []
         while self._steps and isinstance(self._steps[0], int):
             indices.append(self._steps.pop(0))  # type: ignore[arg-type]
@@ -262,7 +274,7 @@ class _Walk:
         return element_count - flat, True
 
     def _enter(self, name: str) -> None:
-        """Go to a member, or to a bit of an integer."""
+        """Enter a member, or a bit of an integer."""
         if isinstance(self._kind, StructuredKind):
             member = self._kind.by_name.get(name.upper())
             if member is None:

@@ -5,8 +5,8 @@
     assembly 110   configuration of 16 bytes: word 0, word 1, starting speed in 32 bits, steps, counts, idle
                    current, current
 
-The connection is exclusive. Packets that are late or repeat earlier ones are dropped. Without a packet for
-the time-out, and after Forward Close, the drive loses its controlling connection. No sockets, no clock.
+The connection is exclusive. Packets that are late or repeat earlier ones are dropped. After Forward Close, or
+after the time-out without a packet, the drive loses its controlling connection. No sockets, no clock.
 """
 
 from __future__ import annotations
@@ -40,18 +40,17 @@ from scanrack.io_images.enip.codes import (
     TO_ORIGINATOR_TYPE,
     TO_TARGET_SIZE,
     TO_TARGET_TYPE,
-    TOO_SHORT,
     TRANSPORT,
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
 from scanrack.io_images.enip.frames import body_of, items_in
-from scanrack.io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, socket_item
+from scanrack.io_images.enip.io_frames import IoPacket, IoPath, io_packet, io_path, port_in, socket_item
 from scanrack.io_images.enip.paths import Path, parse_path
 from typing_extensions import override
 
 from ..modules.drives.drive import DriveUnit
-from .connections import Connections, Triad
+from .connections import Connections, ForwardOpen, Triad
 from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity
 from .router import refused, replied, split
 from .session import ClientSession, Frame
@@ -62,7 +61,7 @@ CONSUMED, PRODUCED, CONFIGURATION = 150, 100, 110
 """Instances of the assembly object."""
 
 RPI_US = (1_000, 3_200_000)
-"""Least and greatest requested packet interval."""
+"""Minimum and maximum requested packet interval."""
 
 TO_TARGET_BYTES, TO_ORIGINATOR_BYTES = 2 + 4 + 2 * WORDS, 2 + 2 * WORDS
 """Sizes in an open request: sequence count, run/idle header, words."""
@@ -79,27 +78,41 @@ _OWNED = 1
 
 @dataclass(slots=True)
 class IoConnection:
-    """The open connection; instants are of the wall clock."""
+    """The open connection; instants are of the wall clock.
 
-    ours: int
-    theirs: int
+    Attributes:
+        own_id: number of the connection in packets to the drive.
+        client_id: number of the connection in packets to the owner.
+        destination: address and port of the owner for its packets.
+        receive_interval_ns: time between packets to the drive.
+        send_interval_ns: time between packets to the owner.
+        due_ns: instant of the next packet to the owner.
+        deadline_ns: instant of the time-out.
+        sent_count: number of packets to the owner.
+        received_count: count in the latest packet to the drive.
+        received_ns: instant of the latest packet to the drive.
+        sequence: sequence count of its data.
+    """
+
+    own_id: int
+    client_id: int
     triad: Triad
-    place: tuple[str, int]
-    every_ns: int
+    destination: tuple[str, int]
+    receive_interval_ns: int
+    send_interval_ns: int
     timeout_ns: int
     due_ns: int
     deadline_ns: int
-    awaited_ns: int  # time between packets to the drive
-    sent: int = 0
-    heard: int | None = None  # number of the latest packet
-    heard_ns: int = 0
+    sent_count: int = 0
+    received_count: int | None = None
+    received_ns: int = 0
     sequence: int | None = None
 
-    def takes(self, packet: IoPacket) -> bool:
-        """Whether a packet is of this connection, whole, and newer than the latest one."""
-        if packet.connection != self.ours or len(packet.data) != TO_TARGET_BYTES - 2:
+    def accepts(self, packet: IoPacket) -> bool:
+        """Whether a packet belongs to this connection, is complete, and is newer than the latest one."""
+        if packet.connection != self.own_id or len(packet.data) != TO_TARGET_BYTES - 2:
             return False
-        return self.heard is None or 0 < packet.count - self.heard & 0xFFFF_FFFF < 1 << 31
+        return self.received_count is None or 0 < packet.count - self.received_count & 0xFFFF_FFFF < 1 << 31
 
 
 class DriveAdapter:
@@ -109,9 +122,10 @@ class DriveAdapter:
         identity: all attributes of the identity object.
         io: the open connection.
         address: IPv4 address of the server.
-        used: whether there has been a connection.
-        late_received: packets from owners, more than two packet intervals after the one before.
-        late_sent: packets to owners, sent an interval or more after they were due.
+        opened: whether the latest request opened a connection.
+        used: whether any request has opened a connection.
+        late_received: packets from owners that came more than two intervals after the previous packet.
+        late_sent: packets to owners that were sent one or more intervals after they were due.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
@@ -119,7 +133,7 @@ class DriveAdapter:
         self.drive, self._product = drive, drive.model.identity
         self.io: IoConnection | None = None
         self.address = LOOPBACK
-        self.opened = self.used = False  # by the latest request; by any
+        self.opened = self.used = False
         self.late_received = self.late_sent = 0
         self._numbers = count(0x5CA9_0001)
 
@@ -161,92 +175,86 @@ class DriveAdapter:
         if instance == CONSUMED:
             return _packed(self.drive.words)
         if instance == CONFIGURATION:
-            present = self.drive.layer.state.configuration
-            words = (0,) * WORDS if present is None else present.words
+            configuration = self.drive.layer.state.configuration
+            words = (0,) * WORDS if configuration is None else configuration.words
             start = 1000 * words[2] + words[3]
             return _SETTINGS.pack(words[0] & 0x7FFF, words[1], start, words[4], *words[6:9])
         raise CipRefusedError(UNKNOWN_OBJECT)
 
     # -- the connection -------------------------------------------------------------------------
 
-    def open(self, data: bytes, place: tuple[str, int], wall_ns: int, *, large: bool) -> bytes:
+    def open(self, request: ForwardOpen, destination: tuple[str, int], wall_ns: int) -> bytes:
         """Open a connection; return the reply's data.
 
         Args:
-            data: data of a Forward Open.
-            place: address and port at which the originator gets its packets.
+            destination: address and port of the originator for its packets.
 
         Raises:
             CipRefusedError: the request is refused; nothing has changed.
         """
-        client_id, serial, vendor, origin, multiplier = struct.unpack_from("<IHHIB", data, 6)
-        form = struct.Struct("<II" if large else "<IH")
-        there_us, there_parameters = form.unpack_from(data, 22)
-        back_us, back_parameters = form.unpack_from(data, 22 + form.size)
-        offset = 22 + 2 * form.size
-        path = io_path(data[offset + 2 : offset + 2 + 2 * data[offset + 1]])
-        triad = (serial, vendor, origin)
-        self._check_place(path.key, path.numbers, path.points)
+        path, to_target, to_client = io_path(request.path), request.to_target, request.to_client
+        self._check_path(path)
         if self.io is not None:
-            raise CipRefusedError(NO_CONNECTION, IN_USE if self.io.triad == triad else NOT_OWNER)
-        bits, mask = (25, 0xFFFF) if large else (9, 0x1FF)
-        kinds = bits + 4
+            raise CipRefusedError(NO_CONNECTION, IN_USE if self.io.triad == request.triad else NOT_OWNER)
         for is_wrong, status in (
-            (data[offset] & 0xF != CLASS_1, TRANSPORT),
-            (there_parameters >> kinds & 3 != POINT_TO_POINT, TO_TARGET_TYPE),
-            (back_parameters >> kinds & 3 != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
-            (there_parameters & mask != TO_TARGET_BYTES, TO_TARGET_SIZE),
-            (back_parameters & mask != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
+            (request.transport & 0xF != CLASS_1, TRANSPORT),
+            (to_target.type != POINT_TO_POINT, TO_TARGET_TYPE),
+            (to_client.type != POINT_TO_POINT, TO_ORIGINATOR_TYPE),
+            (to_target.size != TO_TARGET_BYTES, TO_TARGET_SIZE),
+            (to_client.size != TO_ORIGINATOR_BYTES, TO_ORIGINATOR_SIZE),
             (len(path.data or b"") not in (0, _SETTINGS.size), CONFIGURATION_SIZE),
-            (not all(RPI_US[0] <= interval_us <= RPI_US[1] for interval_us in (there_us, back_us)), BAD_RPI),
-            (multiplier > 7, BAD_RPI),
+            (not RPI_US[0] <= to_target.interval_us <= RPI_US[1], BAD_RPI),
+            (not RPI_US[0] <= to_client.interval_us <= RPI_US[1], BAD_RPI),
+            (request.multiplier > 7, BAD_RPI),
         ):
             if is_wrong:
                 raise CipRefusedError(NO_CONNECTION, status)
         if path.data:
             self._configure(path.data)
-        timeout_ns = there_us * 1000 * (4 << multiplier)
+        timeout_ns = to_target.interval_us * 1000 * (4 << request.multiplier)
         self.io = IoConnection(
-            next(self._numbers),
-            client_id,
-            triad,
-            place,
-            back_us * 1000,
-            timeout_ns,
-            wall_ns,
-            wall_ns + max(timeout_ns, FIRST_PACKET_NS),
-            there_us * 1000,
+            own_id=next(self._numbers),
+            client_id=request.client_id,
+            triad=request.triad,
+            destination=destination,
+            receive_interval_ns=to_target.interval_us * 1000,
+            send_interval_ns=to_client.interval_us * 1000,
+            timeout_ns=timeout_ns,
+            due_ns=wall_ns,
+            deadline_ns=wall_ns + max(timeout_ns, FIRST_PACKET_NS),
         )
         self.opened = self.used = True
-        return struct.pack("<IIHHIIIBB", self.io.ours, client_id, *triad, there_us, back_us, 0, 0)
+        return request.reply(self.io.own_id)
 
     def _check_key(self, key: tuple[int, ...]) -> None:
         """Refuse a connection to another product; 0 matches any product."""
-        vendor, device, product, major, minor = self._product
-        compatible = key[3] >> 7
+        own_vendor, own_device, own_product, own_major, own_minor = self._product
+        vendor, device, product, major_and_flag, minor = key
+        compatible, major = divmod(major_and_flag, 0x80)
         for sent_value, own_value, status in (
-            (key[0], vendor, OTHER_PRODUCT),
-            (key[2], product, OTHER_PRODUCT),
-            (key[1], device, OTHER_DEVICE),
-            (key[3] & 0x7F, major, OTHER_REVISION),
+            (vendor, own_vendor, OTHER_PRODUCT),
+            (product, own_product, OTHER_PRODUCT),
+            (device, own_device, OTHER_DEVICE),
+            (major, own_major, OTHER_REVISION),
         ):
             if sent_value not in (0, own_value):
                 raise CipRefusedError(NO_CONNECTION, status)
-        if key[4] > minor or (not compatible and key[4] not in (0, minor)):
+        if minor > own_minor or (not compatible and minor not in (0, own_minor)):
             raise CipRefusedError(NO_CONNECTION, OTHER_REVISION)
 
-    def _check_place(self, key: tuple[int, ...], numbers: dict[str, int], points: Sequence[int]) -> None:
-        if key:
-            self._check_key(key)
-        if numbers.get("instance") != CONFIGURATION:
+    def _check_path(self, path: IoPath) -> None:
+        """Refuse a path that names another product or other assemblies."""
+        if path.key:
+            self._check_key(path.key)
+        if path.numbers.get("instance") != CONFIGURATION:
             raise CipRefusedError(NO_CONNECTION, CONFIGURATION_PATH)
-        if points[:1] != (CONSUMED,):
+        if path.points[:1] != (CONSUMED,):
             raise CipRefusedError(NO_CONNECTION, CONSUMED_PATH)
-        if points[1:] != (PRODUCED,):
+        if path.points[1:] != (PRODUCED,):
             raise CipRefusedError(NO_CONNECTION, PRODUCED_PATH)
 
     def _configure(self, data: bytes) -> None:
-        """Apply the configuration of an open request; an invalid one sets the drive's error bit for it."""
+        """Apply the configuration of an open request; an invalid one sets the drive's configuration error."""
         word_0, word_1, start, *settings = _SETTINGS.unpack(data)
         upper, lower = divmod(start, 1000) if start >= 0 else (0, 0)
         words = (word_0 | 0x8000, word_1, upper & 0xFFFF, lower, settings[0], 0, *settings[1:], 0)
@@ -254,14 +262,14 @@ class DriveAdapter:
         self.drive.obey((0,) * WORDS)
 
     def close(self, triad: Triad) -> bool:
-        """Close the connection, if it has these numbers; return whether it has."""
+        """Close the connection if it has this triad; return whether it was closed."""
         if self.io is None or self.io.triad != triad:
             return False
         self.end()
         return True
 
     def end(self) -> None:
-        """End the connection, if there is one: the drive loses its controlling connection."""
+        """End the connection, if one is open; the drive loses its controlling connection."""
         if self.io is None:
             return
         self.io = None
@@ -271,11 +279,12 @@ class DriveAdapter:
     def receive(self, datagram: bytes, host: str, wall_ns: int) -> None:
         """Receive a packet of data; drop it unless it is the owner's next packet."""
         io, packet = self.io, io_packet(datagram)
-        if io is None or packet is None or host != io.place[0] or not io.takes(packet):
+        if io is None or packet is None or host != io.destination[0] or not io.accepts(packet):
             return
-        if io.heard is not None and wall_ns - io.heard_ns > 2 * io.awaited_ns:
+        if io.received_count is not None and wall_ns - io.received_ns > 2 * io.receive_interval_ns:
             self.late_received += 1
-        io.heard, io.heard_ns, io.deadline_ns = packet.count, wall_ns, wall_ns + io.timeout_ns
+        io.received_count, io.received_ns = packet.count, wall_ns
+        io.deadline_ns = wall_ns + io.timeout_ns
         if packet.sequence == io.sequence:
             return
         io.sequence = packet.sequence
@@ -293,12 +302,13 @@ class DriveAdapter:
             return None
         if wall_ns < io.due_ns:
             return None
-        io.sent += 1
-        missed = (wall_ns - io.due_ns) // io.every_ns
+        io.sent_count += 1
+        missed = (wall_ns - io.due_ns) // io.send_interval_ns
         self.late_sent += missed > 0
-        io.due_ns += (missed + 1) * io.every_ns
+        io.due_ns += (missed + 1) * io.send_interval_ns
         data = _packed(self.drive.inputs())
-        return IoPacket(io.theirs, io.sent & 0xFFFF_FFFF, io.sent & 0xFFFF, data).encoded(), io.place
+        packet = IoPacket(io.client_id, io.sent_count & 0xFFFF_FFFF, io.sent_count & 0xFFFF, data)
+        return packet.encoded(), io.destination
 
     @property
     def wake_ns(self) -> int | None:
@@ -307,22 +317,19 @@ class DriveAdapter:
 
 
 class DriveConnections(Connections):
-    """The connections of one client: explicit ones, and the one that owns the drive."""
+    """The connections of one client: explicit connections, and the class 1 connection that owns the drive."""
 
     def __init__(self, adapter: DriveAdapter, host: str) -> None:
         super().__init__()
         self._adapter = adapter
-        self.place = (host, 0)
+        self.destination = (host, 0)
         self.wall_ns = 0
 
     @override
-    def _begin(self, data: bytes, *, large: bool) -> bytes:
-        offset = 22 + 2 * (8 if large else 6)
-        if len(data) < offset + 2 or len(data) < offset + 2 + 2 * data[offset + 1]:
-            raise CipRefusedError(TOO_SHORT)
-        if io_path(data[offset + 2 : offset + 2 + 2 * data[offset + 1]]).numbers.get("class") != ASSEMBLY:
-            return super()._begin(data, large=large)
-        return self._adapter.open(data, self.place, self.wall_ns, large=large)
+    def _begin(self, request: ForwardOpen) -> bytes:
+        if io_path(request.path).numbers.get("class") != ASSEMBLY:
+            return super()._begin(request)
+        return self._adapter.open(request, self.destination, self.wall_ns)
 
     @override
     def _close(self, data: bytes) -> bytes:
@@ -342,25 +349,25 @@ class DriveSession(ClientSession):
     """
 
     def __init__(self, adapter: DriveAdapter, address: bytes, port: int, io_port: int, host: str) -> None:
-        self._drive, self._io_port, self._host = adapter, io_port, host
-        self._own = DriveConnections(adapter, host)
-        super().__init__(adapter, address, port, self._own)
+        self._adapter, self._io_port, self._host = adapter, io_port, host
+        self._drive_connections = DriveConnections(adapter, host)
+        super().__init__(adapter, address, port, self._drive_connections)
 
     def answer_at(self, packet: Frame, snapshot: TagSnapshot, wall_ns: int) -> bytes:
-        """Answer a packet at an instant of the wall clock; b"" if it gets no answer.
+        """Return the answer to a packet at an instant of the wall clock; b"" for a packet without an answer.
 
         Raises:
             BrokenClientError: the client ends its session.
         """
-        self._own.wall_ns = wall_ns
+        self._drive_connections.wall_ns = wall_ns
         return self.reply(packet, snapshot)
 
     @override
-    def _sent(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
-        self._own.place = (self._host, port_in(items_in(packet.body)))
-        self._drive.opened = False
-        status, body = super()._sent(packet, snapshot, planning=planning)
-        if self._drive.opened:
+    def _answer_message(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
+        self._drive_connections.destination = (self._host, port_in(items_in(packet.body)))
+        self._adapter.opened = False
+        status, body = super()._answer_message(packet, snapshot, planning=planning)
+        if self._adapter.opened:
             body = body_of(*items_in(body), socket_item(self._io_port))
         return status, body
 

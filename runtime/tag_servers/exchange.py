@@ -1,10 +1,10 @@
 """Operations of packets, and their results, as bytes between the server's process and the scan process.
 
     request    version u32, packets u16; per packet: client's address, operations u16
-    operation  kind u8 (read, write, write but keep), tag u32, offset u32, size u32; data, bits to keep
+    operation  kind u8 (read, write, masked write), tag u32, offset u32, size u32; data, mask of bits to keep
     reply      version u32, now_ns u64; per operation size u32, bytes; size FFFFFFFF: refused
 
-A request of another version gets only the head of a reply: the program has been edited.
+After an edit of the program, a request of the previous version gets only the head of a reply.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def request_of(version: int, packets: Sequence[Packet]) -> bytes:
 
 
 def packets_in(data: bytes) -> Iterator[Packet]:
-    """Yield the packets of a request; struct.error if it is damaged."""
+    """Yield the packets of a request; raise struct.error for a damaged request."""
     _, packet_count = HEAD.unpack_from(data)
     start = HEAD.size
     for _ in range(packet_count):
@@ -65,7 +65,7 @@ def packets_in(data: bytes) -> Iterator[Packet]:
 
 
 def version_of(data: bytes) -> int:
-    """Return the version that a request was made for."""
+    """Return the program version in a request."""
     version: int = HEAD.unpack_from(data)[0]
     return version
 
@@ -73,7 +73,7 @@ def version_of(data: bytes) -> int:
 def answered(
     data: bytes, version: int, now_ns: int, carry_out: Callable[[str, Operation], bytes | None]
 ) -> bytes:
-    """Carry out a request, and return the reply."""
+    """Carry out a request; return the reply."""
     chunks = [ANSWER.pack(version, now_ns)]
     for client, operations in packets_in(data) if version_of(data) == version else ():
         for operation in operations:

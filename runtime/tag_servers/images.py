@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import chain
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.enip.listing import (
@@ -27,14 +28,14 @@ FAULT_BYTES = 4
 
 GENERIC, PROFILE_3601 = "generic", "3601"
 PROFILES = (GENERIC, PROFILE_3601)
-"""Names of the parts of `Local:n:I`."""
+"""Profiles: each names the members of `Local:n:I` differently."""
 
 _WORD = re.compile(
-    r"Local:(?P<slot>\d+):(?P<way>[IO])\.Data(?:\[(?P<word>\d{1,3})\])?(?:\.(?P<bit>\d{1,2}))?",
+    r"Local:(?P<slot>\d+):(?P<direction>[IO])\.Data(?:\[(?P<word>\d{1,3})\])?(?:\.(?P<bit>\d{1,2}))?",
     re.IGNORECASE,
 )
 
-_IMAGE = re.compile(r"Local:(?P<slot>\d{1,3}):(?P<way>[IO])", re.IGNORECASE)
+_IMAGE = re.compile(r"Local:(?P<slot>\d{1,3}):(?P<direction>[IO])", re.IGNORECASE)
 
 _OUTPUT = re.compile(r"Local:([0-9]+):O|O:([0-9]+)", re.IGNORECASE)
 
@@ -42,21 +43,21 @@ _FAULT = Part("Fault", DINT, (), 0)
 
 
 @cache
-def _out(words: int) -> StructuredKind:
-    """Return the data type of an output image with a number of words."""
+def _output_type(words: int) -> StructuredKind:
+    """Return the data type of an output image."""
     size = 2 * words
     return StructuredKind(f"AB:1769_MODULE_INT_{size}Bytes:O:0", size, (Part("Data", INT, (words,), 0),))
 
 
 @cache
-def _in(words: int) -> StructuredKind:
-    """Return the data type of an input image with a number of words, in the generic profile."""
+def _input_type(words: int) -> StructuredKind:
+    """Return the data type of an input image in the generic profile."""
     data = Part("Data", INT, (words,), FAULT_BYTES)
     name = f"AB:1769_MODULE_INT_{2 * words}Bytes:I:0"
     return StructuredKind(name, FAULT_BYTES + 2 * words, (_FAULT, data))
 
 
-_IN_3601 = StructuredKind(
+_INPUTS_3601 = StructuredKind(
     "AM:1769_3601:I:0",
     FAULT_BYTES + 2 * WORDS,
     (
@@ -68,7 +69,7 @@ _IN_3601 = StructuredKind(
         *(Part(f"Data{word}", INT, (), FAULT_BYTES + 2 * word) for word in range(1, WORDS)),
     ),
 )
-"""The input image by the profile of a 3601; modules with another number of words have the generic one."""
+"""Data type of an input image of eight words in the 3601 profile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +78,8 @@ class ImagePlace:
 
     slot: int
     output: bool
-    at: int  # byte of the words; negative in the controller's own part before them
-    bit: int | None = None  # of that byte
+    offset: int  # bytes from the first word; negative in Fault, which the controller puts before the words
+    bit: int | None = None  # in the byte at `offset`
 
 
 def image_tags(
@@ -87,26 +88,28 @@ def image_tags(
     """Return the tags of a slot's images, inputs first.
 
     Args:
-        words: names of the words of its module.
-        files: return data files of an SLC program.
+        words: names of the words of the module.
+        files: whether the tags are data files of an SLC program.
         profile: see `PROFILES`.
     """
     access, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
     if files:
         return ListedTag(f"I:{slot}", "", INT, (inputs,), access), ListedTag(f"O:{slot}", "", INT, (outputs,))
-    kind = _IN_3601 if _has_profile(words, profile) else _in(inputs)
-    return ListedTag(f"Local:{slot}:I", "", kind, (), access), ListedTag(f"Local:{slot}:O", "", _out(outputs))
+    kind = _INPUTS_3601 if _has_profile(words, profile) else _input_type(inputs)
+    return ListedTag(f"Local:{slot}:I", "", kind, (), access), ListedTag(
+        f"Local:{slot}:O", "", _output_type(outputs)
+    )
 
 
 def _has_profile(words: ModuleWords, profile: str) -> bool:
-    """Whether the input image of a module has the parts of the 3601 profile."""
+    """Whether the input image of a module has the 3601 profile; other modules have the generic profile."""
     return profile == PROFILE_3601 and len(words.inputs) == WORDS
 
 
 def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str) -> Listing:
     """Return the tags of a program, followed by the tags of the slots' images."""
     images = [image_tags(slot, words, files=listing.files, profile=profile) for slot, words in slots.items()]
-    tags = (*listing.tags, *(tag for pair in images for tag in pair))
+    tags = (*listing.tags, *chain.from_iterable(images))
     aliases = (
         replace(alias, target=part_of_image(alias.target, slots, profile)) for alias in listing.aliases
     )
@@ -114,7 +117,7 @@ def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str
 
 
 def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) -> str:
-    """Return the address of a word or bit as the images name it; return other addresses unchanged.
+    """Return the address of a word or bit in the tags of images; return other addresses unchanged.
 
     >>> slots = {1: PLAIN_WORDS, 2: PLAIN_WORDS}
     >>> part_of_image("Local:2:I.Data.20", slots, GENERIC)
@@ -123,7 +126,7 @@ def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) 
     'Local:1:I.Data4.0'
 
     Args:
-        address: an address in a program; for a card with few terminals it has no subscript.
+        address: an address in a program; addresses of small cards have no subscript.
         slots: the words of the modules.
     """
     match = _WORD.fullmatch(address)
@@ -132,13 +135,13 @@ def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) 
     word, bit = divmod(int(match["bit"] or 0), WORD_BITS)
     word += int(match["word"] or 0)
     words = slots.get(int(match["slot"]), PLAIN_WORDS)
-    numbered = match["way"].upper() == "I" and _has_profile(words, profile)
+    numbered = match["direction"].upper() == "I" and _has_profile(words, profile)
     data = f"Data{word}" if numbered else f"Data[{word}]"
-    return f"Local:{match['slot']}:{match['way']}.{data}" + (f".{bit}" if match["bit"] else "")
+    return f"Local:{match['slot']}:{match['direction']}.{data}" + (f".{bit}" if match["bit"] else "")
 
 
 def output_slot(tag: str) -> int | None:
-    """Return the slot of an output image by the tag's name; None for another tag.
+    """Return the slot of an output image by its tag name; None for another tag.
 
     >>> output_slot("Local:1:O"), output_slot("O:2"), output_slot("Local:1:I"), output_slot("Run")
     (1, 2, None, None)
@@ -148,20 +151,20 @@ def output_slot(tag: str) -> int | None:
 
 
 def _image_part(name: str, *, output: bool) -> Part | None:
-    kinds = (_out(WORDS),) if output else (_in(WORDS), _IN_3601)
+    kinds = (_output_type(WORDS),) if output else (_input_type(WORDS), _INPUTS_3601)
     return next((kind.by_name[name] for kind in kinds if name in kind.by_name), None)
 
 
 def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
-    """Return which words of a module of eight words a path names; None for anything else.
+    """Return the place that a path names in a module of eight words; None for another path.
 
     >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
-    (ImagePlace(slot=1, output=False, at=6, bit=None), ImagePlace(slot=2, output=False, at=1, bit=6))
+    (ImagePlace(slot=1, output=False, offset=6, bit=None), ImagePlace(slot=2, output=False, offset=1, bit=6))
     """
     match = _IMAGE.fullmatch(str(steps[0])) if steps else None
     if match is None:
         return None
-    slot, output = int(match["slot"]), match["way"] in "Oo"
+    slot, output = int(match["slot"]), match["direction"] in "Oo"
     skipped = 0 if output else FAULT_BYTES
     if len(steps) == 1:
         return ImagePlace(slot, output, -skipped)

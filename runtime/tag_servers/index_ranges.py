@@ -1,11 +1,11 @@
-"""Parts of arrays and texts, as OPC UA names them: `5`, `2:5`, `1:2,0:1` [OPC UA part 4, 7.27].
+"""Parts of arrays and texts by the index ranges of OPC UA: `5`, `2:5`, `1:2,0:1` [OPC UA part 4, 7.27].
 
 array of DINT[10]     "3"         the list of one element
                       "3:5"       three elements
 array of INT[3,4]     "1:2,0:1"   two rows of two
 STRING                "1:3"       the second to the fourth character
 array of STRING[3]    "0:1"       two texts
-                      "0:1,1:3"   of each of the two its second to fourth character
+                      "0:1,1:3"   the second to the fourth character of two texts
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from typing import Any
 _BOUNDS = re.compile(r"([0-9]{1,20})(?::([0-9]{1,20}))?")
 
 DIMENSIONS_MOST = 32
-"""Dimensions that a range may name."""
+"""Maximum dimensions of a range."""
 
 
 class NoDataError(ValueError):
-    """A well-formed range that names nothing that exists."""
+    """A well-formed range without data."""
 
 
 class MismatchError(ValueError):
-    """A value whose size differs from the range that it is written to."""
+    """A value that has another size than the range to write."""
 
 
 def parse_ranges(text: str) -> list[range]:
-    """Return the places that a range names, by dimension.
+    """Return the indices in an index range, by dimension.
 
     >>> parse_ranges("1:2,0")
     [range(1, 3), range(0, 1)]
@@ -40,12 +40,12 @@ def parse_ranges(text: str) -> list[range]:
     """
     matches = [_BOUNDS.fullmatch(index_text) for index_text in text.split(",", DIMENSIONS_MOST)]
     if any(match is None or (match[2] and int(match[2]) <= int(match[1])) for match in matches):
-        raise ValueError(f"{text[:50]!r} is no range: it must be as 5, 2:5 or 1:2,0:1")
+        raise ValueError(f"{text[:50]!r} is not a range; use 5, 2:5 or 1:2,0:1")
     return [range(int(match[1]), int(match[2] or match[1]) + 1) for match in matches if match is not None]
 
 
 def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
-    """Return a part of a value; it ends with the value if the upper bound is beyond it.
+    """Return a part of a value; an upper bound beyond the value means the end of the value.
 
     >>> part_of([[1, 2, 3], [4, 5, 6]], parse_ranges("1,1:9"), 2)
     [[5, 6]]
@@ -53,7 +53,7 @@ def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
     'scan'
 
     Args:
-        rank: dimensions of the value; 0 = a single one.
+        rank: number of dimensions; 0 = a single value.
 
     Raises:
         NoDataError: a lower bound is beyond the value, or the number of dimensions differs.
@@ -62,29 +62,29 @@ def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
         if ranges[0].start >= len(value):
             raise NoDataError(f"it has {len(value)} characters")
         return value[ranges[0].start : ranges[0].stop]
-    parts = None
+    characters = None
     if len(ranges) == rank + 1 and rank:  # the last range selects characters of texts
-        ranges, parts = ranges[:-1], ranges[-1]
+        ranges, characters = ranges[:-1], ranges[-1]
     if not rank or len(ranges) != rank:
         raise NoDataError(f"it has {rank} dimensions")
-    return _elements(value, ranges, parts)
+    return _elements(value, ranges, characters)
 
 
 def _elements(values: Any, ranges: Sequence[range], characters: range | None) -> list[Any]:
-    places, *inner_ranges = ranges
-    elements = values[places.start : places.stop] if isinstance(values, list) else []
+    first_range, *inner_ranges = ranges
+    elements = values[first_range.start : first_range.stop] if isinstance(values, list) else []
     if not elements:
-        raise NoDataError(f"no element {places.start}")
+        raise NoDataError(f"no element {first_range.start}")
     if inner_ranges:
         return [_elements(element, inner_ranges, characters) for element in elements]
     return elements if characters is None else [_characters(element, characters) for element in elements]
 
 
-def _characters(text: Any, places: range) -> Any:
-    """Return characters of an element; None if it is shorter."""
+def _characters(text: Any, characters: range) -> Any:
+    """Return characters of an element; None if the element is shorter."""
     if text is not None and not isinstance(text, str | bytes):
-        raise NoDataError("it is no text")
-    return (text or "")[places.start : places.stop] or None
+        raise NoDataError("it is not a text")
+    return (text or "")[characters.start : characters.stop] or None
 
 
 def shape_of(value: Any) -> list[int]:
@@ -97,7 +97,7 @@ def shape_of(value: Any) -> list[int]:
 
 
 def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
-    """Return the positions in memory of the elements that ranges name, as runs.
+    """Return the elements in ranges by their positions in memory, as runs.
 
     >>> runs(parse_ranges("1:2,0:1"), (3, 4))
     [range(4, 6), range(8, 10)]
@@ -105,8 +105,8 @@ def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
     Raises:
         NoDataError: the number of dimensions differs, or an element does not exist.
     """
-    fit = (bounds.stop <= size for bounds, size in zip(ranges, dims, strict=False))
-    if len(ranges) != len(dims) or not all(fit):
+    has_elements = all(bounds.stop <= size for bounds, size in zip(ranges, dims, strict=False))
+    if len(ranges) != len(dims) or not has_elements:
         raise NoDataError(f"the array has {' x '.join(map(str, dims))} elements")
     if not dims:
         return [range(1)]

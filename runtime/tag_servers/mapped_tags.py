@@ -29,7 +29,10 @@ ADDRESSES = 1 << 16
 
 @dataclass(frozen=True)
 class MappedTag:
-    """A tag in the map."""
+    """A tag in the map.
+
+    Registers and coils are numbered from 0 at the first address of the tag.
+    """
 
     target: Target
     writable: bool
@@ -37,7 +40,7 @@ class MappedTag:
 
     @property
     def size(self) -> int:
-        """Size of a value, bytes."""
+        """Bytes of a value."""
         return self.target.kind.size
 
     @property
@@ -52,11 +55,11 @@ class MappedTag:
 
     @property
     def bits(self) -> int:
-        """Number of coils that it occupies."""
+        """Number of coils of the tag."""
         return 32 * self.target.count if self.target.kind == DWORD else 1
 
     def values_at(self, first: int, count: int) -> tuple[int, int]:
-        """Return offset and size of the values to which a run of its registers belongs."""
+        """Return offset and size, in bytes, of the values in a run of registers."""
         begin, end = first // self.words, -(-(first + count) // self.words)
         return self.target.offset + begin * self.size, (end - begin) * self.size
 
@@ -64,12 +67,12 @@ class MappedTag:
         """Return values as registers."""
         if self.size == 1:
             return [value & 0xFFFF for value in unpack(self._bytes_form(len(data)), data)]
-        return self._turned(unpack(f"<{len(data) // 2}H", data))
+        return self._in_word_order(unpack(f"<{len(data) // 2}H", data))
 
     def to_bytes(self, words: Sequence[int]) -> bytes:
         """Return registers as values; refused if a value does not fit."""
         if self.size > 1:
-            return pack(f"<{len(words)}H", *self._turned(words))
+            return pack(f"<{len(words)}H", *self._in_word_order(words))
         signed = self.target.kind == SINT
         try:
             return pack(
@@ -79,11 +82,11 @@ class MappedTag:
             raise ModbusRefusedError(ILLEGAL_VALUE) from None
 
     def _bytes_form(self, count: int) -> str:
-        """Return the format of values of one byte, for `struct`."""
+        """Return the `struct` format of one-byte values."""
         return f"{count}{'b' if self.target.kind == SINT else 'B'}"
 
-    def _turned(self, words: Sequence[int]) -> list[int]:
-        """Reverse the words of each value if it begins with the high word."""
+    def _in_word_order(self, words: Sequence[int]) -> list[int]:
+        """Return words with each value reversed if the high word comes first."""
         step = self.words
         if not self.high_first or step == 1:
             return list(words)
@@ -91,66 +94,65 @@ class MappedTag:
             word for index in range(0, len(words), step) for word in reversed(words[index : index + step])
         ]
 
-    def byte_of(self, place: int) -> int:
-        """Return the offset of the register at a place."""
-        value, word = divmod(place, self.words)
+    def byte_of(self, register: int) -> int:
+        """Return the byte of the tag at which a register begins."""
+        value_number, word_number = divmod(register, self.words)
         return self.target.offset + 2 * (
-            value * self.words + (self.words - 1 - word if self.high_first else word)
+            value_number * self.words + (self.words - 1 - word_number if self.high_first else word_number)
         )
 
-    def read_words(self, place: int, count: int, snapshot: TagSnapshot) -> list[int]:
+    def read_words(self, register: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read registers."""
-        offset, size = self.values_at(place, count)
+        offset, size = self.values_at(register, count)
         words = self.to_words(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)))
-        begin = place % self.words
+        begin = register % self.words
         return words[begin : begin + count]
 
-    def write_of_words(self, place: int, words: Sequence[int]) -> WriteBytes:
-        """Return the write of registers; refused if it would write a part of a value."""
-        if place % self.words or len(words) % self.words:
+    def write_of_words(self, register: int, words: Sequence[int]) -> WriteBytes:
+        """Return the write of registers; refused for a part of a value."""
+        if register % self.words or len(words) % self.words:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        offset, _ = self.values_at(place, len(words))
+        offset, _ = self.values_at(register, len(words))
         return WriteBytes(self.target.symbol.index, offset, self.to_bytes(words))
 
     # --- coils
 
-    def read_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
+    def read_bits(self, coil: int, count: int, snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
-        offset, shift = divmod(self.first_bit + place, 8)
+        offset, shift = divmod(self.first_bit + coil, 8)
         byte_range = ReadBytes(self.target.symbol.index, offset, -(-(shift + count) // 8))
         data = int.from_bytes(snapshot.read(byte_range), "little") >> shift
         return [bool(data >> index & 1) for index in range(count)]
 
-    def write_of_bits(self, place: int, bits: Sequence[bool]) -> WriteBytes:
+    def write_of_bits(self, coil: int, bits: Sequence[bool]) -> WriteBytes:
         """Return the write of coils."""
-        if self.target.kind == BOOL and self.target.bit is None:  # it has its byte for itself
+        if self.target.kind == BOOL and self.target.bit is None:  # the bit has a byte of its own
             return WriteBytes(self.target.symbol.index, self.target.offset, bytes(bits))
-        return bits_to_write(self.target.symbol.index, self.first_bit + place, bits)
+        return bits_to_write(self.target.symbol.index, self.first_bit + coil, bits)
 
 
 class Gap:
     """Addresses without a tag that read as 0."""
 
-    def read_words(self, _place: int, count: int, _snapshot: TagSnapshot) -> list[int]:
+    def read_words(self, _register: int, count: int, _snapshot: TagSnapshot) -> list[int]:
         """Read registers."""
         return [0] * count
 
-    def read_bits(self, _place: int, count: int, _snapshot: TagSnapshot) -> list[bool]:
+    def read_bits(self, _coil: int, count: int, _snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
         return [False] * count
 
 
 def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag:
-    """Return the tag of a table's row; ValueError if there is no such tag, or it can't be in that table."""
+    """Return the tag of a row; raise ValueError for an unknown tag or a tag that can't be in the table."""
     target = target_of(database, row.tag)
     kind = target.kind
     if (kind in (BOOL, DWORD)) != (table in BITS):
-        expected_type = "BOOL" if table in BITS else "an integer or a REAL"
-        raise ValueError(
-            f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {expected_type}"
-        )
+        allowed_types = "BOOL" if table in BITS else "an integer or a REAL"
+        type_name = "BOOL" if kind == DWORD else kind.name
+        raise ValueError(f"its type is {type_name}; {table} accept {allowed_types}")
     if not isinstance(kind, PlainKind):
-        raise ValueError(f"its type is {kind.name}: give a member of it")
+        raise ValueError(f"its type is {kind.name}; map one of its members")
     return MappedTag(
         target, database.may_write(target.tag, target.name, kind), (row.order or order) == HIGH_FIRST
     )

@@ -1,4 +1,4 @@
-"""A TCP connection of a Modbus client: frames in, replies out, no sockets. Any unit number is answered."""
+"""A TCP connection of a Modbus client: frames in, replies out; any unit number is valid."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
 
 class ModbusPacket(NamedTuple):
-    """A frame and its request, decoded once for both passes."""
+    """A frame and its decoded request."""
 
     frame: bytes
     request: ModbusPDU
@@ -34,7 +34,7 @@ class ModbusSession:
         """Receive bytes; return the complete requests.
 
         Raises:
-            BrokenClientError: they are not Modbus TCP.
+            BrokenClientError: the bytes are not Modbus TCP.
         """
         try:
             frames, self.pending = split_frames(self.pending + data)

@@ -11,11 +11,11 @@ from scanrack.io_images.enip.listing import Kind, PlainKind
 from .database import Database, Writable
 
 NAMES_MOST, NEAREST_MOST = 20_000, 3
-"""Maximum names that are compared, and names that a message suggests."""
+"""Maximum number of compared names, and of suggested names."""
 
 
 def nearest(database: Database, name: str) -> str:
-    """Return `: did you mean Run, Runs?`, or "" if no name is like it."""
+    """Return `: did you mean Run, Runs?`, or "" without a similar name."""
     names = {tag_name.upper(): tag_name for tag_name in islice(_names(database), NAMES_MOST)}
     close_names = [names[upper_name] for upper_name in get_close_matches(name.upper(), names, NEAREST_MOST)]
     return f": did you mean {', '.join(close_names)}?" if close_names else ""
@@ -24,7 +24,7 @@ def nearest(database: Database, name: str) -> str:
 def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
     """Return a sentence for each pattern of `[server] writable` that matches no tag and no member.
 
-    An alias is refused with the name of its tag, since access belongs to tags.
+    An alias is a problem, since access belongs to tags; the sentence names its tag.
     """
     symbols = [symbol for scope in database.scopes.values() for symbol in scope]
     problems = []
@@ -42,11 +42,11 @@ def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
 def _names(database: Database) -> Iterator[str]:
     for scope in database.scopes.values():
         for symbol in scope:
-            yield from _below(symbol.tag.path, symbol.tag.kind)
+            yield from _with_members(symbol.tag.path, symbol.tag.kind)
 
 
-def _below(name: str, kind: Kind) -> Iterator[str]:
+def _with_members(name: str, kind: Kind) -> Iterator[str]:
     yield name
     if not isinstance(kind, PlainKind):
         for member in kind.by_name.values():
-            yield from _below(f"{name}.{member.name}", member.kind)
+            yield from _with_members(f"{name}.{member.name}", member.kind)

@@ -7,7 +7,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
 from itertools import islice
-from operator import itemgetter
+from operator import attrgetter
 
 from scanrack.io_images.enip.codes import (
     BAD_SEGMENT,
@@ -43,11 +43,9 @@ ATTRIBUTES_MOST = 32
 SET_LIST = 4
 
 _VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11), 0x3060, 0x5CA9_9ACC
-"""Identifies as a Rockwell controller, which clients look for; the product's name says scanrack."""
+"""Clients look for a Rockwell controller; the product's name says scanrack."""
 
 EPOCH = datetime(1970, 1, 1)
-
-
 _CONTROLLER = (_VENDOR, _DEVICE, _PRODUCT, *_REVISION)
 
 
@@ -61,18 +59,19 @@ def identity(name: bytes, kind: tuple[int, ...] = _CONTROLLER, status: int = _ST
     return head + bytes([len(name)]) + name
 
 
-_IDENTITY_PLACES = {1: (0, 2), 2: (2, 4), 3: (4, 6), 4: (6, 8), 5: (8, 10), 6: (10, 14), 7: (14, None)}
+# First and end byte of each attribute
+_IDENTITY_SPANS = {1: (0, 2), 2: (2, 4), 3: (4, 6), 4: (6, 8), 5: (8, 10), 6: (10, 14), 7: (14, None)}
 
 
-def answer_identity(whole: bytes, service: int, path: Path) -> Answer:
+def answer_identity(attributes: bytes, service: int, path: Path) -> Answer:
     """Answer a request to the identity object."""
     return _answer_values(
-        {number: whole[begin:end] for number, (begin, end) in _IDENTITY_PLACES.items()}, service, path
+        {number: attributes[begin:end] for number, (begin, end) in _IDENTITY_SPANS.items()}, service, path
     )
 
 
 def _answer_values(values: Mapping[int, bytes], service: int, path: Path) -> Answer:
-    """Answer a request for one or all of the attributes, which are read-only."""
+    """Answer a request for one or all read-only attributes."""
     if service == GET_ALL:
         return DONE, b"".join(values.values())
     if service != GET_ONE:
@@ -98,9 +97,9 @@ def answer_interface(address: bytes, service: int, path: Path) -> Answer:
     """Answer a request to the TCP/IP interface or the Ethernet link object [ODVA volume 2, 5-4 and 5-5].
 
     Args:
-        address: IPv4 address of the server; mask, gateway and names are 0, which means not configured.
+        address: IPv4 address of the server; mask, gateway and names are 0 (not configured).
     """
-    link = struct.pack("<HBBBB", 2, 0x20, ETHERNET_LINK, 0x24, 1)  # words of a path, and the path
+    link = struct.pack("<HBBBB", 2, 0x20, ETHERNET_LINK, 0x24, 1)  # number of words in a path; the path
     objects: Mapping[tuple[int | None, int | None], Mapping[int, bytes]] = {
         (TCP_IP_INTERFACE, 1): {
             1: struct.pack("<I", _CONFIGURED),
@@ -139,15 +138,12 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
     numbers = attributes_in(data)
     out = struct.pack("<H", len(numbers))
     for number in numbers:
-        value = values.get(number)
-        out += (
-            struct.pack("<HH", number, NO_ATTRIBUTE)
-            if value is None
-            else struct.pack("<HH", number, DONE) + value
+        out += struct.pack("<HH", number, DONE if number in values else NO_ATTRIBUTE) + values.get(
+            number, b""
         )
     if len(out) > most - HEAD_BYTES:
         raise CipRefusedError(TOO_LARGE)
-    return (DONE if all(attribute in values for attribute in numbers) else SOME_ATTRIBUTES), out
+    return (DONE if all(number in values for number in numbers) else SOME_ATTRIBUTES), out
 
 
 # --- the listing of tags
@@ -167,7 +163,7 @@ class Lister:
         numbers, rows = attributes_in(data), self._database.rows(scope)
         if not all(number in _ATTRIBUTES for number in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
-        first_row = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
+        first_row = bisect_left(rows, path.numbers.get("instance", 0), key=attrgetter("number"))
         bytes_left, lines = most - HEAD_BYTES, []
         for row in islice(rows, first_row, None):
             lines.append(_line(row, numbers))
@@ -191,29 +187,29 @@ def _scope_of(path: Path) -> str:
 
 
 def _symbol_name(row: Row) -> bytes:
-    text = row[1].encode("ascii", "replace")
+    text = row.name.encode("ascii", "replace")
     return struct.pack("<H", len(text)) + text
 
 
 _ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
     1: _symbol_name,
-    2: lambda row: struct.pack("<H", row[2]),
-    3: lambda row: struct.pack("<I", 0x1000 + row[0] * 16),  # addresses: clients compare them only
-    5: lambda row: struct.pack("<I", 0x2000 + row[0] * 16),
+    2: lambda row: struct.pack("<H", row.type_code),
+    3: lambda row: struct.pack("<I", 0x1000 + row.number * 16),  # an address, which clients only compare
+    5: lambda row: struct.pack("<I", 0x2000 + row.number * 16),
     6: lambda _: struct.pack("<I", 1 << 26),
-    7: lambda row: struct.pack("<H", row[3]),
-    8: lambda row: struct.pack("<III", *(*row[4], 0, 0, 0)[:3]),
-    10: lambda row: bytes([row[5]]),
+    7: lambda row: struct.pack("<H", row.element_size),
+    8: lambda row: struct.pack("<III", *(*row.dims, 0, 0, 0)[:3]),
+    10: lambda row: bytes([row.access]),
 }
 """Attributes of a symbol."""
 
 
 def _line(row: Row, numbers: tuple[int, ...]) -> bytes:
-    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[number](row) for number in numbers])
+    return struct.pack("<I", row.number) + b"".join([_ATTRIBUTES[number](row) for number in numbers])
 
 
 def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:
-    """Answer a request to a template: its attributes, or a part of its definition."""
+    """Answer a request for attributes of a template, or for a part of its definition."""
     template = database.templates.by_number.get(path.numbers.get("instance", 0))
     if template is None:
         raise CipRefusedError(UNKNOWN_OBJECT)
@@ -238,7 +234,7 @@ def answer_template(database: Database, service: int, path: Path, data: bytes, m
 
 
 def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    """Answer a request to the wall clock: virtual time since 1970."""
+    """Answer a request to the wall clock, which shows virtual time since 1970."""
     if service == SET_LIST:
         raise CipRefusedError(NOT_SETTABLE)
     micros = snapshot.now_ns // 1000
@@ -252,7 +248,7 @@ def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) ->
 
 
 def answer_changes(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
-    """Answer a request to the change counters, which count edits of the program."""
+    """Answer a request to the change counters, which count program edits."""
     edits = struct.pack("<I", snapshot.version)
     values = {1: struct.pack("<H", 1), 2: edits[:2], 3: edits, 4: edits, 10: edits}
     return answer_attributes(service, data, values, most)

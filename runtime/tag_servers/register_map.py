@@ -1,6 +1,6 @@
 """Tags as Modbus coils and registers, by the map of a rack file [Modbus V1.1b3, chapter 6].
 
-| function | does |
+| function | effect |
 |---|---|
 | 01, 02 | read coils, discrete inputs |
 | 03, 04 | read holding registers, input registers |
@@ -9,10 +9,16 @@
 | 16 | set and clear bits of a register |
 | 17 | write registers, then read some |
 
-A request is carried out at one instant, or refused as a whole: 01h for another function, 03h for a count or a
-value that is not allowed, 04h if the program rejects the value; 02h for an address without a tag, for a
-write of half a value, and for a write to a tag that clients may only read. With `fill`, addresses without a
-tag below the last one of their table read as 0.
+A request is carried out at one instant, or refused as a whole:
+
+| exception | reason |
+|---|---|
+| 01h | another function |
+| 02h | an address without a tag, a write of half a value, or a write to a read-only tag |
+| 03h | a count or a value that is not allowed |
+| 04h | the program rejects the value |
+
+With `fill`, addresses without a tag read as 0 if they are below the last address in their table.
 """
 
 from __future__ import annotations
@@ -50,8 +56,8 @@ class _Cell:
     """The tag or gap at an address."""
 
     row: MappedTag | Gap
-    place: int  # of the row's coils or registers
-    rest: int  # of the row's addresses, this one included
+    index: int  # of the coil or register in the row
+    addresses_left: int  # number of the row's addresses from this one on
 
 
 _GAP = _Cell(Gap(), 0, 1)
@@ -64,8 +70,8 @@ class RegisterMap:
         table: the map in the rack file.
 
     Attributes:
-        problems: a sentence for each row with an unknown tag, a tag that can't be in its table, or a taken
-            address; the addresses of such a row have no tag.
+        problems: a sentence for each row that is left out: its tag is unknown or can't be in the table, or
+            one of its addresses already has a tag.
     """
 
     def __init__(self, database: Database, table: ModbusTable) -> None:
@@ -77,7 +83,7 @@ class RegisterMap:
                     self._add(name, mapped(name, database, row, table.order), row.address)
                 except ValueError as error:
                     self.problems.append(f"[server.modbus] {name}[{number}], tag {row.tag}: {error}")
-        self._filled = {  # by table: the address at which gaps end
+        self._filled_to = {  # by table: addresses below this one have a tag or read as 0
             name: max(cells, default=0) if table.fill else 0 for name, cells in self._cells.items()
         }
 
@@ -86,13 +92,12 @@ class RegisterMap:
         size = row.bits if table in BITS else row.words * row.target.count
         if address + size > ADDRESSES:
             raise ValueError(
-                f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
+                f"it needs {size} addresses from {address} on; the last valid address is {ADDRESSES - 1}"
             )
-        cell_row = next(
-            (existing.row for place in range(size) if (existing := cells.get(address + place))), None
-        )
-        if isinstance(cell_row, MappedTag):
-            raise ValueError(f"an address from {address} on is that of {cell_row.target.name}")
+        for taken_address in range(address, address + size):
+            cell = cells.get(taken_address)
+            if cell is not None and isinstance(cell.row, MappedTag):
+                raise ValueError(f"{cell.row.target.name} already has an address from {address} on")
         for index in range(size):
             cells[address + index] = _Cell(row, index, size - index)
 
@@ -102,7 +107,7 @@ class RegisterMap:
         Args:
             request: a request from `decoded`.
         """
-        return carried_out(request, lambda each: self._carry_out(each, snapshot))
+        return carried_out(request, lambda valid_request: self._carry_out(valid_request, snapshot))
 
     def _carry_out(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         try:
@@ -112,14 +117,14 @@ class RegisterMap:
 
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
-        runs = self._runs(table, request.address, request.count)
+        runs = self._rows_at(table, request.address, request.count)
         return [
             bit for row, offset, item_count in runs for bit in row.read_bits(offset, item_count, snapshot)
         ]
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
-        runs = self._runs(table, first, count)
+        runs = self._rows_at(table, first, count)
         return [
             word for row, offset, item_count in runs for word in row.read_words(offset, item_count, snapshot)
         ]
@@ -136,7 +141,7 @@ class RegisterMap:
 
     def mask_word(self, request: words.MaskWriteRegisterRequest, snapshot: TagSnapshot) -> ModbusPDU:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
-        ((row, offset, _),) = self._writable(HOLDING_REGISTERS, request.address, 1)
+        ((row, offset, _),) = self._writable_rows_at(HOLDING_REGISTERS, request.address, 1)
         kind = row.target.kind
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
@@ -150,15 +155,15 @@ class RegisterMap:
     ) -> ModbusPDU:
         """Write registers, then read some."""
         span = request.read_address, request.read_count
-        self._runs(HOLDING_REGISTERS, *span)  # refused as a whole, or not at all
+        self._rows_at(HOLDING_REGISTERS, *span)  # an invalid read must refuse the request before the write
         self._write(HOLDING_REGISTERS, request.write_address, request.write_registers, snapshot)
         registers = self.read_words(HOLDING_REGISTERS, *span, snapshot)
         return words.ReadWriteMultipleRegistersResponse(registers=registers)
 
     def _write(self, table: str, first: int, values: Sequence[Any], snapshot: TagSnapshot) -> None:
-        """Write coils or registers; refused before the first write if one of them can't be written."""
+        """Write coils or registers; refused before the first write if clients may not write one of them."""
         changes, index = [], 0
-        for row, offset, item_count in self._writable(table, first, len(values)):
+        for row, offset, item_count in self._writable_rows_at(table, first, len(values)):
             row_values, index = values[index : index + item_count], index + item_count
             changes.append(
                 row.write_of_bits(offset, row_values)
@@ -168,45 +173,48 @@ class RegisterMap:
         for change in changes:
             snapshot.write(change)
 
-    def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
-        """Return the rows at addresses as `_runs` does; refused if clients can't write one of them."""
-        runs = []
-        for row, offset, item_count in self._runs(table, first, count):
+    def _writable_rows_at(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
+        """Return the rows at addresses, see `_rows_at`; refused if clients may not write one of the rows."""
+        rows = []
+        for row, offset, item_count in self._rows_at(table, first, count):
             if isinstance(row, Gap) or not row.writable:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            runs.append((row, offset, item_count))
-        return runs
+            rows.append((row, offset, item_count))
+        return rows
 
-    def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
-        """Return the rows at addresses, each with its first place and the number of places."""
-        cells, end, runs, end_address = self._cells[table], self._filled[table], [], first + count
-        while first < end_address:
-            cell = cells.get(first) or (_GAP if first < end else None)
+    def _rows_at(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
+        """Return the rows at addresses, each with its first coil or register and their number."""
+        cells, filled_to, rows = self._cells[table], self._filled_to[table], []
+        address, end_address = first, first + count
+        while address < end_address:
+            cell = cells.get(address) or (_GAP if address < filled_to else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
-            item_count = min(cell.rest, end_address - first)
-            runs.append((cell.row, cell.place, item_count))
-            first += item_count
-        return runs
+            item_count = min(cell.addresses_left, end_address - address)
+            rows.append((cell.row, cell.index, item_count))
+            address += item_count
+        return rows
 
 
 def _confirmation(request: ModbusPDU) -> ModbusPDU:
-    """Return the reply to a write: the request again for one value, its address and count for several."""
-    reply = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
-    make_reply = reply.get(request.function_code)
+    """Return the reply to a write: the request for one value, address and count for several values."""
+    replies = {0x0F: bits.WriteMultipleCoilsResponse, 0x10: words.WriteMultipleRegistersResponse}
+    make_reply = replies.get(request.function_code)
     return request if make_reply is None else make_reply(address=request.address, count=request.count)
 
 
 _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {
-    0x01: lambda own, request, now: bits.ReadCoilsResponse(bits=own.read_bits(COILS, request, now)),
-    0x02: lambda own, request, now: bits.ReadDiscreteInputsResponse(
-        bits=own.read_bits(DISCRETE_INPUTS, request, now)
+    0x01: lambda registers, request, snapshot: bits.ReadCoilsResponse(
+        bits=registers.read_bits(COILS, request, snapshot)
     ),
-    0x03: lambda own, request, now: words.ReadHoldingRegistersResponse(
-        registers=own.read_words(HOLDING_REGISTERS, request.address, request.count, now)
+    0x02: lambda registers, request, snapshot: bits.ReadDiscreteInputsResponse(
+        bits=registers.read_bits(DISCRETE_INPUTS, request, snapshot)
     ),
-    0x04: lambda own, request, now: words.ReadInputRegistersResponse(
-        registers=own.read_words(INPUT_REGISTERS, request.address, request.count, now)
+    0x03: lambda registers, request, snapshot: words.ReadHoldingRegistersResponse(
+        registers=registers.read_words(HOLDING_REGISTERS, request.address, request.count, snapshot)
+    ),
+    0x04: lambda registers, request, snapshot: words.ReadInputRegistersResponse(
+        registers=registers.read_words(INPUT_REGISTERS, request.address, request.count, snapshot)
     ),
     0x05: RegisterMap.write_bits,
     0x06: RegisterMap.write_words,
@@ -218,7 +226,7 @@ _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] =
 
 
 def decoded(pdu: bytes) -> ModbusPDU:
-    """Return a request, or the exception that answers it.
+    """Return a request, or the exception to reply with.
 
     Args:
         pdu: function code and data, at least one byte.

@@ -62,7 +62,7 @@ PATHS_KEPT = 4096
 OWN_ROUTE = (1, 0)
 """Port and slot of the controller on its backplane."""
 
-_THERE = (ROUTER, MANAGER, SYMBOL, PROGRAM_NAME, PCCC)
+_CLASSES = (ROUTER, MANAGER, SYMBOL, PROGRAM_NAME, PCCC)
 
 
 class Router:
@@ -86,17 +86,19 @@ class Router:
         self._name = name.encode("ascii", "replace")[:40]
         self._lister = Lister(database)
         self._path = lru_cache(PATHS_KEPT)(parse_path)
-        self._target = lru_cache(PATHS_KEPT)(lambda place: database.resolve(self._path(place).steps))
+        self._target = lru_cache(PATHS_KEPT)(
+            lambda path_bytes: database.resolve(self._path(path_bytes).steps)
+        )
         self._files = DataFiles(database) if database.listing.files else None
         self._objects: dict[int | None, Callable[[int, Path, bytes, TagSnapshot, int], Answer]] = {
-            SYMBOL: lambda service, path, data, _now, most: self._lister.answer(service, path, data, most),
-            TEMPLATE: lambda service, path, data, _now, most: answer_template(
+            SYMBOL: lambda service, path, data, _, most: self._lister.answer(service, path, data, most),
+            TEMPLATE: lambda service, path, data, _, most: answer_template(
                 database, service, path, data, most
             ),
             IDENTITY: lambda service, path, *_: answer_identity(self.identity, service, path),
             **dict.fromkeys(INTERFACES, lambda service, path, *_: answer_interface(address, service, path)),
-            CLOCK: lambda service, _path, data, now, most: answer_clock(service, data, now, most),
-            CHANGES: lambda service, _path, data, now, most: answer_changes(service, data, now, most),
+            CLOCK: lambda service, _, *arguments: answer_clock(service, *arguments),
+            CHANGES: lambda service, _, *arguments: answer_changes(service, *arguments),
         }
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
@@ -106,14 +108,14 @@ class Router:
             path_bytes, data = split(request)
             path = self._path(path_bytes)
             if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
-                return self._routed(data, snapshot, most, depth)
+                return self._answer_routed(data, snapshot, most, depth)
             return replied(service, self._serve(service, path_bytes, path, data, snapshot, most, depth), most)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
         except struct.error:
             return refused(service, CipRefusedError(TOO_SHORT), most)
 
-    def _routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
+    def _answer_routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         """Answer the request inside an Unconnected Send."""
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
@@ -127,7 +129,7 @@ class Router:
     def _serve(
         self,
         service: int,
-        place: bytes,
+        path_bytes: bytes,
         path: Path,
         data: bytes,
         snapshot: TagSnapshot,
@@ -136,20 +138,20 @@ class Router:
     ) -> Answer:
         kind = path.numbers.get("class")
         if service in TAG_SERVICES and path.steps and kind in (None, SYMBOL):
-            return TAG_SERVICES[service](self.database, self._target(place), data, snapshot, most)
+            return TAG_SERVICES[service](self.database, self._target(path_bytes), data, snapshot, most)
         if kind == ROUTER and service == BATCH:
-            return DONE, self._batch(data, snapshot, most, depth)
+            return DONE, self._answer_batch(data, snapshot, most, depth)
         if kind in self._objects:
             return self._objects[kind](service, path, data, snapshot, most)
         if kind == PROGRAM_NAME and service == GET_ALL:
             return DONE, struct.pack("<H", len(self._name)) + self._name
         if kind == PCCC and service == EXECUTE_PCCC and self._files is not None:
             return DONE, self._files.execute(data, snapshot)
-        if kind in _THERE or path.steps:
+        if kind in _CLASSES or path.steps:
             raise CipRefusedError(NO_SERVICE)
         raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
 
-    def _batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
+    def _answer_batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
         (request_count,) = struct.unpack_from("<H", data)
@@ -159,11 +161,11 @@ class Router:
         bytes_left = most - HEAD_BYTES - heads_size
         if bytes_left < 6 * request_count:  # a refusal has up to six bytes
             raise CipRefusedError(TOO_LARGE)
-        places = [*struct.unpack_from(f"<{request_count}H", data, 2), len(data)]
-        if places[0] < heads_size or any(end <= begin for begin, end in pairwise(places)):
+        offsets = [*struct.unpack_from(f"<{request_count}H", data, 2), len(data)]
+        if offsets[0] < heads_size or any(end <= begin for begin, end in pairwise(offsets)):
             raise CipRefusedError(BAD_VALUE)
         replies: list[bytes] = []
-        for number, (begin, end) in enumerate(pairwise(places), 1):
+        for number, (begin, end) in enumerate(pairwise(offsets), 1):
             reply = self.answer(
                 data[begin:end], snapshot, bytes_left - 6 * (request_count - number), depth + 1
             )
@@ -174,7 +176,7 @@ class Router:
 
 
 def check_route(data: bytes) -> None:
-    """Refuse a route to anything but this controller; an empty route leads here, too."""
+    """Refuse a route to another device; an empty route leads to this controller."""
     if len(data) < 2:
         return
     if len(data) < 2 + 2 * data[0]:
@@ -184,7 +186,7 @@ def check_route(data: bytes) -> None:
 
 
 def split(request: bytes) -> tuple[bytes, bytes]:
-    """Return the path and the data of a request; refused if it is too short."""
+    """Return the path and the data of a request; refused if the request is too short."""
     if len(request) < 2 or len(request) < 2 + 2 * request[1]:
         raise CipRefusedError(TOO_SHORT)
     end = 2 + 2 * request[1]
@@ -192,7 +194,7 @@ def split(request: bytes) -> tuple[bytes, bytes]:
 
 
 def replied(service: int, answer: Answer, most: int) -> bytes:
-    """Return the reply to a request; refused if it has more than `most` bytes."""
+    """Return the reply to a request; refused if the reply has more than `most` bytes."""
     status, data = answer
     if HEAD_BYTES + len(data) > most:
         raise CipRefusedError(TOO_LARGE)
@@ -200,7 +202,7 @@ def replied(service: int, answer: Answer, most: int) -> bytes:
 
 
 def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:
-    """Return the reply to a refused request, without its extended status if that does not fit."""
+    """Return the reply to a refused request; an extended status that does not fit is left out."""
     extra_words = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
     return bytes((service & 0x7F | 0x80, 0, refusal.status, len(extra_words))) + struct.pack(
         f"<{len(extra_words)}H", *extra_words

@@ -40,7 +40,7 @@ from .connections import Connections
 from .objects import LOOPBACK
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
-_KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
+_COMMANDS = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
 _SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
 _RUNNING = b"\x03"
 
@@ -53,7 +53,7 @@ class Frame:
     session: int
     context: bytes
     body: bytes
-    status: int = 0  # the status of its refusal; 0 = it is not refused
+    status: int = 0  # status of the refusal; 0 = not refused
 
 
 class Objects(Protocol):
@@ -87,13 +87,14 @@ class ClientSession:
         self.pending = b""
         self._handle = 0
         self._connections = connections or Connections()
-        self._planned: tuple[int, bytes, Plan] | None = None  # edition, body of the latest packet
+        self._plan_key = (0, b"")  # version and body of the packet whose plan is cached
+        self._cached_plan = Plan(0)
 
     def receive(self, data: bytes) -> list[Frame]:
         """Receive bytes; return the complete packets.
 
         Raises:
-            BrokenClientError: the bytes are not a frame, or the frame is too long.
+            BrokenClientError: the bytes are not a frame, or a frame is too long.
         """
         data = self.pending + data
         packets, offset = [], 0
@@ -105,25 +106,25 @@ class ClientSession:
             if len(data) < end:
                 break
             body, offset = data[offset + HEAD.size : end], end
-            if command not in _KNOWN:
+            if command not in _COMMANDS:
                 packets.append(Frame(command, session, context, b"", BAD_COMMAND))
-            elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
+            elif options == 0 and command != NOP:  # frames with options are dropped; NOP has no answer
                 packets.append(Frame(command, session, context, body))
         self.pending = data[offset:]
         return packets
 
     def plan(self, packet: Frame, version: int) -> Plan:
-        """Return the operations of a packet, without any effect; reuse them for a repeated packet."""
-        if packet.command not in (SEND, SEND_CONNECTED) or not self._owns(packet):
+        """Return the operations of a packet, without any effect; a repeated packet reuses its plan."""
+        if packet.command not in (SEND, SEND_CONNECTED) or not self._is_in_session(packet):
             return Plan(version)
-        if self._planned is None or self._planned[:2] != (version, packet.body):
+        if self._plan_key != (version, packet.body):
             plan = Plan(version)
-            self._sent(packet, plan, planning=True)
-            self._planned = version, packet.body, plan
-        return self._planned[2]
+            self._answer_message(packet, plan, planning=True)
+            self._plan_key, self._cached_plan = (version, packet.body), plan
+        return self._cached_plan
 
     def reply(self, packet: Frame, snapshot: TagSnapshot) -> bytes:
-        """Answer a packet; b"" if it gets no answer.
+        """Return the answer to a packet; b"" for a packet without an answer.
 
         Raises:
             BrokenClientError: the client ends its session.
@@ -134,7 +135,7 @@ class ClientSession:
         handle = self._handle if packet.command == REGISTER else packet.session
         return HEAD.pack(packet.command, len(body), handle, status, packet.context, 0) + body
 
-    def _owns(self, packet: Frame) -> bool:
+    def _is_in_session(self, packet: Frame) -> bool:
         return self._handle != 0 and packet.session == self._handle
 
     def _answer(self, packet: Frame, snapshot: TagSnapshot) -> tuple[int, bytes]:
@@ -147,11 +148,11 @@ class ClientSession:
             return 0, _SERVICES
         if packet.command == LIST_INTERFACES:
             return 0, bytes(2)
-        if not self._owns(packet):
+        if not self._is_in_session(packet):
             return BAD_SESSION, b""
         if packet.command == UNREGISTER:
             raise BrokenClientError("the client has ended its session")
-        return self._sent(packet, snapshot, planning=False)
+        return self._answer_message(packet, snapshot, planning=False)
 
     def _register(self, body: bytes) -> tuple[int, bytes]:
         if len(body) != 4:
@@ -163,7 +164,7 @@ class ClientSession:
         self._handle = next(self._numbers)
         return 0, body
 
-    def _sent(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
+    def _answer_message(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
         items = items_in(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""
@@ -171,24 +172,21 @@ class ClientSession:
         if packet.command == SEND:
             if (address_type, address, data_type) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
                 return BAD_DATA, b""
-            return 0, body_of(
-                (NO_ADDRESS, b""), (data_type, self._unconnected(data, snapshot, planning=planning))
-            )
-        if (
-            (address_type, data_type) != (CONNECTED_ADDRESS, CONNECTED_DATA)
-            or len(address) != 4
-            or len(data) < 4
-        ):
+            message = self._answer_unconnected(data, snapshot, planning=planning)
+            return 0, body_of((NO_ADDRESS, b""), (data_type, message))
+        if (address_type, data_type) != (CONNECTED_ADDRESS, CONNECTED_DATA):
+            return BAD_DATA, b""
+        if len(address) != 4 or len(data) < 4:
             return BAD_DATA, b""
         connection = self._connections.get(int.from_bytes(address, "little"))
         if connection is None:
-            return -1, b""  # as a controller: no answer
-        message = self.router.answer(data[2:], snapshot, connection.most - 2)
-        client_id = struct.pack("<I", connection.theirs)
+            return -1, b""  # a controller does not answer
+        message = self.router.answer(data[2:], snapshot, connection.max_size - 2)
+        client_id = struct.pack("<I", connection.client_id)
         return 0, body_of((address_type, client_id), (data_type, data[:2] + message))
 
-    def _unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
-        if not Connections.is_meant(request):
+    def _answer_unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
+        if not Connections.accepts(request):
             return self.router.answer(request, snapshot, UNCONNECTED_MOST)
         return b"" if planning else self._connections.answer(request)
 

@@ -20,7 +20,7 @@ from .tag_snapshot import Instant, Plan, TagSnapshot
 from .ua_security import UaSecurity
 
 ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
-"""The protocols, as `--server` names them."""
+"""The protocols, by their names in `--server`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class TagSetup:
 
     Attributes:
         version: number of the program's edition.
-        writable: patterns; none for a server that takes no writes.
+        writable: patterns of tags that clients may write; none for a read-only server.
         name: name of the rack.
         product: name of the controller.
         address: address of the server, for List Identity.
@@ -66,13 +66,13 @@ class WireSession(Protocol):
     router: Any
 
     def receive(self, data: bytes) -> list[Any]:
-        """Receive bytes; return the complete packets. BrokenClientError ends the client."""
+        """Receive bytes; return the complete packets. BrokenClientError ends the connection."""
 
     def plan(self, packet: Any, version: int) -> Plan:
         """Return the operations of a packet, without any effect."""
 
     def reply(self, packet: Any, snapshot: TagSnapshot) -> bytes:
-        """Answer a packet. BrokenClientError ends the client."""
+        """Return the answer to a packet. BrokenClientError ends the connection."""
 
 
 class Sessions(Protocol):
@@ -88,7 +88,7 @@ class Sessions(Protocol):
         """Return the session of a new client."""
 
     def datagram(self, data: bytes) -> bytes:
-        """Answer a datagram; b"" if it gets no answer."""
+        """Return the answer to a datagram; b"" for a datagram without an answer."""
         return b""
 
 
@@ -104,7 +104,7 @@ class EnipSessions(Sessions):
         return ClientSession(self.router, self._setup.address, self._setup.port)
 
     def datagram(self, data: bytes) -> bytes:
-        """Answer List Identity."""
+        """Return the answer to List Identity; b"" for other datagrams."""
         if len(data) != HEAD.size or int.from_bytes(data[:2], "little") != LIST_IDENTITY:
             return b""
         frame = Frame(LIST_IDENTITY, 0, data[12:20], b"")

@@ -1,4 +1,4 @@
-"""The list of tags for the author of an HMI: each value with its type and its address in every protocol.
+"""The list of tags for HMI projects: each value with its type and its address in every protocol.
 
 name         type  access      Modbus              OPC UA              EtherNet/IP
 HmiLength    DINT  read/write  holding register 0  ns=2;s=HmiLength    HmiLength
@@ -34,11 +34,11 @@ SINGULAR: Mapping[str, str] = {
 
 _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*)\[(?P<number>\d+)\]", re.IGNORECASE)
 
-Places = dict[str, str]
-"""Places in a map, as `coil 0`, each with the tag's name in the rack file."""
+MapAddresses = dict[str, str]
+"""Tag names in the rack file, by Modbus address, as `coil 0`."""
 
 Span = tuple[int, int, int]
-"""A place in the tags: number of the tag, first bit, number of bits."""
+"""Bits of a tag: number of the tag, first bit, number of bits."""
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class TagRow:
         name: `Recipe.Steps[2].Time`, `Program:Main.Step`.
         type_name: type of an element: `DINT`, `STRING`, ...
         dims: dimensions; none for a single value.
-        writable: whether clients write it.
-        description: the comment of its tag.
-        node: identifier of its OPC UA node; "" if there is none.
-        enip: its name over EtherNet/IP, an address in a program with data files.
+        writable: whether clients may write the tag.
+        description: comment of the tag.
+        node: identifier of its OPC UA node; "" for a tag without a node.
+        enip: its name over EtherNet/IP; in a program with data files, an address.
         in_files: whether `enip` is an address in a data file.
-        modbus: its places in the map of the rack file, as `coil 0`.
+        modbus: its addresses in the map of the rack file, as `coil 0`.
     """
 
     name: str
@@ -78,7 +78,7 @@ class TagRow:
         return "read/write" if self.writable else "read only"
 
     def elements(self) -> Iterator[TagRow]:
-        """Yield a row for each element of an array, without Modbus addresses, which only the array has."""
+        """Yield a row for each element of an array; only the array has Modbus addresses."""
         for indices in product(*map(range, self.dims)):
             subscript = f"[{','.join(map(str, indices))}]"
             name, node = self.name + subscript, self.node and self.node + subscript
@@ -87,25 +87,30 @@ class TagRow:
 
 
 def tag_rows(database: Database, table: ModbusTable | None = None) -> Iterator[TagRow]:
-    """Yield a row for each value and array, for each alias, and for parts of tags that only the map names.
+    """Yield a row for each value and array, for each alias, and for parts of tags in the Modbus map.
 
     Raises:
         ValueError: the map names a tag that does not exist.
     """
-    mapped = _mapped(database, table)
+    addresses_by_span = _addresses_by_span(database, table)
     tags = database.listing.tags
     for variable in variables_of(TagTree(database).roots()):
-        yield _row_of(variable, database, tags[variable.tag].comment, mapped.pop(_span(variable), {}))
+        yield _variable_row(
+            variable,
+            database,
+            tags[variable.tag].comment,
+            addresses_by_span.pop(_variable_span(variable), {}),
+        )
     for symbol in chain.from_iterable(database.scopes.values()):
         if symbol.target:
             target = database.resolve(symbol.target)
-            yield _alias(symbol, target, database, mapped.pop(_span_of(target), {}))
-    for places in mapped.values():
-        text = next(iter(places.values()))
-        yield _part(text, target_of(database, text), database, places)
+            yield _alias_row(symbol, target, database, addresses_by_span.pop(_target_span(target), {}))
+    for addresses in addresses_by_span.values():
+        tag_name = next(iter(addresses.values()))
+        yield _part_row(tag_name, target_of(database, tag_name), database, addresses)
 
 
-def _row_of(variable: Variable, database: Database, comment: str, places: Places) -> TagRow:
+def _variable_row(variable: Variable, database: Database, comment: str, addresses: MapAddresses) -> TagRow:
     is_file = database.listing.files
     return TagRow(
         variable.path,
@@ -116,45 +121,47 @@ def _row_of(variable: Variable, database: Database, comment: str, places: Places
         f"ns={NAMESPACE_INDEX};s={variable.path}",
         file_address(variable.path) if is_file else variable.path,
         is_file,
-        tuple(places),
+        tuple(addresses),
     )
 
 
-def _alias(symbol: Symbol, target: Target, database: Database, places: Places) -> TagRow:
+def _alias_row(symbol: Symbol, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
     tag = symbol.tag
     writable = database.may_write(target.tag, target.name, target.kind)
-    comment = tag.comment or f"alias of {_joined(symbol.target)}"
-    return TagRow(tag.path, tag.kind.name, tag.dims, writable, comment, "", tag.path, modbus=tuple(places))
+    comment = tag.comment or f"alias of {_text_of(symbol.target)}"
+    return TagRow(tag.path, tag.kind.name, tag.dims, writable, comment, "", tag.path, modbus=tuple(addresses))
 
 
-def _part(text: str, target: Target, database: Database, places: Places) -> TagRow:
+def _part_row(tag_name: str, target: Target, database: Database, addresses: MapAddresses) -> TagRow:
     writable = database.may_write(target.tag, target.name, target.kind)
     dims = (target.count,) if target.count > 1 else ()
     comment, is_file = target.tag.comment, database.listing.files
-    return TagRow(text, target.kind.name, dims, writable, comment, "", text, is_file, tuple(places))
+    return TagRow(
+        tag_name, target.kind.name, dims, writable, comment, "", tag_name, is_file, tuple(addresses)
+    )
 
 
-def _joined(steps: Sequence[PathStep]) -> str:
-    """Return steps in text form."""
+def _text_of(steps: Sequence[PathStep]) -> str:
+    """Return steps as text."""
     return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)[1:]
 
 
-def _mapped(database: Database, table: ModbusTable | None) -> dict[Span, Places]:
-    """Return the places of a map by the bits of the tags."""
-    mapped: dict[Span, Places] = {}
+def _addresses_by_span(database: Database, table: ModbusTable | None) -> dict[Span, MapAddresses]:
+    """Return the Modbus addresses in a map, by the bits of the tags."""
+    addresses_by_span: dict[Span, MapAddresses] = {}
     for name in TABLES if table is not None else ():
         for row in getattr(table, name):
-            span = _span_of(target_of(database, row.tag))
-            mapped.setdefault(span, {})[f"{SINGULAR[name]} {row.address}"] = row.tag
-    return mapped
+            span = _target_span(target_of(database, row.tag))
+            addresses_by_span.setdefault(span, {})[f"{SINGULAR[name]} {row.address}"] = row.tag
+    return addresses_by_span
 
 
-def _span(variable: Variable) -> Span:
+def _variable_span(variable: Variable) -> Span:
     bits = 1 if variable.bit is not None and not variable.dims else 8 * variable.size
     return variable.tag, 8 * variable.offset + (variable.bit or 0), bits
 
 
-def _span_of(target: Target) -> Span:
+def _target_span(target: Target) -> Span:
     bits = 1 if target.bit is not None else 8 * target.kind.size * target.count
     return target.symbol.index, 8 * target.offset + (target.bit or 0), bits
 
@@ -168,7 +175,7 @@ def file_address(path: str) -> str:
     image = re.fullmatch(r"([IO]:\d+)\[(\d+)\]", path, re.IGNORECASE)
     if image is not None:
         return f"{image[1]}.{image[2]}"
-    return _ELEMENT.sub(lambda found: f"{found['file']}:{found['number']}", path, count=1)
+    return _ELEMENT.sub(lambda match: f"{match['file']}:{match['number']}", path, count=1)
 
 
 # --- a first map
@@ -183,16 +190,16 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
         patterns: tags that clients may write.
 
     Returns:
-        The tables, and the names of values without a place in Modbus: texts, and values beyond the last
+        The tables, and the names of values without a Modbus address: texts, and values beyond the last
             address.
     """
     tables: dict[str, list[str]] = {name: [] for name in TABLES}
     free_addresses, left_out = dict.fromkeys(TABLES, 0), []
     for row in rows:
-        # `I:1` would be word 1 of file I
+        # an image is mapped word by word, since `I:1` would be word 1 of file I
         elements = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
-        placements = [_place(element, tables, free_addresses) for element in elements]
-        if not all(placements):
+        assigned = [_assign_addresses(element, tables, free_addresses) for element in elements]
+        if not all(assigned):
             left_out.append(row.name)
     return _toml_of(tables, patterns), left_out
 
@@ -206,8 +213,8 @@ def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> st
     return "\n".join(lines) + "\n"
 
 
-def _place(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:
-    """Give a value the next addresses of its table; return False if they do not fit."""
+def _assign_addresses(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:
+    """Give a value the next addresses of its table; return False for a text and for a full table."""
     kind, count = PLAIN.get(row.type_name), prod(row.dims)
     if kind is None:
         return False

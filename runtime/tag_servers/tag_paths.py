@@ -16,7 +16,7 @@ _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\
 
 
 def target_of(database: Database, text: str) -> Target:
-    """Return the bytes that a name stands for; for an array, all elements.
+    """Return the target of a name; the target of an array is all elements.
 
     Raises:
         ValueError: the tag, member or element does not exist.

@@ -37,14 +37,14 @@ HEAD_BYTES = 4
 """Bytes of a reply before its data."""
 
 MASK_SIZES = (1, 2, 4, 8, 12)
-"""Allowed sizes of a mask of 4Eh, bytes."""
+"""Allowed mask sizes of service 4Eh, bytes."""
 
 
 def type_of(database: Database, target: Target) -> bytes:
-    """Return the type of a value as CIP encodes it: its code, or the handle of its structure."""
+    """Return the CIP code of a type; for a structure, its handle."""
     if isinstance(target.kind, PlainKind):
         return target.kind.code.to_bytes(2, "little")
-    return struct.pack("<HH", STRUCTURED, database.templates.of(target.kind).handle)
+    return struct.pack("<HH", STRUCTURED, database.templates.template_of(target.kind).handle)
 
 
 def _read(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
@@ -107,7 +107,7 @@ def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSn
 
 
 def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
-    """Check access and type; return the count and the place after it."""
+    """Check access and type; return the element count and the offset after it."""
     database.refuse_write(target)
     type_bytes = type_of(database, target)
     if data[: len(type_bytes)] != type_bytes:
@@ -123,7 +123,7 @@ def _total(target: Target, count: int) -> int:
 
 
 def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
-    """Set and clear bits of an integer: `data` has the mask of bits to set, then the mask of bits to keep."""
+    """Set and clear bits of an integer; `data` has an OR mask, then an AND mask."""
     database.refuse_write(target)
     (size,) = struct.unpack_from("<H", data)
     if size not in MASK_SIZES or len(data) < 2 + 2 * size:
@@ -133,8 +133,8 @@ def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapsh
     if not target.kind.bits or size > target.kind.size:
         raise CipRefusedError(GENERAL, OTHER_TYPE)
     ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
-    keep_mask = bytes(leave & ~on_byte & 0xFF for on_byte, leave in zip(ors, ands, strict=True))
-    on_bytes = bytes(or_byte & leave for or_byte, leave in zip(ors, ands, strict=True))
+    keep_mask = bytes(and_byte & ~or_byte & 0xFF for or_byte, and_byte in zip(ors, ands, strict=True))
+    on_bytes = bytes(or_byte & and_byte for or_byte, and_byte in zip(ors, ands, strict=True))
     snapshot.write(WriteBytes(target.symbol.index, target.offset, on_bytes, keep_mask))
     return DONE, b""
 

@@ -10,7 +10,7 @@ from scanrack.io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
 class BrokenClientError(ValueError):
-    """Ends a connection: the client violated its protocol, or ended its session."""
+    """Ends a connection after a protocol violation, or at the end of a session."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,17 +29,17 @@ class WriteBytes:
     tag: int
     offset: int
     data: bytes
-    keep: bytes = b""  # mask of the bits that stay as they are; empty = no bits
+    keep: bytes = b""  # mask of bits that do not change; empty = every bit is written
 
 
 Operation = ReadBytes | WriteBytes
 
 
 def bits_to_write(tag: int, first: int, bits: Sequence[object]) -> WriteBytes:
-    """Return the write of successive bits; the other bits of their bytes stay.
+    """Return the write of successive bits; the other bits of the bytes do not change.
 
     Args:
-        first: number of the first bit, counted from the start of the tag.
+        first: number of the first bit in the tag.
     """
     offset, shift = divmod(first, 8)
     size = -(-(shift + len(bits)) // 8)
@@ -110,7 +110,7 @@ class Instant(TagSnapshot):
         return self._next()
 
     def write(self, change: WriteBytes) -> None:
-        """Check the next result; refused if the scan process refused the write."""
+        """Take the next result; refused if the scan process refused the write."""
         self._next()
 
     def _next(self) -> bytes:

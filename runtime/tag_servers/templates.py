@@ -1,4 +1,4 @@
-"""Structures as the template object shows them: members with their places, then names [1756-PM020]."""
+"""Structures in the template object: members with their offsets, then names [1756-PM020]."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from scanrack.io_images.enip.codes import TYPE_CODES
 from scanrack.io_images.enip.listing import BOOL, Kind, Part, PlainKind, StructuredKind
 
 NUMBERS: Mapping[str, int] = {"TIMER": 0xF83, "COUNTER": 0xF82, "CONTROL": 0xF81, "STRING": 0xFCE}
-"""Instances of structures that a controller knows by number."""
+"""Fixed instance numbers of a controller's structures."""
 
 SHOWN: Mapping[str, str] = {"STRING": "ASCIISTRING82"}
-"""Names under which a controller shows structures."""
+"""Names that a controller shows for structures."""
 
 FIRST = 0x100
 """Instance of the first other structure."""
@@ -27,8 +27,8 @@ ARRAY, STRUCTURE = 0x2000, 0x8000
 class Template:
     """A structure with a number."""
 
-    def __init__(self, kind: StructuredKind, number: int, book: Templates) -> None:
-        self.kind, self.number, self._book = kind, number, book
+    def __init__(self, kind: StructuredKind, number: int, templates: Templates) -> None:
+        self.kind, self.number, self._templates = kind, number, templates
 
     @cached_property
     def definition(self) -> bytes:
@@ -45,14 +45,14 @@ class Template:
     def _member(self, part: Part) -> bytes:
         if part.kind == BOOL and not part.dims:
             return struct.pack("<HHI", part.bit or 0, TYPE_CODES["BOOL"], part.offset)
-        count, code = prod(part.dims) if part.dims else 0, self._book.code_of(part.kind)
+        count, code = prod(part.dims) if part.dims else 0, self._templates.code_of(part.kind)
         if part.kind == BOOL:
             count, code = -(-count // 32), TYPE_CODES["DWORD"]
         return struct.pack("<HHI", count, code | (ARRAY if part.dims else 0), part.offset)
 
     @property
     def words(self) -> int:
-        """Words of the definition, as attribute 4 gives them: clients subtract 20 to 23 bytes."""
+        """Attribute 4: 32-bit words of the definition; clients subtract 20 to 23 bytes."""
         return -(-(len(self.definition) + 23) // 4)
 
     @cached_property
@@ -73,7 +73,7 @@ class Templates:
         self._by_kind: dict[StructuredKind, Template] = {}
         self.by_number: dict[int, Template] = {}
 
-    def of(self, kind: StructuredKind) -> Template:
+    def template_of(self, kind: StructuredKind) -> Template:
         """Return the template of a structure; add templates for the structures in it."""
         template = self._by_kind.get(kind)
         if template is None:
@@ -87,4 +87,4 @@ class Templates:
 
     def code_of(self, kind: Kind) -> int:
         """Return the code of a type in a listing."""
-        return kind.code if isinstance(kind, PlainKind) else STRUCTURE | self.of(kind).number
+        return kind.code if isinstance(kind, PlainKind) else STRUCTURE | self.template_of(kind).number

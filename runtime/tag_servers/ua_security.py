@@ -13,12 +13,12 @@ USERS_MOST, PASSWORD_MOST = 64, 128
 
 
 def application_uri() -> str:
-    """Return the URI of scanrack on this machine: that of an open server, and in new certificates."""
+    """Return the URI of scanrack on this machine, for open servers and new certificates."""
     return f"urn:{socket.gethostname() or 'localhost'}:scanrack"
 
 
 def uris_of(certificate: bytes) -> list[str]:
-    """Return the application URIs in a DER certificate; empty if it can't be read."""
+    """Return the application URIs in a DER certificate; none for an unreadable certificate."""
     from cryptography.x509 import (
         ExtensionNotFound,
         SubjectAlternativeName,
@@ -36,13 +36,13 @@ def uris_of(certificate: bytes) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class UaSecurity:
-    """The settings of an encrypted server. Its process gets only the SHA-256 of passwords.
+    """The settings of an encrypted server; its process gets only SHA-256 digests of passwords.
 
     Attributes:
         certificate: in DER.
-        uri: URI of the application, which is in the certificate.
-        key: private, in PEM.
-        users: SHA-256 of passwords, by user; if empty, clients are anonymous.
+        uri: application URI in the certificate.
+        key: private key, in PEM.
+        users: SHA-256 of passwords, by user; without users, clients are anonymous.
         trusted: certificates of clients, in DER; None = any.
     """
 
@@ -52,12 +52,14 @@ class UaSecurity:
     users: Mapping[str, bytes] = field(default_factory=dict, repr=False)
     trusted: frozenset[bytes] | None = field(default=None, repr=False)
 
-    def lets_in(self, user: str | None, password: str | None) -> bool:
-        """Whether a user may log in with a password; an unknown user takes just as long.
+    def accepts(self, user: str | None, password: str | None) -> bool:
+        """Whether a user may log in with a password; the check takes as long for an unknown user.
 
-        >>> guard = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
-        >>> guard.lets_in("ann", "secret:1"), guard.lets_in("ann", ""), guard.lets_in("bob", "secret:1")
-        (True, False, False)
+        >>> security = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
+        >>> security.accepts("ann", "secret:1"), security.accepts("ann", "")
+        (True, False)
+        >>> security.accepts("bob", "secret:1")
+        False
         """
         expected_digest = self.users.get(user or "")
         digest = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
@@ -65,10 +67,10 @@ class UaSecurity:
 
 
 def users_of(text: str) -> dict[str, bytes]:
-    """Return the users of a file: a line `name:password` for each; empty lines and `#` lines are skipped.
+    """Return the users of a file with lines `name:password`; empty lines and `#` lines are skipped.
 
     Raises:
-        ValueError: a line has another form, a user appears twice, or there is no user.
+        ValueError: a line has another form, a user appears twice, or the file names no user.
     """
     users: dict[str, bytes] = {}
     for number, line in enumerate(text.splitlines(), 1):
@@ -76,7 +78,7 @@ def users_of(text: str) -> dict[str, bytes]:
             continue
         name, password = _user_in(line, number)
         if name in users:
-            raise ValueError(f"line {number}: {name!r} stands above, too")
+            raise ValueError(f"line {number}: {name!r} appears above; list each user once")
         users[name] = sha256(password.encode()).digest()
     if not 0 < len(users) <= USERS_MOST:
         raise ValueError(f"it must name 1 to {USERS_MOST} users, each as name:password")

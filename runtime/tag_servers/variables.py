@@ -1,4 +1,4 @@
-"""Tags as objects and variables, for OPC UA: a structure is an object, everything else a variable."""
+"""Tags as OPC UA objects and variables: a structure is an object, other tags are variables."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes, bits_to_write
 
 VARIABLES_MOST = 20_000
-"""Maximum variables that a server shows; the tags after them are left out."""
+"""Maximum variables of a server; the tags after them are left out."""
 
 ELEMENTS_MOST = 100
-"""Maximum length of an array whose elements are also shown as variables."""
+"""Maximum length of an array with a variable for each element."""
 
 TEXT = "STRING"
-"""Type name of a variable that stands for LEN and DATA."""
+"""Type name of a variable for LEN and DATA."""
 
 _FORMS = {"SINT": "b", "INT": "h", "DINT": "i", "LINT": "q", "REAL": "f", "LREAL": "d"}
 _FORMS |= {"USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q", "DWORD": "I"}
@@ -32,13 +32,13 @@ _FORMS |= {"USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q", "DWORD": "I"}
 
 @dataclass(frozen=True)
 class Variable:
-    """A value of a tag, or an array of them.
+    """A value or an array of a tag.
 
     Attributes:
-        path: its name: `Recipe.Steps[2].Time`.
+        path: `Recipe.Steps[2].Time`.
         tag: index in the listing.
         offset: byte of the tag.
-        bit: bit of that byte; None = it is not a packed bit.
+        bit: bit in the byte at `offset`; None = not a packed bit.
         writable: whether clients may write it.
     """
 
@@ -62,14 +62,14 @@ class Variable:
 
     @cached_property
     def size(self) -> int:
-        """Bytes."""
+        """Number of bytes."""
         if self.kind == BOOL and self.dims:
             return 4 * -(-self.count // 32)
         return self.count * self.kind.size
 
     @property
     def reads(self) -> ReadBytes:
-        """The read operation for its bytes."""
+        """The operation that reads the variable."""
         return ReadBytes(self.tag, self.offset, self.size)
 
     def elements(self) -> Iterator[Leaf]:
@@ -78,12 +78,12 @@ class Variable:
             name = f"[{','.join(map(str, indices))}]"
             offset, bit = self.offset + number * self.kind.size, None
             if self.kind == BOOL:
-                places, bit = divmod((self.bit or 0) + number, 8)
-                offset = self.offset + places
+                byte_number, bit = divmod((self.bit or 0) + number, 8)
+                offset = self.offset + byte_number
             yield Leaf(name, replace(self, path=self.path + name, dims=(), offset=offset, bit=bit))
 
     def value_in(self, data: bytes) -> Any:
-        """Return the value in bytes; arrays as lists, of several dimensions as lists of lists."""
+        """Return the value in bytes: a list for an array, nested lists for several dimensions."""
         values = self._values_in(data)
         return _nested(values, self.dims) if self.dims else values[0]
 
@@ -106,61 +106,62 @@ class Variable:
         """
         values = _flat(value, self.dims)
         if self.bit is not None:
-            return self._run(0, values)
+            return self._write_of_run(0, values)
         return WriteBytes(self.tag, self.offset, self._bytes_of(values))
 
     def part_to(self, ranges: Sequence[range], value: Any, data: bytes) -> list[WriteBytes]:
-        """Return the writes of a part: elements of an array, or characters of texts.
+        """Return the writes of a part: elements of an array or characters of texts.
 
         Args:
             ranges: the ranges of the part, see `index_ranges`.
-            value: nested lists, or one flat list; a single element also without a list.
-            data: the present bytes; characters are written within the length of a text.
+            value: nested lists, or one flat list; for a single element, a list or the element.
+            data: the present bytes; only characters within the present text can be written.
 
         Raises:
             NoDataError: an element or a character does not exist.
             MismatchError: the value has another size.
-            ValueError: a number that does not fit.
+            ValueError: a number does not fit.
             TypeError: the value has another type.
         """
         is_text = isinstance(self.kind, StructuredKind)
-        elements, characters = (
+        element_ranges, characters = (
             (ranges[:-1], ranges[-1]) if is_text and len(ranges) > len(self.dims) else (ranges, None)
         )
-        places = runs(elements, self.dims)
-        sizes = [len(element) for element in elements]
-        values_taken = iter(_part_values(value, sizes))
+        element_runs = runs(element_ranges, self.dims)
+        sizes = [len(element) for element in element_ranges]
+        values_left = iter(_part_values(value, sizes))
         if characters is not None:
-            numbers = chain.from_iterable(places)
-            return [self._characters(number, characters, next(values_taken), data) for number in numbers]
-        return [self._run(span.start, list(islice(values_taken, len(span)))) for span in places]
+            numbers = chain.from_iterable(element_runs)
+            return [
+                self._write_of_characters(number, characters, next(values_left), data) for number in numbers
+            ]
+        return [self._write_of_run(run.start, list(islice(values_left, len(run)))) for run in element_runs]
 
-    def _run(self, first: int, values: Sequence[Any]) -> WriteBytes:
+    def _write_of_run(self, first: int, values: Sequence[Any]) -> WriteBytes:
         """Return the write of successive elements."""
         if self.kind != BOOL:
             return WriteBytes(self.tag, self.offset + first * self.kind.size, self._bytes_of(values))
         return bits_to_write(self.tag, 8 * self.offset + (self.bit or 0) + first, values)
 
-    def _characters(self, number: int, places: range, value: Any, data: bytes) -> WriteBytes:
-        """Return the write of characters of a text, which keeps its length."""
+    def _write_of_characters(self, number: int, characters: range, value: Any, data: bytes) -> WriteBytes:
+        """Return the write of characters of a text; its length stays."""
         kind = self.kind
         assert isinstance(kind, StructuredKind)
         present = _text_in(kind, data[number * kind.size : (number + 1) * kind.size])
-        if places.stop > len(present):
+        if characters.stop > len(present):
             raise NoDataError(f"{self.path} has {len(present)} characters")
         raw = _raw(value)
-        if len(raw) != len(places):
-            raise MismatchError(f"{len(raw)} characters for {len(places)}")
+        if len(raw) != len(characters):
+            raise MismatchError(f"{len(raw)} characters for {len(characters)}")
         offset = self.offset + number * kind.size + kind.by_name["DATA"].offset
-        return WriteBytes(self.tag, offset + places.start, raw)
+        return WriteBytes(self.tag, offset + characters.start, raw)
 
     def _bytes_of(self, values: Sequence[Any]) -> bytes:
         if isinstance(self.kind, StructuredKind):
             return b"".join(_text_bytes(self.kind, value) for value in values)
         if self.kind == BOOL:
-            return sum(bool(value) << index for index, value in enumerate(values)).to_bytes(
-                self.size, "little"
-            )
+            bits = sum(bool(value) << index for index, value in enumerate(values))
+            return bits.to_bytes(self.size, "little")
         try:
             return struct.pack(f"<{len(values)}{_FORMS[self.kind.name]}", *values)
         except (struct.error, OverflowError) as error:
@@ -168,7 +169,7 @@ class Variable:
 
 
 def _part_values(value: Any, sizes: Sequence[int]) -> list[Any]:
-    """Return the values of a part in one list, see `Variable.part_to`."""
+    """Return the value of `Variable.part_to` as one list."""
     count = prod(sizes)
     if not isinstance(value, list):
         return [value] if count == 1 else _flat(value, sizes, MismatchError)
@@ -187,14 +188,14 @@ class TagGroup:
 
 @dataclass(frozen=True)
 class Leaf:
-    """A variable under the name that a browser shows."""
+    """A variable with its name in a browser."""
 
     name: str
     variable: Variable
 
 
 class TagTree:
-    """The tags of a rack, as a browser shows them."""
+    """The tags of a rack as a tree of objects and variables."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
@@ -208,7 +209,7 @@ class TagTree:
 
     @property
     def is_long(self) -> bool:
-        """Whether the tree has more variables than a server shows."""
+        """Whether the tree has more than `VARIABLES_MOST` variables."""
         return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
 
     def _scope(self, scope: str) -> Iterator[Leaf | TagGroup]:
@@ -216,26 +217,33 @@ class TagTree:
             if symbol.target:
                 continue  # browsers show a tag once
             tag = symbol.tag
-            base = _Place(symbol.index, tag.path, tag.path, 0, None)
-            yield self._item(tag.name, base, tag.kind, tag.dims)
+            location = _Location(symbol.index, tag.path, tag.path, 0, None)
+            yield self._item(tag.name, location, tag.kind, tag.dims)
 
-    def _item(self, name: str, at: _Place, kind: Kind, dims: tuple[int, ...]) -> Leaf | TagGroup:
+    def _item(self, name: str, location: _Location, kind: Kind, dims: tuple[int, ...]) -> Leaf | TagGroup:
         if not isinstance(kind, StructuredKind) or _is_text(kind):
-            writable = self._database.may_write(self._database.listing.tags[at.tag], at.plain, kind)
-            return Leaf(name, Variable(at.path, at.tag, kind, dims, at.offset, at.bit, writable))
+            writable = self._database.may_write(
+                self._database.listing.tags[location.tag], location.plain_path, kind
+            )
+            return Leaf(
+                name,
+                Variable(location.path, location.tag, kind, dims, location.offset, location.bit, writable),
+            )
         if dims:
-            return TagGroup(at.path, name, lambda: self._elements(at, kind, dims))
-        return TagGroup(at.path, name, lambda: self._members(at, kind))
+            return TagGroup(location.path, name, lambda: self._elements(location, kind, dims))
+        return TagGroup(location.path, name, lambda: self._members(location, kind))
 
-    def _elements(self, at: _Place, kind: StructuredKind, dims: tuple[int, ...]) -> Iterator[Leaf | TagGroup]:
+    def _elements(
+        self, location: _Location, kind: StructuredKind, dims: tuple[int, ...]
+    ) -> Iterator[Leaf | TagGroup]:
         for number, indices in enumerate(product(*map(range, dims))):
             name = f"[{','.join(map(str, indices))}]"
-            yield self._item(name, at.element(name, number * kind.size), kind, ())
+            yield self._item(name, location.element(name, number * kind.size), kind, ())
 
-    def _members(self, at: _Place, kind: StructuredKind) -> Iterator[Leaf | TagGroup]:
+    def _members(self, location: _Location, kind: StructuredKind) -> Iterator[Leaf | TagGroup]:
         for member in kind.by_name.values():
             yield self._item(
-                member.name, at.member(member.name, member.offset, member.bit), member.kind, member.dims
+                member.name, location.member(member.name, member.offset, member.bit), member.kind, member.dims
             )
 
 
@@ -249,40 +257,48 @@ def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Location:
+    """A place in the tags.
+
+    Attributes:
+        tag: index in the listing.
+        offset: byte of the tag.
+        bit: bit in the byte at `offset`; None = not a packed bit.
+    """
+
     tag: int
     path: str
-    plain: str  # without subscripts
+    plain_path: str  # without subscripts
     offset: int
     bit: int | None
 
-    def element(self, name: str, offset: int) -> _Place:
-        return _Place(self.tag, self.path + name, self.plain, self.offset + offset, None)
+    def element(self, name: str, offset: int) -> _Location:
+        return _Location(self.tag, self.path + name, self.plain_path, self.offset + offset, None)
 
-    def member(self, name: str, offset: int, bit: int | None) -> _Place:
-        names = f"{self.path}.{name}", f"{self.plain}.{name}"
-        return _Place(self.tag, *names, self.offset + offset, bit)
+    def member(self, name: str, offset: int, bit: int | None) -> _Location:
+        names = f"{self.path}.{name}", f"{self.plain_path}.{name}"
+        return _Location(self.tag, *names, self.offset + offset, bit)
 
 
 def _is_text(kind: StructuredKind) -> bool:
-    """Whether a structure is LEN and DATA."""
+    """Whether a structure consists of LEN and DATA."""
     return list(kind.by_name) == ["LEN", "DATA"] and kind.by_name["DATA"].kind.size == 1
 
 
 def _text_in(kind: StructuredKind, data: bytes) -> str:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    length_stated = int.from_bytes(
+    stated_length = int.from_bytes(
         data[length.offset : length.offset + length.kind.size], "little", signed=True
     )
     capacity = prod(text.dims)
-    return data[text.offset : text.offset + min(max(length_stated, 0), capacity)].decode("latin-1")
+    return data[text.offset : text.offset + min(max(stated_length, 0), capacity)].decode("latin-1")
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
     raw, capacity = _raw(value), prod(text.dims)
     if len(raw) > capacity:
-        raise ValueError(f"a text of {len(raw)} characters: {capacity} fit")
+        raise ValueError(f"the text has {len(raw)} characters; {capacity} fit")
     text_value = bytearray(kind.size)
     text_value[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(
         length.kind.size, "little"
@@ -304,7 +320,7 @@ def _nested(values: list[Any], dims: Sequence[int]) -> list[Any]:
 
 
 def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError) -> list[Any]:
-    """Return values in the order of memory; raise `error` if the dimensions differ."""
+    """Return values in memory order; raise `error` if the dimensions differ."""
     values = [value]
     for size in dims:
         if not all(isinstance(nested_value, list) and len(nested_value) == size for nested_value in values):

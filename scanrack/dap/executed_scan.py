@@ -99,9 +99,9 @@ class ExecutedScan(View):
         """See `View`."""
         cells = cells_of(self.tags.where(tag), counts=True) if tag in self.tags else []
         writes = [write for write in self.execution.writes if any(map(write.changes, cells))]
-        if not writes or writes[-1].by is None:
+        if not writes or writes[-1].writer is None:
             return None
-        run, order = writes[-1].by.run, writes[-1].order
+        run, order = writes[-1].writer.run, writes[-1].order
         indices = [index for index, stop in enumerate(self.stops) if stop.run is run and stop.order < order]
         return (indices[-1], order) if indices else None
 

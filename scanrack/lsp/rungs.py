@@ -167,9 +167,9 @@ def block_text(block: AddOn) -> str:
     """Return the description of a block in Markdown: its operands, what it does, its parameters."""
     lines = []
     for parameter in block.parameters:
-        if parameter.way is not ParameterMode.LOCAL:
+        if parameter.mode is not ParameterMode.LOCAL:
             comment = f"  // {parameter.comment}" if parameter.comment else ""
-            lines.append(f"{parameter.way.value} {parameter.name} : {parameter.type.name}{comment}")
+            lines.append(f"{parameter.mode.value} {parameter.name} : {parameter.type.name}{comment}")
     parameters = "\n".join(lines)
     return f"```rung\n{block_signature(block)}\n```\n\n{block.comment}\n\n```rung\n{parameters}\n```"
 
@@ -179,7 +179,7 @@ def _members(type_name: str) -> list[Offer]:
     blocks = {block.name.upper(): block for block in _blocks()}
     if type_name in blocks:
         reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
-        parameters = [parameter for parameter in blocks[type_name].parameters if parameter.way in reached]
+        parameters = [parameter for parameter in blocks[type_name].parameters if parameter.mode in reached]
         return [
             Offer(parameter.name, "member", parameter.type.name, parameter.comment)
             for parameter in parameters

@@ -64,7 +64,7 @@ def test_the_bits_lie_in_flags():
 
 
 def test_a_message_without_a_stub_is_refused():
-    with pytest.raises(BuildError, match="nothing says how the message M ends"):
+    with pytest.raises(BuildError, match="no stub for the message M"):
         both(TAGS, "MSG(M);")
 
 

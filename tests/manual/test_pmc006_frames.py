@@ -93,11 +93,11 @@ def test_a_good_frame_right_behind_noise_is_found() -> None:
 def test_the_framer_counts_what_it_passes_over() -> None:
     framer = Framer()
     assert framer.feed(b"\x00\x01\xa5" + command(9, 9)) == [decode(command(9, 9))]
-    assert (framer.passed_over, len(framer)) == (3, 0)
+    assert (framer.skipped, len(framer)) == (3, 0)
     framer.feed(b"\xa5\x01")
     assert len(framer) == 2
     framer.drop()
-    assert (framer.passed_over, len(framer)) == (5, 0)
+    assert (framer.skipped, len(framer)) == (5, 0)
 
 
 def test_9600_baud_an_exchange_takes_two_frames_of_eight_characters() -> None:

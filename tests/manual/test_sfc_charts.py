@@ -281,16 +281,16 @@ def test_a_nested_chart_goes_back_to_its_initial_step_with_automatic_reset():
 
 
 WRONG = {
-    "no initial step": ("STEP A\nEND_STEP", "it needs one initial step; there are: none"),
+    "no initial step": ("STEP A\nEND_STEP", "it must have one initial step; it has none"),
     "two initial steps": (
         "INITIAL_STEP A\nEND_STEP\nINITIAL_STEP B\nEND_STEP",
-        "one initial step; there are: A, B",
+        "one initial step; it has A, B",
     ),
     "unknown step": (
         "INITIAL_STEP A\nEND_STEP\nTRANSITION T FROM A TO B\n1\nEND_TRANSITION",
         "transition T: no step B",
     ),
-    "step twice": ("INITIAL_STEP A\nEND_STEP\nSTEP A\nEND_STEP", "there are two steps A"),
+    "step twice": ("INITIAL_STEP A\nEND_STEP\nSTEP A\nEND_STEP", "two steps are called A"),
     "action twice": (
         "INITIAL_STEP A\nACTION X N;\nACTION X S;\nEND_STEP",
         "step A has the action X twice",

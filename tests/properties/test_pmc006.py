@@ -43,7 +43,7 @@ def test_frames_are_found_however_the_stream_is_cut(sent: list[Frame], size: int
     for at in range(0, len(stream), size):
         found += framer.feed(stream[at : at + size])
     assert found == sent
-    assert (len(framer), framer.passed_over) == (0, 0)
+    assert (len(framer), framer.skipped) == (0, 0)
 
 
 def test_noise_never_escapes_and_costs_no_frame_once_the_line_is_quiet() -> None:

@@ -80,7 +80,7 @@ def program_of(*, told: bool = True, model: str = "") -> Program:
         tags.append(f"TAG {name} : {block}")
         operands = [name]
         for each in LIBRARY.add_ons[block.upper()].required:
-            if each.way is ParameterMode.INOUT:
+            if each.mode is ParameterMode.INOUT:
                 operands.append(each.name)
             else:
                 operands.append(f"{name}_{each.name}")
@@ -213,10 +213,10 @@ class BlocksBench:
         """Set Execute of a block, with these inputs or the usual ones."""
         block = LIBRARY.add_ons[INSTANCES[name].upper()]
         for each in block.required:
-            if each.way is ParameterMode.INPUT and each.name in {**USUAL, **inputs}:
+            if each.mode is ParameterMode.INPUT and each.name in {**USUAL, **inputs}:
                 self.tags[f"{name}_{each.name}"] = {**USUAL, **inputs}[each.name]
         for each in block.parameters:
-            if each.way is ParameterMode.INPUT and not each.required and each.name in inputs:
+            if each.mode is ParameterMode.INPUT and not each.required and each.name in inputs:
                 self.tags[f"{name}.{each.name}"] = inputs[each.name]
         self.tags[f"{name}_Execute"] = True
         return self

@@ -1,8 +1,8 @@
-"""Contracts of the 3601: facts that its input images always keep, one row per rule of the manual.
+"""Contracts of the 3601: facts that are always true for its images, one row per rule of the manual.
 
-A proof treats a module's inputs as free words and restricts them by these rows. Random runs of the module
-model and all golden recordings keep each contract; if a run breaks one, the defect is in the row or in the
-model.
+A proof treats a module's inputs as free words and restricts them by these rows. Tests check the contracts in
+random runs of the module model and in all golden recordings. If a run breaks one, the row or the model is
+wrong.
 
 >>> [contract.name for contract in broken(now=(0x4003, 0, 0, 0, 0, 0, 0, 0))]
 ['one direction']
@@ -27,27 +27,29 @@ CONTRACTS: tuple[Contract, ...] = ROWS
 def contracts_of(
     readings: Mapping[str, object] | None = None, *, each_update: bool = True, adapter: bool = False
 ) -> tuple[Contract, ...]:
-    """Return the contracts that hold for a module.
+    """Return the contracts that a module keeps.
 
     Args:
         readings: options of the simulated 3601 that differ from the default, by name.
-        each_update: whether the program sees each update of the module; if not, only contracts about a single
-            image hold.
+        each_update: whether the program sees each update of the module; if not, the module only keeps
+            contracts about a single image.
         adapter: whether the module is an adapter that acts as a 3601.
     """
-    chosen_readings = readings or {}
-    return tuple(
-        row
-        for row in CONTRACTS
-        if (each_update or not row.needs_two_images)
-        and (row.adapters or not adapter)
-        and all(chosen_readings.get(name, needed) == needed for name, needed in row.readings.items())
-    )
+    changed_readings = readings or {}
+
+    def keeps(contract: Contract) -> bool:
+        if contract.needs_two_images and not each_update:
+            return False
+        if adapter and not contract.adapters:
+            return False
+        return all(changed_readings.get(name, value) == value for name, value in contract.readings.items())
+
+    return tuple(filter(keeps, CONTRACTS))
 
 
 def broken(
     now: Sequence[int], was: Sequence[int] | None = None, sent: Sequence[int] = (0,) * 8
 ) -> tuple[Contract, ...]:
-    """Return the contracts that images break; without `was`, check only contracts about a single image."""
+    """Return the contracts that images break; without `was`, only contracts about a single image."""
     rows = contracts_of(each_update=was is not None)
     return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, sent))

@@ -12,16 +12,16 @@ from .fact import Fact, Side
 class Contract:
     """A fact about the images of a 3601.
 
-    Contracts about two images hold as long as the PLC does not lose the module in between: a lost
-    link freezes the image, and afterwards all changes appear at once.
+    Contracts about two images are true as long as the PLC does not lose the module in between. A lost link
+    freezes the image, and afterwards all changes appear at once.
 
     Attributes:
-        name: a word or two for reports, such as "position lost".
+        name: a short name for reports, such as "position lost".
         says: the contract as a sentence.
-        rules: ids of the rows of `RULES` that it follows from.
+        rules: ids of the rows of `RULES` from which it follows.
         fact: the fact about the images.
-        adapters: whether images of adapters also keep it.
-        readings: options of the simulated 3601 that it depends on, with the value that it needs.
+        adapters: whether it is also true for images of adapters.
+        readings: options of the simulated 3601 that it depends on, with the values that it needs.
     """
 
     name: str
@@ -33,5 +33,5 @@ class Contract:
 
     @property
     def needs_two_images(self) -> bool:
-        """Whether it is about two input images, and so holds only with one module update in between."""
+        """Whether it needs a second image: an earlier one, with one update in between, or the outputs."""
         return self.fact.images != {Side.NOW}

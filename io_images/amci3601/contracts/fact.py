@@ -2,7 +2,7 @@
 
 A fact is about up to three images of one module:
 
-    outputs |<-- sent --->|     words in force between two updates
+    outputs |<-- sent --->|     words that the module has between two updates
     inputs  ^ was         ^ now
 
 `now(POSITION_INVALID)` is a bit of the later inputs, `was(...)` of the earlier ones, `sent(...)` of the
@@ -42,10 +42,10 @@ class Side(Enum):
 
 
 class Reading(Protocol[Truth]):
-    """Images read as truth values of some type: bools for a checker, terms for a prover."""
+    """Images that are read as truth values of a type: bools for a checker, terms for a prover."""
 
     def any_of(self, side: Side, word: int, mask: int) -> Truth:
-        """Return whether any bit of the mask is set in `word`, which is 0 to 7."""
+        """Return whether any bit of a mask is set in a word, 0 to 7."""
 
     def within(self, side: Side, word: int, least: int, most: int) -> Truth:
         """Return whether a signed word is in a range."""
@@ -79,7 +79,7 @@ class Fact(ABC):
         return Negation(self)
 
     def only_with(self, other: Fact) -> Fact:
-        """Return the fact that `other` is true whenever this fact is."""
+        """Return the fact that `other` is true whenever this fact is true."""
         return ~(self & ~other)
 
     def same_as(self, other: Fact) -> Fact:
@@ -199,10 +199,10 @@ def sent(*bits: CommandMsw | CommandLsw) -> Fact:
 
 
 def every(*facts: Fact) -> Fact:
-    """Return the fact that all of these facts hold."""
+    """Return the fact that all of these facts are true."""
     return reduce(and_, facts)
 
 
 def _set(side: Side, *bits: StatusMsw | StatusLsw | CommandMsw | CommandLsw) -> Fact:
-    places = (AnyOf(side, int(isinstance(bit, StatusLsw | CommandLsw)), bit.value) for bit in bits)
-    return reduce(or_, places)
+    facts = (AnyOf(side, int(isinstance(bit, StatusLsw | CommandLsw)), bit.value) for bit in bits)
+    return reduce(or_, facts)

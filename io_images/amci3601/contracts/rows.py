@@ -26,10 +26,10 @@ OPERATING = now(OK)
 IN_COMMAND_MODE = OPERATING & ~now(MODE)
 STAYS_IN_COMMAND_MODE = IN_COMMAND_MODE & was(OK) & ~was(MODE)
 KNOWN = ~(was(MOVING[0]) & was(MOVING[1]) & ~was(MODE))
-"""The fact that there was an earlier image: in the first scan, a proof has one that no module shows."""
+"""The fact that there was an earlier image: in the first scan of a proof, it is one that no module sends."""
 
 POWERED_UP = now(CONFIG_ERROR)
-"""The sign of a power-up between two images in command mode: nothing else causes this error."""
+"""The sign of a power-up between two images in command mode; nothing else causes this error."""
 
 
 def rises(bit: StatusMsw | StatusLsw) -> Fact:
@@ -48,7 +48,7 @@ def none_but(*bits: StatusMsw) -> Fact:
 
 
 def frozen() -> Fact:
-    """Return the fact that input word 0 is unchanged, except Module OK and the bits of a motion."""
+    """Return the fact that input word 0 is unchanged except for Module OK and the bits of a motion."""
     status_bits = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
     return every(*(now(bit).same_as(was(bit)) for bit in status_bits))
 
@@ -71,9 +71,9 @@ TYPICAL = (
     0x5080, 0x5010, 0x5208, 0x5001, 0x4D00, 0x4900,  # errors
     0xC000, 0xE000, 0xC43E, 0,  # configuration mode; removed
 )
-"""Common values of input word 0, from which random scans choose when they search for invariants."""
+"""Common values of input word 0, for random scans that search for invariants."""
 
-# One rule of the manual is one row here; the formatter would spread each over ten lines.
+# One row per rule of the manual; the formatter would spread each over ten lines.
 
 ROWS: tuple[Contract, ...] = (
     # -- one image

@@ -1,7 +1,7 @@
-"""The cause of each status bit of a 3601: a row per bit, with the manual's rules about it.
+"""The cause of each status bit of a 3601: one row per bit.
 
-The rules state when a bit is set and cleared. A row names the next cause to look at: a terminal, the
-commands whose motion the bit is about, the configuration, or the errors of chapter 6, whose rule is recorded.
+The rules of a row state when its bit is set and cleared. The origin is the next cause to look at: a terminal,
+the command that started a motion, the configuration, or the recorded rule of an error of chapter 6.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
 
 
 class Origin(Enum):
-    """Where a question about a bit continues."""
+    """The next cause behind a bit."""
 
     TERMINAL = "terminal"  # the corresponding input
-    COMMAND = "command"  # the command whose motion the bit is about
+    COMMAND = "command"  # the command that started the motion
     CONFIGURATION = "configuration"  # the configuration words
     MODULE = "module"  # power and health of the module
     RULE = "rule"  # the rule that fired
@@ -31,9 +31,9 @@ class BitCause:
 
     Attributes:
         rules: ids of the rules that state the cause.
-        on: what has happened if the bit is on.
-        off: what has happened if the bit is off.
-        commands: bits of output word 0 that command the motion it is about; none for a bit not about a
+        on: the meaning of the bit when it is on.
+        off: the meaning of the bit when it is off.
+        commands: bits of output word 0 that start the motion it describes; 0 for a bit that describes no
             motion.
     """
 
@@ -110,14 +110,13 @@ ROWS: tuple[BitCause, ...] = (
 
 
 def cause_of(word: int, bit: int) -> BitCause | None:
-    """Return the row of a bit in an input word, by numbers; None for a word without status bits.
+    """Return the row of a bit in an input word, both by number; None if it is not a status bit.
 
     >>> cause_of(0, 4).on
     'a search has found home'
     """
-    kind = (StatusMsw, StatusLsw)[word] if word < 2 else None
-    return (
-        None
-        if kind is None
-        else next((row for row in ROWS if isinstance(row.bit, kind) and row.bit.value == 1 << bit), None)
-    )
+    for row in ROWS:
+        row_word = 0 if isinstance(row.bit, StatusMsw) else 1
+        if word == row_word and row.bit.value == 1 << bit:
+            return row
+    return None

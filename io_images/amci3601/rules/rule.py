@@ -1,7 +1,7 @@
 """One row of the rule table, and its status bits.
 
-A rule can touch both status words, so its bits are numbered through both:
-input word 0 in bits 0 to 15, input word 1 from bit 16.
+A rule can set bits of both status words, so a mask covers both: input word 0 in bits 0 to 15, input word 1
+from bit 16.
 """
 
 from __future__ import annotations
@@ -65,21 +65,22 @@ class Rule:
     """A rule of the 3601's manual.
 
     Attributes:
-        id: prefix and number, e.g. "CMD-03"; rows of a chapter 6 list have the list's numbers.
-        section: of the manual.
+        id: prefix and number, for example "CMD-03"; rows of a list in chapter 6 have the numbers of the list.
+        section: section of the manual.
         event: the text in traces when the rule applies; it never changes.
-        sets: status bits that the rule sets; of MOVING_CW and MOVING_CCW, and of ACCELERATING and
-            DECELERATING, the applicable one. A row of a chapter 6 list sets only the bit of its list.
-        if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
-            the rule: the manual does not state the consequence, or other bits are already set.
+        sets: status bits that the rule sets. Of the pairs MOVING_CW and MOVING_CCW, and ACCELERATING and
+            DECELERATING, only the applicable bit is set. A row of a list in chapter 6 sets only the bit of
+            that list.
+        if_broken: status bits that the simulated module sets instead of `sets` when a command breaks the
+            rule, because the manual does not state the consequence, or because other bits are already set.
         clears: status bits that the rule clears.
-        list_of: the bit whose list in chapter 6 contains this row, or None.
-        together_with: ids of rows elsewhere that always apply with this one.
+        list_of: the bit with the list in chapter 6 that contains this row; None for other rows.
+        together_with: ids of rows elsewhere that always apply together with this row.
         firmware_from: the first version with the rule; None if all versions have it.
-        firmware_until: the first version without the rule; None if there is none.
-        untestable_because: why no image can show whether the rule holds; "" if one can.
+        firmware_until: the first version without the rule; None if all later versions have it.
+        untestable_because: why images can't show whether a module keeps the rule; "" if they can.
         reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
-        says: a better text than `event`, for use outside of traces; "" to use `event`.
+        says: a better text than `event` outside of traces; "" to use `event`.
     """
 
     id: str
@@ -98,7 +99,7 @@ class Rule:
 
     @property
     def text(self) -> str:
-        """The rule as a text for the user of a module; for a fault, what was done wrong.
+        """The text of the rule for users of a module.
 
         >>> Rule("CFG-02", "chapter 3", "The configuration has no limit.", says="No limit is set.").text
         'No limit is set.'
@@ -117,10 +118,10 @@ class Rule:
 
     @property
     def testable(self) -> bool:
-        """Whether an image can show that the rule holds."""
+        """Whether images can show that a module keeps the rule."""
         return not self.untestable_because
 
     def applies_to(self, firmware: Firmware) -> bool:
-        """Whether a module with this firmware has the rule."""
+        """Return whether a module with this firmware has the rule."""
         has_begun = self.firmware_from is None or firmware >= self.firmware_from
         return has_begun and (self.firmware_until is None or firmware < self.firmware_until)

@@ -1,4 +1,4 @@
-"""The grammar of a program line, made from the instruction table."""
+"""The grammar of a program line, generated from the instruction table."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from .instructions import INSTRUCTIONS, Instruction
 
 DIRECTIVES: Mapping[str, str] = {"title": "TEXT_", "axis": "NUMBER", "autostart": "ON_OFF"}
-"""The terminal that follows a directive."""
+"""The terminal after each directive."""
 
 TERMINALS: Mapping[str, tuple[str, str]] = {
     "NUMBER": (r"/[+-]?\d{1,20}(?![\w.])/", "a number"),
@@ -19,7 +19,7 @@ TERMINALS: Mapping[str, tuple[str, str]] = {
     "TEXT_": (r'/"(?:[^"\\]++|\\.)*+"/', "text in quotes"),
     "EQUALS": ('"="', "="),
 }
-"""Terminals with their names in messages."""
+"""The pattern of each terminal, and its name in messages."""
 
 
 def row_rule(index: int) -> str:
@@ -28,8 +28,8 @@ def row_rule(index: int) -> str:
 
 
 def grammar() -> str:
-    """Return the grammar of a line: an instruction, a directive, or nothing; then a comment."""
-    rules = [f"{_parts(row)} -> {row_rule(index)}" for index, row in enumerate(INSTRUCTIONS)]
+    """Return the grammar of a line: an instruction, a directive or nothing, and then a comment."""
+    rules = [f"{_terminals_of(row)} -> {row_rule(index)}" for index, row in enumerate(INSTRUCTIONS)]
     rules += [f"/\\.{name}\\b/i {terminal} -> directive" for name, terminal in DIRECTIVES.items()]
     rules.append("-> nothing")
     terminals = [f"{name}: {pattern}" for name, (pattern, _) in TERMINALS.items()]
@@ -37,7 +37,7 @@ def grammar() -> str:
     return "\n".join(["start: " + "\n     | ".join(rules), *terminals, r"%ignore /[ \t]+/", "%ignore /;.*/"])
 
 
-def _parts(row: Instruction) -> str:
+def _terminals_of(row: Instruction) -> str:
     words = [keyword_terminal(word) for word in row.name.split()]
     operands = [operand.terminal for operand in row.operands]
     if row.name == "IF INPUT":
@@ -51,11 +51,11 @@ def keywords() -> Iterator[str]:
 
 
 def keyword_terminal(word: str) -> str:
-    """Return the terminal for a keyword; its underscore hides it from the tree."""
+    """Return the terminal for a keyword; lark omits terminals that begin with an underscore from the tree."""
     return f"_W_{word}"
 
 
-def spoken(terminals: set[str]) -> str:
+def names_of(terminals: set[str]) -> str:
     """Return the names of terminals for a message, in the grammar's order."""
     names = {name: meaning for name, (_, meaning) in TERMINALS.items()}
     names |= {keyword_terminal(word): word for word in keywords()}

@@ -1,12 +1,10 @@
 """The instruction set of stored programs: one row per instruction, in the order of the manual's tab sheets.
 
-The manual shows the instructions by their titles [section 3, "Add Tab Sheets"];
-their short names are those of the text format `pclt`. Real opcodes and sizes
-are not printed; the manual says only that an instruction takes 2 to 7 bytes of 2,046. Here an
-instruction is its opcode and a second byte, which holds ON, CW and the like,
-and then its values: 1 byte for up to 255, 2 for up to 65,535, and 4 beyond that. A
-loop takes all 7. Text is an exception, which does not fit in 7: 2 bytes
-and its characters.
+The manual shows the titles of instructions [section 3, "Add Tab Sheets"]; the short names belong to the text
+format `pclt`. The manual does not print opcodes and sizes: it only says that an instruction takes 2 to 7
+bytes of 2,046. Interpretation: an instruction has its opcode, a second byte with words such as ON and CW, and
+its values. A value takes 1 byte up to 255, 2 bytes up to 65,535, otherwise 4. A loop takes all 7 bytes. A
+text does not fit into 7 bytes: it takes 2 bytes and its characters.
 """
 
 from __future__ import annotations
@@ -22,12 +20,12 @@ CAPACITY_BYTES = 2046
 
 @dataclass(frozen=True, slots=True)
 class Instruction:
-    """An instruction; `title` is the manual's name."""
+    """A row of the instruction table."""
 
     name: str  # in the text format, in upper case
     operands: tuple[Operand, ...]  # after the name
-    needs_idle: bool  # whether, during motion, it ends the program with error 1024
-    title: str
+    needs_idle: bool  # whether it ends the program with error 1024 during motion
+    title: str  # the manual's name
 
     @property
     def size(self) -> int:

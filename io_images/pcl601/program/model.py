@@ -15,15 +15,14 @@ class ProgramError(ValueError):
     """The program can't be stored.
 
     Attributes:
-        line: number of the line, from 1; None if there is no text.
+        line: number of the line, from 1; None for a program without text.
         column: number of the column, from 1; None for a whole line.
-        reason: the error, and what is allowed.
+        reason: the error with the allowed values.
     """
 
     def __init__(self, reason: str, line: int | None = None, column: int | None = None) -> None:
-        location = ", ".join(
-            f"{name} {n}" for name, n in (("line", line), ("column", column)) if n is not None
-        )
+        numbers = {"line": line, "column": column}
+        location = ", ".join(f"{name} {number}" for name, number in numbers.items() if number is not None)
         super().__init__(f"{location}: {reason}" if location else reason)
         self.line, self.column, self.reason = line, column, reason
 
@@ -34,8 +33,8 @@ class Step:
 
     Attributes:
         name: name in the instruction table.
-        values: one per operand: numbers, 1 or 0 for a word, digits with input or output 1 in
-            bit 0, a label's name, the characters of a text.
+        values: one per operand: a number; 1 or 0 for a word; digits as a number, with input or output 1 in
+            bit 0; the name of a label; the characters of a text.
     """
 
     name: str
@@ -54,7 +53,7 @@ class Step:
 
     @property
     def target(self) -> str | None:
-        """The label to which it may jump; None if it does not jump."""
+        """The label to which it jumps; None for other instructions."""
         jumps = self.name == "GOTO" or self.name.startswith("LOOP")
         return str(self.values[-1]) if jumps else None
 

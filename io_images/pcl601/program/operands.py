@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 
 class OperandError(ValueError):
-    """The operand is invalid; the message has the allowed ones."""
+    """The operand is invalid; the message has the allowed values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Number:
-    """A whole number in decimal."""
+    """A decimal integer."""
 
     low: int
     high: int
@@ -34,9 +34,9 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of two words, for 1 and for 0, stored in the second byte of the instruction."""
+    """One of two words, stored in the second byte of the instruction."""
 
-    words: tuple[str, str]
+    words: tuple[str, str]  # for 1 and for 0
     width = 0
 
     @property
@@ -55,7 +55,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Digits:
-    """`count` binary digits; the first is input or output 1, and bit 0 of the value."""
+    """Binary digits; the first one is input or output 1, and bit 0 of the value."""
 
     count: int
     width = 1
@@ -76,9 +76,9 @@ class Digits:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A label, in any case; its address takes `width` bytes, or 0 where the label is defined."""
+    """A label in upper or lower case."""
 
-    width: int
+    width: int  # bytes of its address in program memory; 0 where the label is defined
     terminal = "NAME"
 
     def value(self, written: str) -> str:
@@ -98,7 +98,7 @@ ESCAPES: Mapping[str, str] = {"n": "\n", "r": "\r", '"': '"', "\\": "\\"}
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    r"""A quoted text to send; the escapes \n, \r, \" and \\ are one character each."""
+    r"""A quoted text to send; each of the escapes \n, \r, \" and \\ is one character."""
 
     width = 0
     terminal = "TEXT_"
@@ -122,7 +122,7 @@ def unquoted(written: str) -> str:
     '@1G\n'
 
     Raises:
-        OperandError: it has a character that the line can't send, or an unknown escape.
+        OperandError: the text has a character that can't be sent, or an unknown escape.
     """
     text = ""
     characters = iter(written[1:-1])
@@ -133,13 +133,13 @@ def unquoted(written: str) -> str:
 
 def _escaped(letter: str) -> str:
     if letter not in ESCAPES:
-        raise OperandError(rf"\{letter} is unknown: after \ comes n, r, \ or a quote")
+        raise OperandError(rf"\{letter} is unknown: write n, r, \ or a quote after \ ")
     return ESCAPES[letter]
 
 
 def _plain(character: str) -> str:
     if not " " <= character <= "~":
-        raise OperandError(f"{character!r} can't be sent: text is printable ASCII")
+        raise OperandError(f"{character!r} can't be sent: text must be printable ASCII")
     return character
 
 
@@ -149,8 +149,8 @@ def quoted(text: str) -> str:
     >>> print(quoted('@1G\n'))
     "@1G\n"
     """
-    letters = {character: letter for letter, character in ESCAPES.items()}
-    return '"' + "".join("\\" + letters[letter] if letter in letters else letter for letter in text) + '"'
+    escapes = str.maketrans({character: f"\\{letter}" for letter, character in ESCAPES.items()})
+    return f'"{text.translate(escapes)}"'
 
 
 Operand = Number | Choice | Digits | Label | Text

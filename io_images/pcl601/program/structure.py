@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 from .instructions import CAPACITY_BYTES
@@ -10,41 +11,39 @@ from .model import Program, ProgramError
 
 
 class _Loop(NamedTuple):
-    """A loop: the indices of its label and its LOOP instruction."""
+    """A loop."""
 
-    start: int
-    end: int
+    start: int  # index of its label
+    end: int  # index of its LOOP instruction
     inner: bool
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
-    """Raise a ProgramError for wrong labels, loops, end or size; `lines` has the line of each step."""
-    for step, reason in _mistakes(program):
-        raise ProgramError(reason, None if lines is None else lines[step])
+    """Raise a ProgramError for wrong labels, loops, end or size.
+
+    Args:
+        lines: line of each step; None for a program without text.
+    """
+    for index, reason in chain(_wrong_labels(program), _wrong_loops(program)):
+        raise ProgramError(reason, None if lines is None else lines[index])
     if not program.steps or program.steps[-1].name != "END":
         raise ProgramError("END is missing: it must be the last instruction", lines[-1] if lines else None)
     if program.size > CAPACITY_BYTES:
         raise ProgramError(f"it takes {program.size} bytes: program memory holds {CAPACITY_BYTES}")
 
 
-def _mistakes(program: Program) -> Iterator[tuple[int, str]]:
-    yield from _labels(program)
-    yield from _loops(program)
-
-
-def _labels(program: Program) -> Iterator[tuple[int, str]]:
+def _wrong_labels(program: Program) -> Iterator[tuple[int, str]]:
+    """Yield the index of each step with a wrong label, and the reason."""
     for index, step in enumerate(program.steps):
         if step.name == "LABEL" and program.labels[str(step.values[0])] != index:
             yield program.labels[str(step.values[0])], f"label {step.values[0]} is given twice"
         if step.target is not None and step.target not in program.labels:
-            yield index, f"label {step.target} is unknown: {_known(program)}"
+            labels = f"known are {', '.join(program.labels)}" if program.labels else "the program has none"
+            yield index, f"label {step.target} is unknown: {labels}"
 
 
-def _known(program: Program) -> str:
-    return "known are " + ", ".join(program.labels) if program.labels else "the program has none"
-
-
-def _loops(program: Program) -> Iterator[tuple[int, str]]:
+def _wrong_loops(program: Program) -> Iterator[tuple[int, str]]:
+    """Yield the index of each LOOP instruction that is wrong, and the reason."""
     loops: list[_Loop] = []
     for index, step in enumerate(program.steps):
         if not step.name.startswith("LOOP"):
@@ -54,10 +53,7 @@ def _loops(program: Program) -> Iterator[tuple[int, str]]:
             yield index, f"label {step.target} must be above the loop"
         for other_loop in loops:
             if other_loop.end > loop.start and (other_loop.inner == loop.inner or not other_loop.inner):
-                yield index, _nested(other_loop, loop)
+                kind, outer_kind = ("inner" if nested.inner else "outer" for nested in (other_loop, loop))
+                only = "only inner loops in an outer one"
+                yield index, f"an {kind} loop can't be inside an {outer_kind} loop: {only}"
         loops.append(loop)
-
-
-def _nested(inside: _Loop, around: _Loop) -> str:
-    inner_kind, outer_kind = ("inner" if loop.inner else "outer" for loop in (inside, around))
-    return f"an {inner_kind} loop can't be inside an {outer_kind} loop: only inner loops in an outer one"

@@ -1,6 +1,6 @@
 """Reads and writes the text format `pclt`.
 
-    file   one instruction or directive per line, upper or lower case; a comment begins with ;
+    lines  one instruction or directive per line, in upper or lower case; a comment begins with ;
     names  labels: a letter, then up to 15 letters, digits or _
     .title "text"   .axis 0 to 99   .autostart on|off
 
@@ -9,7 +9,7 @@ The vendor's file format is not published.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable
 from difflib import get_close_matches
 from functools import cache
 from typing import Any, NamedTuple
@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from .grammar import grammar, keywords, row_rule, spoken
+from .grammar import grammar, keywords, names_of, row_rule
 from .instructions import INSTRUCTIONS
 from .model import Program, ProgramError, Step
 from .operands import Number, OperandError, quoted, unquoted
@@ -33,7 +33,7 @@ class _Directive(NamedTuple):
 
 
 def parse_program(text: str) -> Program:
-    r"""Read a program; raise a ProgramError with line, column and what is allowed if it is invalid.
+    r"""Read a program; raise a ProgramError with line, column and allowed words if it is invalid.
 
     >>> program = parse_program("dir cw\nmove 4000 ; out\nfinish\nend")
     >>> program.steps[1], program.size
@@ -42,32 +42,27 @@ def parse_program(text: str) -> Program:
     steps: list[Step] = []
     lines: list[int] = []
     directives: dict[str, Any] = {}
-    for number, content in _items(text):
+    for number, line in enumerate(text.split("\n"), 1):
+        content = _parse_line(number, line.rstrip("\r"))
         if isinstance(content, Step):
             steps.append(content)
             lines.append(number)
-        elif content.name in directives:
-            raise ProgramError(f".{content.name} is given twice", number, 1)
-        else:
+        elif content is not None:
+            if content.name in directives:
+                raise ProgramError(f".{content.name} is given twice", number, 1)
             directives[content.name] = content.value
     program = Program(tuple(steps), **directives)
     check_structure(program, lines)
     return program
 
 
-def _items(text: str) -> Iterator[tuple[int, Step | _Directive]]:
-    for number, line in enumerate(text.split("\n"), 1):
-        content = _line(number, line.rstrip("\r"))
-        if content is not None:
-            yield number, content
-
-
-def _line(number: int, line: str) -> Step | _Directive | None:
+def _parse_line(number: int, line: str) -> Step | _Directive | None:
+    """Return the content of a line; None for a blank line or a comment."""
     try:
-        return _meaning(_parser().parse(line))
+        return _content(_parser().parse(line))
     except UnexpectedInput as error:
         raise ProgramError(_reason(line, error), number, _column(line, error)) from error
-    except _MisplacedError as error:
+    except _OperandAtError as error:
         raise ProgramError(str(error), number, error.column) from error
 
 
@@ -76,7 +71,7 @@ def _parser() -> Lark:
     return Lark(grammar(), parser="lalr", maybe_placeholders=False)
 
 
-class _MisplacedError(Exception):
+class _OperandAtError(Exception):
     """The value at a column is invalid."""
 
     def __init__(self, reason: str, column: int) -> None:
@@ -84,7 +79,7 @@ class _MisplacedError(Exception):
         self.column = column
 
 
-def _meaning(tree: Tree[Token]) -> Step | _Directive | None:
+def _content(tree: Tree[Token]) -> Step | _Directive | None:
     tokens = [token for token in tree.children if isinstance(token, Token)]
     if tree.data == "nothing":
         return None
@@ -106,11 +101,12 @@ def _directive(name: str, token: Token) -> _Directive:
     return _Directive(name, token.upper() == "ON")
 
 
-def _value(value: Any, token: Token) -> Any:
+def _value(convert: Callable[[str], Any], token: Token) -> Any:
+    """Return the value of a token; raise an _OperandAtError if it is invalid."""
     try:
-        return value(str(token))
+        return convert(str(token))
     except OperandError as error:
-        raise _MisplacedError(str(error), int(token.column or 1)) from error
+        raise _OperandAtError(str(error), int(token.column or 1)) from error
 
 
 def _column(line: str, error: UnexpectedInput) -> int:
@@ -120,17 +116,15 @@ def _column(line: str, error: UnexpectedInput) -> int:
 
 
 def _reason(line: str, error: UnexpectedInput) -> str:
-    words = line[_column(line, error) - 1 :].split()
+    """Return the error in a line, with what is allowed."""
+    begin = _column(line, error) - 1
+    words = line[begin:].split()
+    if words and not line[:begin].strip():
+        close_words = get_close_matches(words[0].upper(), list(keywords()), n=3)
+        hint = f"; like it: {', '.join(close_words)}" if close_words else ""
+        return f"{words[0]!r} begins no instruction and no directive{hint}"
     problem = f"{words[0]!r} is unexpected" if words else "the line ends too early"
-    if line[: _column(line, error) - 1].strip() == "" and words:
-        return _unknown(words[0])
-    return f"{problem}; allowed here: {spoken(_allowed(error))}"
-
-
-def _unknown(word: str) -> str:
-    alike = get_close_matches(word.upper(), list(keywords()), n=3)
-    hint = f"; like it: {', '.join(alike)}" if alike else ""
-    return f"{word!r} begins no instruction and no directive{hint}"
+    return f"{problem}; allowed here: {names_of(_allowed(error))}"
 
 
 def _allowed(error: UnexpectedInput) -> set[str]:
@@ -141,9 +135,13 @@ def _allowed(error: UnexpectedInput) -> set[str]:
 
 def format_program(program: Program) -> str:
     """Return a program as text that `parse_program` reads, with one instruction per line."""
-    lines = [] if program.title is None else [f".title {quoted(program.title)}"]
-    lines += [] if program.axis is None else [f".axis {program.axis}"]
-    lines += [] if program.autostart is None else [f".autostart {'on' if program.autostart else 'off'}"]
+    lines = []
+    if program.title is not None:
+        lines.append(f".title {quoted(program.title)}")
+    if program.axis is not None:
+        lines.append(f".axis {program.axis}")
+    if program.autostart is not None:
+        lines.append(f".autostart {'on' if program.autostart else 'off'}")
     return "\n".join([*lines, *map(format_step, program.steps), ""])
 
 
@@ -154,5 +152,6 @@ def format_step(step: Step) -> str:
     'IF INPUT 1 = 0'
     """
     operands = zip(step.instruction.operands, step.values, strict=True)
-    operand_texts = [operand.written(value) for operand, value in operands]
-    return " ".join([step.name, (" = " if step.name == "IF INPUT" else " ").join(operand_texts)]).strip()
+    separator = " = " if step.name == "IF INPUT" else " "
+    operands_text = separator.join(operand.written(value) for operand, value in operands)
+    return f"{step.name} {operands_text}".strip()

@@ -68,7 +68,7 @@ def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ..
     texts = [routine for routine in lowered.routines.values() if routine.body is not None]
     if not any(step.name == "MSG" for routine in texts for line in routine.lines for step in line.all_steps):
         return ()
-    return (partial(_end_messages, lowered.layout.ending("~waiting")),)
+    return (partial(_end_messages, lowered.layout.leaves_ending_in("~waiting")),)
 
 
 def _end_messages(waiting: Sequence[Leaf], engine: Any) -> None:

@@ -63,7 +63,5 @@ DIAGRAM_TYPES: Mapping[str, Structure] = {
         ("FBD_MASKED_MOVE", "DINT Source Mask Target", "DINT Dest"),
         ("MULTIPLEXER", f"REAL {_EIGHT} DINT Selector=1", "REAL Out", "SelectorInv"),
     )
-} | {
-    "MULTIPLEXER": block_structure("MULTIPLEXER", f"REAL {_EIGHT} DINT Selector=1", "REAL Out", "SelectorInv")
 }
 """Structures of blocks that only diagrams have."""

@@ -1,8 +1,8 @@
 """Data types of motion: axes, motion instructions, groups, coordinate systems, cams.
 
-Bits and members are those of the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
+Bits and members are as in the motion reference manual [MOTION-RM002, appendix "Axis Data Types" and
 chapter "Motion Instruction Structure"]. All types of axis have the same members here: the ones that programs
-use most. A missing member is an error at its line; an L5X adds it to the type.
+use most. A program with another member is refused at its line; an L5X adds the member to the type.
 """
 
 from __future__ import annotations

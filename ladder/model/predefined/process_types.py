@@ -29,7 +29,7 @@ def block_structure(
         inputs: its input parameters, see `members_of`; `TIMING` has the inputs of timing modes.
         outputs: its output parameters.
         faults: names of bits 1, 2, ... of Status; bit 0 is InstructFault. None without Status.
-        hidden: its members that keep values from call to call, see `members_of`.
+        hidden: members that keep values between calls, see `members_of`.
         more: names of bits 1, 2, ... of Status2, if there are two words.
     """
     words = [] if faults is None else ["Status1", "Status2"] if more else ["Status"]
@@ -300,7 +300,7 @@ ARRAYS: Mapping[str, tuple[str, ...]] = {
     "MSTD": ("Storage",),
     "RMPS": ("RampValue", "SoakValue", "SoakTime"),
 }
-"""Arrays of REAL that a block takes in addition to its structure, in the order of structured text.
+"""Arrays of REAL that a block uses in addition to its structure, in the order of structured text.
 
 An export names them with or without `Array` at the end.
 """

@@ -64,10 +64,10 @@ class TermMemory:
         for k, element in enumerate(indices):
             self._values.poke(leaf, element, term_of(value), eq(number, const(k)))
 
-    def column(self, *_where: object) -> None:
+    def column(self, *_target: object) -> None:
         """Return None: terms are not in a list."""
 
-    def bytes_at(self, *_where: object) -> None:
+    def bytes_at(self, *_target: object) -> None:
         """Return None: terms are not bytes."""
 
     def bit_of(self, word: Any, number: Any) -> Any:
@@ -130,12 +130,12 @@ class TermArgument(InterpretedAddOnStore):
 
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value."""
-        value = self._memory.read(*self._where(leaf, index))
+        value = self._memory.read(*self._target(leaf, index))
         return value if self.bit is None else self._terms.bit_of(value, self.bit)
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
-        memory_leaf, memory_index = self._where(leaf, index)
+        memory_leaf, memory_index = self._target(leaf, index)
         if self.bit is not None:
             word = self._memory.read(memory_leaf, memory_index)
             value = self._terms.with_bit(word, self.bit, value, memory_leaf.type)

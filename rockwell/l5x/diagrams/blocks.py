@@ -1,8 +1,8 @@
-"""What each block of a diagram does, as structured text with its pins in braces.
+"""The structured text of each type of block, with its pins in braces.
 
-A block has a tag, and its pins are members of it; a function of a 5380 or 5580 controller has none, and its
-output is a generated tag. The blocks that structured text has are called [1756-RM003, 1756-RM006, the page of
-each instruction, function block].
+A block has a tag, and its pins are members of the tag. A function of a 5380 or 5580 controller has no tag, so
+its output is a generated tag. Blocks that are also instructions of structured text are called [1756-RM003,
+1756-RM006, the page of each instruction, function block].
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ class BlockForm:
     structure: Structure
     lines: tuple[str, ...]
     output: str = ""  # the pin that the lines compute; "" for an instruction of structured text
-    formula: str = ""
-    arrays: tuple[str, ...] = ()  # array operands besides its tag; the last ones may be omitted
+    formula: str = ""  # the value of the output as an expression; "" if there is no single expression
+    arrays: tuple[str, ...] = ()  # array operands after the tag; the last ones may be omitted
 
 
 def _formula(structure: str, output: str, formula: str) -> BlockForm:
     return BlockForm(DIAGRAM_TYPES[structure], (f"{{{output}}} := {formula};",), output, formula)
 
 
-def _two(structure: str, operator: str) -> BlockForm:
+def _of_two_sources(structure: str, operator: str) -> BlockForm:
     return _formula(structure, "Dest", f"{{SourceA}} {operator} {{SourceB}}")
 
 
-def _eight(operator: str) -> str:
+def _eight_inputs(operator: str) -> str:
     return f" {operator} ".join(f"{{In{number}}}" for number in range(1, 9))
 
 
@@ -60,12 +60,12 @@ _MUX = BlockForm(
 """A Selector outside of 1 to 8 keeps Out, and sets InstructFault (Status.0) and SelectorInv (Status.1)."""
 
 FORMULAS: Mapping[str, BlockForm] = {
-    "BAND": _formula("FBD_BOOLEAN_AND", "Out", _eight("AND")),
-    "BOR": _formula("FBD_BOOLEAN_OR", "Out", _eight("OR")),
+    "BAND": _formula("FBD_BOOLEAN_AND", "Out", _eight_inputs("AND")),
+    "BOR": _formula("FBD_BOOLEAN_OR", "Out", _eight_inputs("OR")),
     "BXOR": _formula("FBD_BOOLEAN_XOR", "Out", "{In1} XOR {In2}"),
     "BNOT": _formula("FBD_BOOLEAN_NOT", "Out", "NOT {In}"),
     **{
-        name: _two("FBD_MATH", operator)
+        name: _of_two_sources("FBD_MATH", operator)
         for name, operator in (
             ("ADD", "+"),
             ("SUB", "-"),
@@ -83,16 +83,16 @@ FORMULAS: Mapping[str, BlockForm] = {
     "TRN": _formula("FBD_TRUNCATE", "Dest", "TRN({Source})"),
     "TOD": _formula("FBD_CONVERT", "Dest", "TOD({Source})"),
     "FRD": _formula("FBD_CONVERT", "Dest", "FRD({Source})"),
-    **{name: _two("FBD_COMPARE", operator) for name, operator in COMPARISONS.items()},
+    **{name: _of_two_sources("FBD_COMPARE", operator) for name, operator in COMPARISONS.items()},
     "LIM": _formula("FBD_LIMIT", "Dest", _LIMITS),
     "MEQ": _formula("FBD_MASK_EQUAL", "Dest", "({Source} AND {Mask}) = ({Compare} AND {Mask})"),
-    "AND": _two("FBD_LOGICAL", "AND"),
-    "OR": _two("FBD_LOGICAL", "OR"),
-    "XOR": _two("FBD_LOGICAL", "XOR"),
+    "AND": _of_two_sources("FBD_LOGICAL", "AND"),
+    "OR": _of_two_sources("FBD_LOGICAL", "OR"),
+    "XOR": _of_two_sources("FBD_LOGICAL", "XOR"),
     "NOT": _formula("FBD_LOGICAL", "Dest", "NOT {SourceA}"),
     "MVMT": _formula("FBD_MASKED_MOVE", "Dest", "({Source} AND {Mask}) OR ({Target} AND NOT {Mask})"),
 }
-"""Blocks that compute a formula, and the functions with the same names."""
+"""Blocks, and functions with the same names, that compute a formula."""
 
 BLOCKS: Mapping[str, BlockForm] = {
     **FORMULAS,
@@ -109,7 +109,7 @@ FUNCTION = "__F"
 
 
 def canonical(name: str) -> str:
-    """Return the name in `BLOCKS` of a block or function, which may have the name of another revision.
+    """Return the name in `BLOCKS` of a block or function, which other revisions may name differently.
 
     >>> canonical("SQRT__F"), canonical("add")
     ('SQR', 'ADD')

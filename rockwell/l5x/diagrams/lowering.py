@@ -1,4 +1,4 @@
-"""A function block diagram as structured text: a line for each wire, block and output, below its element.
+"""Translates a function block diagram to structured text: lines for each wire, block and output.
 
     FBD_Blocks_1_0 := Level;                              // an input reference whose tag changes below
     Sum.EnableIn [:=] Run;                                // wires to the inputs of a block
@@ -11,12 +11,13 @@
     END_IF;
     Level := Sum.Dest;                                    // output references, after their block
 
-Data latching: everywhere it is wired, an IRef has its value from the beginning of the routine [1756-RM003,
-Function Block Attributes, Latching Data], in a generated tag if the diagram may change it. EnableOut is the
-wired EnableIn, else true, and false after an overflow; prescan clears both [Function Block States].
+Data latching: an IRef has its value from the beginning of the routine wherever it is wired [1756-RM003,
+Function Block Attributes, Latching Data]. A generated tag keeps that value if the diagram may change the tag.
+EnableOut is the wired EnableIn, otherwise true. It is false after an overflow. Prescan clears EnableIn and
+EnableOut [Function Block States].
 
-Interpretations: a wire also carries its value to a block that EnableIn disables; EnableIn without a wire
-is not read.
+Interpretations: a wire also writes its value to a block that EnableIn disables; EnableIn without a wire is
+not read.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from scanrack.ladder.model.types import MAX_REAL, REAL, Elementary
 
 from ..xml.records import ElementRecord
 from .blocks import BlockForm, canonical
-from .picture import drawn
+from .picture import drawn_sheets
 from .sheets import Diagram, DiagramError, Node, Pin
 from .wire_values import DocumentNames, Values, form_of, name_in
 
@@ -47,14 +48,14 @@ _ANY = {"BAND": " AND ", "BOR": " OR "}
 
 @dataclass(frozen=True, slots=True)
 class DiagramLine:
-    """A line of structured text, with the element it comes from."""
+    """A line of structured text, with the element that it is generated from."""
 
     text: str
     node: Node
 
     @property
     def place(self) -> str:
-        """The place of its element, as readable text."""
+        """The place of its element, for messages."""
         return self.node.place
 
     @property
@@ -72,36 +73,36 @@ class DiagramText:
     drawing: Drawing | None = None
 
 
-def lowered(content: ElementRecord, routine: str, known: DocumentNames) -> DiagramText:
-    """Return a diagram's structured text; raise a DiagramError if the diagram can't be run."""
-    return _Lowering(content, routine, known).run()
+def lower_diagram(content: ElementRecord, routine: str, names: DocumentNames) -> DiagramText:
+    """Return a diagram's structured text; raise a DiagramError if the diagram can't run."""
+    return _Lowering(content, routine, names).run()
 
 
 class _Lowering:
-    def __init__(self, content: ElementRecord, routine: str, known: DocumentNames) -> None:
-        self._content, self._known = content, known
+    def __init__(self, content: ElementRecord, routine: str, names: DocumentNames) -> None:
+        self._content, self._names = content, names
         self._diagram = Diagram(content)
-        self._values = Values(self._diagram, routine, known)
+        self._values = Values(self._diagram, routine, names)
         self._order = self._diagram.in_order()
         self._lines: list[DiagramLine] = []
         self._refuse_unknown()
-        self._written = {known.same(name_in(output)) for output in self._named_outputs()}
-        self._calls = any(node.tag == "JSR" for node in self._order)
+        self._written = {names.resolved(name_in(output)) for output in self._written_tags()}
+        self._has_calls = any(node.tag == "JSR" for node in self._order)
         for node in self._order:
             if node.tag == "Function":
-                self._values.hold(node)
+                self._values.keep_in_tag(node)
 
     def _refuse_unknown(self) -> None:
-        """Raise one error that names all unknown blocks."""
+        """Raise a DiagramError that names all unknown blocks."""
         blocks = (node for node in self._order if node.tag in ("Block", "Function"))
         unknown_blocks = [block for block in blocks if form_of(block) is None]
         if unknown_blocks:
             names = "; ".join(block.place for block in unknown_blocks)
             kinds = ", ".join(dict.fromkeys(block.type for block in unknown_blocks))
-            text = f"{names}: function block diagrams have no {kinds} here"
+            text = f"{names}: scanrack has no {kinds} in function block diagrams"
             raise DiagramError(text, Site(line=unknown_blocks[0].record.line))
 
-    def _named_outputs(self) -> Iterator[str]:
+    def _written_tags(self) -> Iterator[str]:
         """Yield the tags that the diagram writes, including the tags of its blocks."""
         for node in self._diagram.nodes.values():
             if node.tag != "IRef" and node.operand:
@@ -109,55 +110,58 @@ class _Lowering:
             yield from self._values.arguments(node).values()
 
     def run(self) -> DiagramText:
-        self._latch()
-        for node in self._references():
-            self._outputs(node)
+        self._latch_references()
+        for node in self._input_references():
+            self._write_references(node)
         for node in self._order:
             _RUN[node.tag](self, node)
-            self._outputs(node)
-        places: dict[Node, list[int]] = {}
+            self._write_references(node)
+        lines: dict[Node, list[int]] = {}
         for number, line in enumerate(self._lines, start=1):
             if not line.text.startswith("//"):
-                places.setdefault(line.node, []).append(number)
-        drawing = Drawing(drawn(self._diagram, self._values, places), self._content)
+                lines.setdefault(line.node, []).append(number)
+        drawing = Drawing(drawn_sheets(self._diagram, self._values, lines), self._content)
         return DiagramText(self._lines, self._values.tags, drawing)
 
     # --- input references
 
-    def _references(self) -> list[Node]:
+    def _input_references(self) -> list[Node]:
         references = (node for node in self._diagram.nodes.values() if node.tag == "IRef")
-        return sorted(references, key=lambda each: each.position)
+        return sorted(references, key=lambda node: node.position)
 
-    def _latch(self) -> None:
+    def _latch_references(self) -> None:
         """Copy input references to generated tags if their own tags may change before use."""
-        used = self._used()
-        for node in self._references():
+        nodes_read = self._nodes_read()
+        for node in self._input_references():
             operand = self._values.operand(node)
             if isinstance(operand, Address) and (
-                self._calls or self._known.same(operand.name) in self._written
+                self._has_calls or self._names.resolved(operand.name) in self._written
             ):
-                kind = self._known.type_of(operand)
-                if isinstance(kind, Elementary) and node in used:
-                    self._add(node, f"{self._values.hold(node, kind)} := {node.operand};")
+                kind = self._names.type_of(operand)
+                if isinstance(kind, Elementary) and node in nodes_read:
+                    self._add(node, f"{self._values.keep_in_tag(node, kind)} := {node.operand};")
 
-    def _used(self) -> set[Node]:
-        """Return the elements whose value is used, other than as the tag of an InOut."""
-        used: set[Node] = set()
+    def _nodes_read(self) -> set[Node]:
+        """Return the elements with an output that is wired to an input other than an InOut."""
+        nodes: set[Node] = set()
         for key, inputs in self._diagram.inputs.items():
             inouts = self._values.inouts(self._diagram.nodes[key])
-            used |= {wire.source.node for wire in inputs if wire.name.upper() not in inouts}
-        return used
+            nodes |= {wire.source.node for wire in inputs if wire.name.upper() not in inouts}
+        return nodes
 
     # --- lines
 
     def _add(self, node: Node, *texts: str) -> None:
-        """Add lines below the name of their element."""
+        """Add lines of an element, below a comment with its place."""
         if not self._lines or self._lines[-1].place != node.place:
             texts = (f"// {node.place}", *texts)
         self._lines += (DiagramLine(text, node) for text in texts)
 
-    def _inputs(self, node: Node) -> None:
-        """Copy values to the block's inputs, which are members of its tag; prescan clears EnableIn."""
+    def _write_inputs(self, node: Node) -> None:
+        """Copy values to the block's inputs, which are members of its tag.
+
+        The operator [:=] lets prescan clear EnableIn.
+        """
         inouts = self._values.inouts(node)
         for wire in self._diagram.inputs_of(node):
             if wire.name.upper() not in inouts:
@@ -165,7 +169,8 @@ class _Lowering:
                 target = wire.name if node.tag in ("JSR", "RET") else f"{node.operand}.{wire.name}"
                 self._add(node, f"{target} {assigns} {self._values.text(wire.source)};")
 
-    def _outputs(self, node: Node) -> None:
+    def _write_references(self, node: Node) -> None:
+        """Copy the outputs of an element to the output references that are wired to it."""
         for reference, wire in self._diagram.readers(node):
             self._values.operand(reference)
             text = f"{reference.operand} := {self._values.text(wire.source)};"
@@ -174,8 +179,8 @@ class _Lowering:
     def _is_enabled_by_wire(self, node: Node) -> bool:
         return any(wire.name.upper() == ENABLE_IN.upper() for wire in self._diagram.inputs_of(node))
 
-    def _enabled(self, node: Node, body: list[str], off: str = "") -> None:
-        """Add the lines of a block, conditional on EnableIn if that is wired; else `off` runs."""
+    def _add_conditional(self, node: Node, body: list[str], off: str = "") -> None:
+        """Add the lines of a block; if EnableIn is wired and false, only `off` runs."""
         if self._is_enabled_by_wire(node):
             otherwise = ("ELSE", f"    {off or f'{node.operand}.{ENABLE_OUT} := 0;'}", "END_IF;")
             body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {line}" for line in body), *otherwise]
@@ -185,12 +190,12 @@ class _Lowering:
 
     def _block(self, node: Node) -> None:
         self._values.operand(node)
-        self._inputs(node)
+        self._write_inputs(node)
         form = form_of(node)
         assert form is not None
         tag = ",".join((node.operand, *_arrays(node, form)))
         body = [
-            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else tag, line)
+            _PIN.sub(lambda match: f"{node.operand}.{match[1]}" if match[1] else tag, line)
             for line in form.lines
         ]
         if form.output:
@@ -199,7 +204,7 @@ class _Lowering:
             if result is not None and result.type is REAL:
                 valid = f"ABS({node.operand}.{form.output}) <= {MAX_REAL!r}"
             body.append(f"{node.operand}.{ENABLE_OUT} [:=] {valid};")
-        self._enabled(node, body)
+        self._add_conditional(node, body)
 
     def _function(self, node: Node) -> None:
         form = form_of(node)
@@ -213,14 +218,14 @@ class _Lowering:
         for pin in _PIN.findall(formula):
             if pin.upper() not in wired:
                 raise node.refused(f"nothing is wired to its input {pin}")
-        text = _PIN.sub(lambda found: self._values.text(wired[found[1].upper()]), formula)
+        text = _PIN.sub(lambda match: self._values.text(wired[match[1].upper()]), formula)
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 
     def _add_on(self, node: Node) -> None:
-        parameters = self._known.arguments(node.type)
+        parameters = self._names.arguments(node.type)
         if parameters is None:
             raise node.refused(f"no add-on {node.type} in the file")
-        self._inputs(node)
+        self._write_inputs(node)
         arguments = self._values.arguments(node)
         missing = next((inout for inout in sorted(self._values.inouts(node)) if inout not in arguments), None)
         if missing is not None:
@@ -230,22 +235,22 @@ class _Lowering:
             for parameter in parameters
         )
         call = f"({','.join((node.operand, *operands))});"
-        off_call = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
-        self._enabled(node, [f"{node.type}{call}"], off_call)
+        off_call = f"{node.type}{OFF}{call}" if self._names.acts_when_off(node.type) else ""
+        self._add_conditional(node, [f"{node.type}{call}"], off_call)
 
     def _call(self, node: Node) -> None:
-        """Add a JSR: its pins are the tags that it passes and receives; a wire to a pin writes the tag."""
-        self._inputs(node)
+        """Add a JSR; its pins are the tags that it passes and receives. A wire to a pin writes its tag."""
+        self._write_inputs(node)
         inputs, returns = (node.record.attributes.get(name, "").split() for name in ("In", "Ret"))
         self._add(node, f"JSR({','.join((node.type, str(len(inputs)), *inputs, *returns))});")
 
     def _begin(self, node: Node) -> None:
-        if _listed(node):
-            self._lines.insert(0, DiagramLine(f"SBR({','.join(_listed(node))});", node))
+        if _parameters(node):
+            self._lines.insert(0, DiagramLine(f"SBR({','.join(_parameters(node))});", node))
 
     def _return(self, node: Node) -> None:
-        self._inputs(node)
-        self._add(node, f"RET({','.join(_listed(node))});")
+        self._write_inputs(node)
+        self._add(node, f"RET({','.join(_parameters(node))});")
 
 
 _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
@@ -259,19 +264,19 @@ _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
 
 
 def _arrays(node: Node, form: BlockForm) -> list[str]:
-    """Return the arrays of a block in call order."""
-    listed = (child.attributes for child in node.record.children if child.tag == "Array")
-    by_name = {
-        attributes.get("Name", "").upper().removesuffix("ARRAY"): attributes.get("Operand", "")
-        for attributes in listed
-    }
+    """Return the array operands of a block in call order."""
+    by_name: dict[str, str] = {}
+    for child in node.record.children:
+        if child.tag == "Array":
+            name = child.attributes.get("Name", "").upper().removesuffix("ARRAY")
+            by_name[name] = child.attributes.get("Operand", "")
     arrays = [by_name.pop(name.upper(), "") for name in form.arrays]
     if by_name:
         raise node.refused(f"it has no array {', '.join(by_name)}")
     return [array for array in arrays if array]
 
 
-def _listed(node: Node) -> list[str]:
-    """Return the tags of SBR or RET."""
+def _parameters(node: Node) -> list[str]:
+    """Return the tags of an SBR or RET."""
     get = node.record.attributes.get
     return [*get("In", "").split(), *get("Ret", "").split()]

@@ -1,4 +1,4 @@
-"""Draws a diagram: elements at their places, with pins and the tag of each value."""
+"""The drawing of a diagram: elements at their positions, with pins and the tag of each value."""
 
 from __future__ import annotations
 
@@ -17,8 +17,14 @@ from .wire_values import Values, form_of
 _KINDS = {"IRef": "input", "ORef": "output", "ICon": "connector", "OCon": "connector"}
 
 
-def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]) -> tuple[DrawnSheet, ...]:
-    """Return the sheets; `places` are the lines of structured text of each element."""
+def drawn_sheets(
+    diagram: Diagram, values: Values, lines: Mapping[Node, Sequence[int]]
+) -> tuple[DrawnSheet, ...]:
+    """Return the sheets of a diagram.
+
+    Args:
+        lines: numbers of the lines of structured text of each element.
+    """
     nodes: defaultdict[int, list[Node]] = defaultdict(list)
     for (sheet, _), node in diagram.nodes.items():
         nodes[sheet].append(node)
@@ -26,29 +32,31 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
     for wire in chain.from_iterable(diagram.inputs.values()):
         if wire.through is not None:
             connected.setdefault(wire.through, wire.source)
-    parts = _DiagramParts(diagram, values, places, connected)
+    shared = _SharedParts(diagram, values, lines, connected)
     return tuple(
-        _Sheet(record, number, nodes[number], parts).sheet() for number, record in diagram.sheets.items()
+        _Sheet(record, number, nodes[number], shared).sheet() for number, record in diagram.sheets.items()
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _DiagramParts:
+class _SharedParts:
     """The parts of a diagram that all sheets share."""
 
     diagram: Diagram
     values: Values
-    places: Mapping[Node, Sequence[int]]
+    lines: Mapping[Node, Sequence[int]]  # of the structured text, by element
     connected: Mapping[Node, Pin]  # the value of each input connector
 
 
 class _Sheet:
+    """One sheet of a diagram, with the elements on it."""
+
     def __init__(
-        self, record: ElementRecord, number: int, nodes: Sequence[Node], shown: _DiagramParts
+        self, record: ElementRecord, number: int, nodes: Sequence[Node], shared: _SharedParts
     ) -> None:
-        self._record, self._number, self._nodes, self._shown = record, number, nodes, shown
-        self._diagram, self._values = shown.diagram, shown.values
-        self._index = {node.key: place for place, node in enumerate(nodes)}
+        self._record, self._number, self._nodes, self._shared = record, number, nodes, shared
+        self._diagram, self._values = shared.diagram, shared.values
+        self._index = {node.key: index for index, node in enumerate(nodes)}
 
     def sheet(self) -> DrawnSheet:
         comment = next(
@@ -58,7 +66,7 @@ class _Sheet:
         outputs: defaultdict[int, set[str]] = defaultdict(set)
         for wire in wires:
             outputs[wire.source].add(wire.output)
-        elements = [self._element(node, outputs[place]) for place, node in enumerate(self._nodes)]
+        elements = [self._element(node, outputs[index]) for index, node in enumerate(self._nodes)]
         texts = [_text(child) for child in self._record.children if child.tag == "TextBox"]
         return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
 
@@ -72,24 +80,25 @@ class _Sheet:
         return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
 
     def _value(self, node: Node, pin: str) -> str:
-        """Return the address of a value on this sheet; an input connector has the address of its source."""
+        """Return the address of a value on this sheet; for an input connector, the address of its source."""
         if node.tag != "ICon":
             return self._values.text(Pin(node, pin))
-        source = self._shown.connected.get(node)
+        source = self._shared.connected.get(node)
         return "" if source is None else self._values.text(source)
 
     def _element(self, node: Node, wired: set[str]) -> DrawnElement:
         _, x, y, _ = node.position
-        places = tuple(self._shown.places.get(node, ()))
-        name = node.record.attributes.get("Name", "")
+        lines = tuple(self._shared.lines.get(node, ()))
         if node.tag not in RUN:
             kind = _KINDS[node.tag]
-            label = name if kind == "connector" else node.operand
-            tag = node.operand if kind != "connector" else ""
-            return DrawnElement(kind, x, y, (label,), tag, places=places)
-        lines = tuple(filter(None, (node.type or node.tag, node.operand)))
+            if kind == "connector":
+                label, tag = node.record.attributes.get("Name", ""), ""
+            else:
+                label = tag = node.operand
+            return DrawnElement(kind, x, y, (label,), tag, places=lines)
+        labels = tuple(filter(None, (node.type or node.tag, node.operand)))
         inputs, outputs = self._pins(node, wired)
-        return DrawnElement("block", x, y, lines, node.operand, inputs, outputs, places)
+        return DrawnElement("block", x, y, labels, node.operand, inputs, outputs, lines)
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
         """Return the visible or wired pins on the left and on the right, in the order of the type."""
@@ -98,22 +107,23 @@ class _Sheet:
         names = list(dict.fromkeys((*visible, *inputs, *returns, *sources, *wired)))
         form = form_of(node)
         order = [member.name for member in form.structure.members] if form else []
-        names.sort(key=lambda each: order.index(each) if each in order else len(order))
+        names.sort(key=lambda name: order.index(name) if name in order else len(order))
         right = self._outputs(node, names, order) | (wired - sources.keys())
         if node.tag == "JSR":
             right.update(returns)
         elif node.tag == "SBR":
             right |= {*inputs, *returns} - sources.keys()
-        of_wire = sources if node.tag == "Function" else {}  # a function has no memory of its inputs
-        pins = {name: DrawnPin(name, self._values.text(of_wire.get(name, Pin(node, name)))) for name in names}
-        left = tuple(pin for name, pin in pins.items() if name not in right)
-        return left, tuple(pin for name, pin in pins.items() if name in right)
+        # an input of a function has no tag of its own: show the value on its wire
+        on_wires = sources if node.tag == "Function" else {}
+        pins = [DrawnPin(name, self._values.text(on_wires.get(name, Pin(node, name)))) for name in names]
+        left = tuple(pin for pin in pins if pin.name not in right)
+        return left, tuple(pin for pin in pins if pin.name in right)
 
     def _outputs(self, node: Node, names: Iterable[str], order: list[str]) -> set[str]:
-        """Return the pins that are outputs according to a node's type."""
-        of_type = order[order.index("EnableOut") :] if "EnableOut" in order else []
-        of_add_on = self._values.outputs(node)
-        return {name for name in names if name in of_type or name.upper() in of_add_on}
+        """Return the pins that are outputs by the type of a node: EnableOut and the members after it."""
+        type_outputs = order[order.index("EnableOut") :] if "EnableOut" in order else []
+        add_on_outputs = self._values.outputs(node)
+        return {name for name in names if name in type_outputs or name.upper() in add_on_outputs}
 
 
 def _words(node: Node, name: str) -> list[str]:

@@ -3,13 +3,13 @@
     IRef -- Wire --> Block, Function, AddOnInstruction -- Wire --> ORef
     an OCon and an ICon with the same name join wires across sheets; an OCon may have several ICons
 
-A block runs after the blocks whose outputs it receives. A wire with the Assume Data Available indicator, in
-an export a FeedbackWire, has the value of the previous execution, and so does a wire from a block to itself.
-A loop of several blocks without such a wire has no order, as in Studio 5000 [1756-RM003, Function Block
+A block runs after the blocks that are wired to its inputs. A wire with the Assume Data Available indicator
+(in an export a FeedbackWire) has the value of the previous execution. So does a wire from a block to itself.
+A loop of several blocks without a feedback wire has no order, as in Studio 5000 [1756-RM003, Function Block
 Attributes, Order of Execution and Resolve a Loop; 1756-PM009, Program a Function Block Diagram].
 
-The manual says that order does not matter between blocks that are not wired together. Interpretation: where
-it does, because they use the same tag, they run sheet by sheet, from left to right, then from top to bottom.
+The manual says that order does not matter between blocks that are not wired together. It matters if they use
+the same tag. Interpretation: these blocks run sheet by sheet, from left to right, then from top to bottom.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
+from typing import NamedTuple
 
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
@@ -41,7 +42,7 @@ Key = tuple[int, int]
 
 
 class DiagramError(LadderError):
-    """The diagram can't be run; the error's site has the line."""
+    """The diagram can't run; the error's site has the line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,14 +55,14 @@ class Pin:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """An element."""
+    """An element of a sheet."""
 
     key: Key
     record: ElementRecord
 
     @property
     def tag(self) -> str:
-        """Its kind, by the name in an export."""
+        """Its kind, for example `IRef` or `Block`."""
         return self.record.tag
 
     @property
@@ -77,19 +78,22 @@ class Node:
 
     @property
     def place(self) -> str:
-        """Its place, as readable text."""
-        name = self.operand or self.record.attributes.get("Name", "") * (self.tag in ("ICon", "OCon"))
-        label = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
-        return f"sheet {self.key[0]}, {label}"
+        """Its place, for messages."""
+        sheet, number = self.key
+        name = self.operand
+        if not name and self.tag in ("ICon", "OCon"):
+            name = self.record.attributes.get("Name", "")
+        return f"sheet {sheet}, {self.type or self.tag} {name or f'with ID {number}'}"
 
     @property
     def position(self) -> tuple[int, int, int, int]:
-        """Its place in the order of blocks that are not wired together."""
+        """Its place in the order of blocks that are not wired together: sheet, X, Y, ID."""
         x, y = (int(number_of(self.record.attributes.get(name, "")) or 0) for name in "XY")
-        return self.key[0], x, y, self.key[1]
+        sheet, number = self.key
+        return sheet, x, y, number
 
     def refused(self, text: str) -> DiagramError:
-        """Return the error for it."""
+        """Return the error for this element."""
         return DiagramError(f"{self.place}: {text}", Site(line=self.record.line))
 
 
@@ -106,9 +110,17 @@ class Input:
 @dataclass(frozen=True, slots=True)
 class _Wire:
     pin: str  # of its target, as written
-    source: Key
-    output: str
+    source: Key  # the element at its beginning, which may be a connector
+    output: str  # the pin of the source
     feedback: bool
+
+
+class _Source(NamedTuple):
+    """The output at the beginning of a chain of connectors."""
+
+    key: Key
+    pin: str
+    feedback: bool  # whether a wire of the chain is a feedback wire
 
 
 class Diagram:
@@ -119,25 +131,25 @@ class Diagram:
         self.sheets: dict[int, ElementRecord] = {}
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
         self._connectors: dict[str, Node] = {}
-        self._sources: dict[Key, tuple[Key, str, bool]] = {}  # true source of each input connector
+        self._sources: dict[Key, _Source] = {}  # by input connector, so that each chain is followed once
         self._read_sheets(content)
         self.inputs: Mapping[Key, tuple[Input, ...]] = {
             key: tuple(self._input(key, wire) for wire in wires.values())
             for key, wires in self._wires.items()
         }
         self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
-        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
-            for drawn in self.inputs_of(reference):
-                self._readers.setdefault(drawn.source.node.key, []).append((reference, drawn))
+        for reference in sorted(self._nodes("ORef"), key=lambda node: node.position):
+            for wire in self.inputs_of(reference):
+                self._readers.setdefault(wire.source.node.key, []).append((reference, wire))
 
     def _read_sheets(self, content: ElementRecord) -> None:
         sheets = [child for child in content.children if child.tag == "Sheet"]
         if sum(1 + len(page.children) for page in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
-        for place, sheet in enumerate(sheets, start=1):
-            number = number_of(sheet.attributes.get("Number", "")) or place
+        for position, sheet in enumerate(sheets, start=1):
+            number = number_of(sheet.attributes.get("Number", "")) or position
             if self.sheets.setdefault(number, sheet) is not sheet:
-                raise DiagramError(f"there are two sheets {number}", Site(line=sheet.line))
+                raise DiagramError(f"it has two sheets {number}", Site(line=sheet.line))
             for child in sheet.children:
                 self._node(number, child)
             for child in wires_of(sheet):
@@ -151,12 +163,12 @@ class Diagram:
         if record.tag not in _NODES:
             raise node.refused(f"elements are {', '.join(_NODES)}")
         if number is None or node.key in self.nodes:
-            raise node.refused("its ID is missing, or that of another element")
+            raise node.refused("its ID is missing, or another element has it")
         self.nodes[node.key] = node
         if record.tag == "OCon":
             name = record.attributes.get("Name", "").upper()
             if self._connectors.setdefault(name, node) is not node:
-                raise node.refused("there are two output connectors of this name")
+                raise node.refused("another output connector has this name")
 
     def _wire(self, sheet: int, record: ElementRecord) -> None:
         source, target = (self._end(sheet, record.attributes.get(name, "")) for name in ("FromID", "ToID"))
@@ -178,48 +190,56 @@ class Diagram:
 
     def _input(self, key: Key, wire: _Wire) -> Input:
         """Return an input, with its source traced through connectors."""
-        first = self.nodes[wire.source]
-        origin, pin, delayed = self._past_connectors(wire.source, wire.output)
-        if self.nodes[origin].tag in ("ORef", "OCon"):
-            raise self.nodes[origin].refused("a wire leaves it, and it has no output")
+        neighbor = self.nodes[wire.source]
+        source = self._behind_connectors(wire.source, wire.output)
+        node = self.nodes[source.key]
+        if node.tag in ("ORef", "OCon"):
+            raise node.refused("a wire leaves it, and it has no output")
         # a block that is wired to itself needs no indicator
-        feedback = wire.feedback or delayed or origin == key
-        return Input(wire.pin, Pin(self.nodes[origin], pin), feedback, first if first.tag == "ICon" else None)
+        feedback = wire.feedback or source.feedback or source.key == key
+        through = neighbor if neighbor.tag == "ICon" else None
+        return Input(wire.pin, Pin(node, source.pin), feedback, through)
 
-    def _past_connectors(self, at: Key, pin: str) -> tuple[Key, str, bool]:
-        """Follow input connectors to an element and its output; the last value: past a feedback wire."""
-        visited: dict[Key, bool] = {}
-        while self.nodes[at].tag == "ICon" and at not in self._sources:
-            connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
-            if connector is None or not self._wires.get(connector.key) or at in visited:
-                raise self.nodes[at].refused("nothing is wired to its output connector")
+    def _behind_connectors(self, key: Key, pin: str) -> _Source:
+        """Follow input connectors backward to an element's output."""
+        visited: dict[Key, bool] = {}  # whether a feedback wire leads to the connector
+        while self.nodes[key].tag == "ICon" and key not in self._sources:
+            node = self.nodes[key]
+            connector = self._connectors.get(node.record.attributes.get("Name", "").upper())
+            if connector is None or not self._wires.get(connector.key) or key in visited:
+                raise node.refused("nothing is wired to its output connector")
             wire = self._wires[connector.key][""]
-            visited[at] = wire.feedback
-            at, pin = wire.source, wire.output
-        source = self._sources.get(at, (at, pin, False))
-        for passed, feedback in reversed(visited.items()):
-            source = self._sources[passed] = (*source[:2], source[2] or feedback)
+            visited[key] = wire.feedback
+            key, pin = wire.source, wire.output
+        source = self._sources.get(key, _Source(key, pin, feedback=False))
+        for connector_key, feedback in reversed(visited.items()):
+            source = source._replace(feedback=source.feedback or feedback)
+            self._sources[connector_key] = source
         return source
 
     def inputs_of(self, node: Node) -> tuple[Input, ...]:
-        """Return its wired inputs."""
+        """Return the wired inputs of an element."""
         return self.inputs.get(node.key, ())
 
     def readers(self, node: Node) -> Sequence[tuple[Node, Input]]:
         """Return the output references that receive a value of a node, in order of position."""
         return self._readers.get(node.key, ())
 
-    def _of(self, *tags: str) -> Iterator[Node]:
+    def _nodes(self, *tags: str) -> Iterator[Node]:
         return (node for node in self.nodes.values() if node.tag in tags)
 
     def in_order(self) -> list[Node]:
-        """Return the elements that run, in order of execution: SBR is first, RET last."""
-        blocks = {node.key: node for node in self._of(*RUN)}
+        """Return the elements that run, in order of execution: SBR first, RET last.
+
+        Raises:
+            DiagramError: a loop has no order.
+        """
+        blocks = {node.key: node for node in self._nodes(*RUN)}
         waits = {
             key: {wire.source.node.key for wire in self.inputs_of(node) if not wire.feedback} & blocks.keys()
             for key, node in blocks.items()
         }
-        after = _readers(waits)
+        followers = _followers(waits)
         ranks = {key: (_RANKS.get(node.tag, 1), node.position, key) for key, node in blocks.items()}
         ready = [ranks[key] for key in blocks if not waits[key]]
         heapify(ready)
@@ -227,7 +247,7 @@ class Diagram:
         while ready:
             key = heappop(ready)[-1]
             ordered.append(blocks[key])
-            for follower in after.get(key, ()):
+            for follower in followers.get(key, ()):
                 waits[follower].discard(key)
                 if not waits[follower]:
                     heappush(ready, ranks[follower])
@@ -236,15 +256,18 @@ class Diagram:
         return ordered
 
     def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
-        """Return the error for a loop without an order; go backward until a block repeats."""
-        key = min(waits, key=lambda each: blocks[each].position)
-        visited: dict[Key, int] = {}
-        while key not in visited:
-            visited[key] = len(visited)
-            key = min(waits[key], key=lambda each: blocks[each].position)
-        loop = sorted(
-            (blocks[block_key] for block_key in [*visited][visited[key] :]), key=lambda each: each.position
-        )
+        """Return the error for a loop without an order; follow wires backward until a block repeats."""
+
+        def position(key: Key) -> tuple[int, ...]:
+            return blocks[key].position
+
+        path: dict[Key, None] = {}
+        key = min(waits, key=position)
+        while key not in path:
+            path[key] = None
+            key = min(waits[key], key=position)
+        loop_keys = [*path][[*path].index(key) :]
+        loop = [blocks[loop_key] for loop_key in sorted(loop_keys, key=position)]
         names = ", ".join(node.place for node in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
@@ -260,10 +283,10 @@ def pin_of(wire: ElementRecord, name: str, node: Node) -> str:
     return wire.attributes.get(name, "") if node.tag in RUN else ""
 
 
-def _readers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:
-    """Return the elements that read each one."""
-    readers: dict[Key, list[Key]] = {}
+def _followers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:
+    """Return the elements that wait for each element."""
+    followers: dict[Key, list[Key]] = {}
     for key, sources in waits.items():
         for source in sources:
-            readers.setdefault(source, []).append(key)
-    return readers
+            followers.setdefault(source, []).append(key)
+    return followers

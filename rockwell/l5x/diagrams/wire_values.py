@@ -1,7 +1,7 @@
 """Values on the wires of a diagram: the text of each output, and its type.
 
-A function has no tag: a generated tag holds its value. Interpretation: it has the type of the widest input,
-and an integer tag is at least a DINT, so that 7 / 2 with two INTs is 3.
+A function has no tag, so a generated tag has its value. Interpretation: this tag has the type of the widest
+input, but an integer tag is at least a DINT, so that 7 / 2 with two INTs is 3.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from .sheets import Diagram, Node, Pin
 
 @dataclass(frozen=True, slots=True)
 class DocumentNames:
-    """What the document says about names in a diagram."""
+    """Functions that look up names of a diagram in the document."""
 
     type_of: Callable[[Address], DataType | None]
-    same: Callable[[str], str]  # the tag that an alias names, in capitals
+    resolved: Callable[[str], str]  # the tag of a name without aliases, in capitals
     arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on, in call order; None if unknown
     acts_when_off: Callable[[str], bool]  # whether an add-on has logic for a false EnableIn
     outputs: Callable[[str], frozenset[str]]  # names of an add-on's outputs, in capitals
@@ -51,21 +51,25 @@ def form_of(node: Node) -> BlockForm | None:
 class Values:
     """The values of one diagram."""
 
-    def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
-        self._diagram, self._routine, self._known = diagram, routine, known
-        self._held: dict[Node, Tag] = {}
+    def __init__(self, diagram: Diagram, routine: str, names: DocumentNames) -> None:
+        self._diagram, self._routine, self._names = diagram, routine, names
+        self._generated: dict[Node, Tag] = {}
         self._arguments: dict[Node, Mapping[str, str]] = {}
 
     @property
     def tags(self) -> list[Tag]:
         """The generated tags."""
-        return [*self._held.values()]
+        return [*self._generated.values()]
 
-    def hold(self, node: Node, kind: Elementary | None = None) -> str:
-        """Generate a tag for a value, by default that of a function; return its name."""
+    def keep_in_tag(self, node: Node, kind: Elementary | None = None) -> str:
+        """Generate a tag for the value of an element; return the tag's name.
+
+        Args:
+            kind: the tag's type; None for the result type of a function.
+        """
         sheet, number = node.key
         name = f"FBD_{self._routine}_{sheet}_{number}"
-        self._held[node] = Tag(name, kind or self._result(node), comment=node.place)
+        self._generated[node] = Tag(name, kind or self._function_type(node), comment=node.place)
         return name
 
     def operand(self, node: Node) -> Operand:
@@ -74,16 +78,15 @@ class Values:
             operand = parse_expression(node.operand)
         except LadderError:
             operand = None
-        if not isinstance(operand, Address | (Number if node.tag == "IRef" else Address)):
-            needed = "a tag or a number" if node.tag == "IRef" else "a tag"
-            raise node.refused(f"{needed} is needed")
-        return operand
+        if isinstance(operand, Address) or (isinstance(operand, Number) and node.tag == "IRef"):
+            return operand
+        raise node.refused(f"its operand must be {'a tag or a number' if node.tag == 'IRef' else 'a tag'}")
 
     def text(self, source: Pin) -> str:
         """Return a value as structured text."""
         node = source.node
-        if node in self._held:
-            return self._held[node].name
+        if node in self._generated:
+            return self._generated[node].name
         if node.tag == "IRef":
             self.operand(node)
             return f"({node.operand})" if node.operand.startswith("-") else node.operand
@@ -93,18 +96,19 @@ class Values:
 
     def _type(self, source: Pin) -> DataType | None:
         """Return the type of a value; None if it is unknown."""
-        if source.node in self._held:
-            return self._held[source.node].type
+        if source.node in self._generated:
+            return self._generated[source.node].type
         form = form_of(source.node)
         if source.node.tag == "Block" and form is not None:
             member = form.structure.member(source.name)
             return member.type if member else None
         operand = parse_expression(self.text(source))
         if isinstance(operand, Address):
-            return self._known.type_of(operand)
+            return self._names.type_of(operand)
         return REAL if isinstance(operand, Number) and isinstance(operand.value, float) else DINT
 
-    def _result(self, node: Node) -> Elementary:
+    def _function_type(self, node: Node) -> Elementary:
+        """Return the type of a function's value."""
         form = form_of(node)
         member = form.structure.member(form.output) if form else None
         assert member is not None
@@ -115,24 +119,26 @@ class Values:
             return LREAL
         if member.type is REAL and (REAL in kinds or None in kinds):
             return REAL
-        wide = (isinstance(kind, Elementary) and kind.is_integer and kind.bits > DINT.bits for kind in kinds)
-        return LINT if any(wide) else DINT
+        for kind in kinds:
+            if isinstance(kind, Elementary) and kind.is_integer and kind.bits > DINT.bits:
+                return LINT
+        return DINT
 
     def _types_of_inputs(self, node: Node) -> Iterator[DataType | None]:
-        """Yield the types of a node's inputs, except those from functions that have no tag yet."""
+        """Yield the types of a node's inputs, except inputs from functions that have no tag yet."""
         for wire in self._diagram.inputs_of(node):
-            if wire.source.node.tag != "Function" or wire.source.node in self._held:
+            if wire.source.node.tag != "Function" or wire.source.node in self._generated:
                 yield self._type(wire.source)
 
     # --- parameters of add-ons
 
     def outputs(self, node: Node) -> frozenset[str]:
         """Return the outputs of an add-on's element, by name in capitals."""
-        return self._known.outputs(node.type) if node.tag == "AddOnInstruction" else frozenset()
+        return self._names.outputs(node.type) if node.tag == "AddOnInstruction" else frozenset()
 
     def inouts(self, node: Node) -> frozenset[str]:
         """Return the InOuts of an add-on's element, by name in capitals."""
-        arguments = self._known.arguments(node.type) if node.tag == "AddOnInstruction" else None
+        arguments = self._names.arguments(node.type) if node.tag == "AddOnInstruction" else None
         return frozenset(
             argument.name.upper() for argument in arguments or () if argument.usage.upper() == "INOUT"
         )
@@ -146,9 +152,10 @@ class Values:
         return self._arguments[node]
 
     def _read_arguments(self, node: Node) -> Mapping[str, str]:
-        listed = (child.attributes for child in node.record.children if child.tag == "InOutParameter")
         arguments = {
-            attributes.get("Name", "").upper(): attributes.get("Argument", "") for attributes in listed
+            child.attributes.get("Name", "").upper(): child.attributes.get("Argument", "")
+            for child in node.record.children
+            if child.tag == "InOutParameter"
         }
         inouts = self.inouts(node)
         for wire in self._diagram.inputs_of(node):

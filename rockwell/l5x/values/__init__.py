@@ -1,1 +1,1 @@
-"""Data of an L5X: types, and values in their four notations."""
+"""Data of an L5X: types, and values in four notations."""

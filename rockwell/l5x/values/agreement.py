@@ -1,6 +1,7 @@
 """Compares two forms of a value, both as in `Tag.initial`.
 
-Values that the second form lacks count as equal: it does not have local tags of add-ons.
+The first form is complete. Values that the second form lacks count as equal: decorated data do not have the
+local tags of add-ons.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.ladder.model.types import DataType, Elementary, Structure
 
@@ -20,51 +21,51 @@ _BIT = re.compile(r"(\w+)\.(\d+)")
 _PRECISION = 1e-8  # relative, of an LREAL as text
 
 
-def first_difference(kind: DataType, dims: tuple[int, ...], whole: Any, other: Any) -> Path | None:
-    """Return the path to the first value that differs; None if none does.
+def first_difference(kind: DataType, dims: tuple[int, ...], complete: Any, partial: Any) -> Path | None:
+    """Return the path to the first value that differs; None if all values are equal.
 
     Args:
-        whole: a form with all values; None means zero.
-        other: a form with explicit zeros; None means that it lacks the value.
+        complete: a form with all values; None is zero.
+        partial: a form with explicit zeros; None is a value that it lacks.
     """
-    if other is None:
+    if partial is None:
         return None
     if dims:
-        return _in_array(kind, dims[1:], whole, other)
-    if isinstance(kind, Structure) and isinstance(other, Mapping):
-        return _in_structure(kind, whole or {}, other)
-    own_value = _zero(kind) if whole is None else whole
-    return None if _is_same(kind, own_value, other) else ()
+        return _in_array(kind, dims[1:], complete, partial)
+    if isinstance(kind, Structure) and isinstance(partial, Mapping):
+        return _in_structure(kind, complete or {}, partial)
+    return None if _is_same(kind, _zero(kind) if complete is None else complete, partial) else ()
 
 
-def _is_same(kind: DataType, mine: Any, other: Any) -> bool:
-    if mine == other or (mine != mine and other != other):  # NaN
+def _is_same(kind: DataType, first: Any, second: Any) -> bool:
+    if first == second or (first != first and second != second):  # NaN
         return True
-    return isinstance(kind, Elementary) and kind.is_double and math.isclose(mine, other, rel_tol=_PRECISION)
+    return isinstance(kind, Elementary) and kind.is_double and math.isclose(first, second, rel_tol=_PRECISION)
 
 
-def _in_array(kind: DataType, dims: tuple[int, ...], whole: Any, other: Any) -> Path | None:
-    for place, element in enumerate(other):
-        inner = None if whole is None else whole[place]
-        path = first_difference(kind, dims, inner, element)
+def _in_array(kind: DataType, dims: tuple[int, ...], complete: Any, partial: Any) -> Path | None:
+    for index, element in enumerate(partial):
+        path = first_difference(kind, dims, None if complete is None else complete[index], element)
         if path is not None:
-            return (f"[{place}]", *path)
+            return (f"[{index}]", *path)
     return None
 
 
-def _in_structure(kind: Structure, whole: Mapping[str, Any], other: Mapping[str, Any]) -> Path | None:
-    if whole == other:
+def _in_structure(kind: Structure, complete: Mapping[str, Any], partial: Mapping[str, Any]) -> Path | None:
+    if complete == partial:
         return None
     bits = _bits(kind)
-    for name, part in other.items():
+    for name, value in partial.items():
         member = kind.member(name)
         if member is None:
             continue
-        if member.at:  # a part of another member
-            differs = name in bits and _bit_of(whole, other, bits[name]) != part
-            path: Path | None = () if differs else None
-        else:
-            path = first_difference(member.type, member.dims, whole.get(member.name), part)
+        path: Path | None = None
+        if not member.at:
+            path = first_difference(member.type, member.dims, complete.get(member.name), value)
+        elif name in bits:
+            host = bits[name].host
+            hosts = complete if host in complete else partial
+            path = None if _is_set(hosts, bits[name]) == value else ()
         if path is not None:
             return (f".{name}", *path)
     return None
@@ -72,37 +73,43 @@ def _in_structure(kind: Structure, whole: Mapping[str, Any], other: Mapping[str,
 
 def value_at(kind: DataType, value: Any, path: Path) -> Any:
     """Return the value at a path."""
-    current_kind = kind
     for step in path:
         if step[0] == "[":
             value = None if value is None else value[int(step[1:-1])]
             continue
-        assert isinstance(current_kind, Structure)
-        member = current_kind.member(step[1:])
+        assert isinstance(kind, Structure)
+        member = kind.member(step[1:])
         assert member is not None
         members = value or {}
-        value, current_kind = members.get(member.name), member.type
+        value = members.get(member.name)
         if member.at and value is None:
-            return _bit_of(members, {}, _bits(kind)[member.name])
-    return _zero(current_kind) if value is None else value
+            return _is_set(members, _bits(kind)[member.name])
+        kind = member.type
+    return _zero(kind) if value is None else value
 
 
-def _bit_of(whole: Mapping[str, Any], other: Mapping[str, Any], at: tuple[str, int]) -> bool:
-    host, bit = at
-    return bool(int(whole.get(host, other.get(host)) or 0) >> bit & 1)
+class _Bit(NamedTuple):
+    host: str  # the integer member that contains it
+    number: int
+
+
+def _is_set(members: Mapping[str, Any], bit: _Bit) -> bool:
+    return bool(int(members.get(bit.host) or 0) >> bit.number & 1)
 
 
 @lru_cache(maxsize=1024)
-def _bits(kind: Structure) -> Mapping[str, tuple[str, int]]:
-    """Return the bits of a structure's integers by name, each with its host and its number."""
+def _bits(kind: Structure) -> Mapping[str, _Bit]:
+    """Return the members of a structure that are bits of its integers, by name."""
     bits = {}
     for member in kind.members:
-        place = _BIT.fullmatch(member.at)
-        host = kind.member(place[1]) if place else None
-        if place and host is not None and isinstance(host.type, Elementary) and not host.dims:
-            bits[member.name] = host.name, int(place[2])
+        match = _BIT.fullmatch(member.at)
+        host = kind.member(match[1]) if match else None
+        if match and host is not None and isinstance(host.type, Elementary) and not host.dims:
+            bits[member.name] = _Bit(host.name, int(match[2]))
     return bits
 
 
 def _zero(kind: DataType) -> Any:
-    return kind.zero if isinstance(kind, Elementary) else "" if kind.is_string else {}
+    if isinstance(kind, Elementary):
+        return kind.zero
+    return "" if kind.is_string else {}

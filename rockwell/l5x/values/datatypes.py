@@ -1,7 +1,7 @@
-"""Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
+"""Data types of a document by name.
 
-Types are looked up by name in this order: elementary types, the document's, its add-on instructions',
-predefined types (`predefined`), and types that values in the document show.
+The first of these types with a name is used: elementary types, types that the document defines, its add-on
+instructions, predefined types (`predefined`), and types that decorated values show.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from scanrack.ladder.model.types import (
 from ..xml.elements import number_of
 from ..xml.records import DataTypeRecord, Element, MemberRecord
 from .layouts import Layouts
-from .module_bits import in_words
+from .module_bits import with_bit_places
 from .per_type import per_type
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
-"""Measured memory of a path to values, such as `Line.Speed`, and of one of its values, bytes."""
+"""Measured memory in bytes: of a path to values, such as `Line.Speed`, and of one of its values."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
@@ -48,10 +48,12 @@ _RENAMED: Mapping[str, str] = {
     "TIMER_T": "TIMER",
     "TIME32": "DINT",
 }
-"""Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
+"""Other names of types. Durations and dates are integers in µs, or in ns if the name begins with an L."""
 
 
 class _Counts(NamedTuple):
+    """Numbers of paths to values and of values; an array of 10 DINTs is one path with 10 values."""
+
     paths: int
     values: int
 
@@ -61,7 +63,7 @@ class UnknownTypeError(LadderError):
 
 
 class Types:
-    """All types by name; of several types in the document with one name, the first counts."""
+    """All types by name; of several types in the document with the same name, the first is used."""
 
     def __init__(
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
@@ -70,16 +72,16 @@ class Types:
         for record in records:
             self._records.setdefault(record.name.upper(), record)
         major = number_of(revision.partition(".")[0])
-        self._own = set(self._records)  # names of types with all members known
+        self._own = set(self._records)  # types with all members known, by name in capitals
         self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
-        self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
-        self._open: list[str] = []
-        self._shown: dict[str, DataType] = {}
+        self._defined: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
+        self._being_defined: list[str] = []  # a type after the types that contain it, by name in capitals
+        self._shown: dict[str, DataType] = {}  # types that decorated values show, by name in capitals
         self.by_type: dict[tuple[str, int], tuple[DataType, Any]] = {}  # see `per_type`
-        self._mib = memory_mib
-        self._left = memory_mib << 20  # bytes for further tags
-        self._depth = 0
-        self.apart: dict[str, list[str]] = {}  # integers of module-defined types whose bits are not known
+        self._limit_mib = memory_mib
+        self._bytes_left = memory_mib << 20  # for further tags
+        self._depth = 0  # of decorated values
+        self.apart: dict[str, list[str]] = {}  # integers with unknown bits, by module-defined type
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
@@ -91,29 +93,29 @@ class Types:
             LadderError: the type is unusable.
         """
         key = name.upper()
-        known = self._known.get(key)
-        if known is not None:
-            return known
+        defined = self._defined.get(key)
+        if defined is not None:
+            return defined
         if key in self.wrong:
             raise LadderError(self.wrong[key])
-        if key in self._open:
+        if key in self._being_defined:
             raise LadderError(f"data type {name} contains itself")
-        if len(self._open) == DEEPEST:
-            raise LadderError(f"data type {name} is in {DEEPEST} others")
-        self._open.append(key)
+        if len(self._being_defined) == DEEPEST:
+            raise LadderError(f"data type {name} is nested in {DEEPEST} others")
+        self._being_defined.append(key)
         try:
-            kind = self._define(key, name)
+            kind = self._look_up(key, name)
         except UnknownTypeError:
             raise
         except LadderError as error:
             self.wrong[key] = str(error)
             raise
         finally:
-            self._open.pop()
-        self._known[key] = kind
+            self._being_defined.pop()
+        self._defined[key] = kind
         return kind
 
-    def _define(self, key: str, name: str) -> DataType:
+    def _look_up(self, key: str, name: str) -> DataType:
         record = self._records.get(key)
         if record is not None:
             return self._structure(record)
@@ -135,24 +137,28 @@ class Types:
         """Raise a LadderError for a structure that is too large."""
         self._refuse(f"data type {kind.name}", self._bytes(kind, ()))
 
-    def _refuse(self, what: str, size: int) -> None:
-        if size > self._mib << 20:
+    def _refuse(self, subject: str, size: int) -> None:
+        """Raise a LadderError if the size in bytes is above the limit."""
+        if size > self._limit_mib << 20:
             mib = f"{-(-size >> 20):,} MiB" if size < EXPORT_MIB_MOST << 20 else "too much memory"
-            raise LadderError(f"{what} takes {mib}; {self._mib:,} MiB are allowed (--memory)")
+            raise LadderError(f"{subject} takes {mib}; {self._limit_mib:,} MiB are allowed (--memory)")
 
     def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
         """Return the approximate memory of a tag, bytes."""
-        count = self._counted(kind)
+        count = self._count_values(kind)
         return count.paths * PATH_BYTES + count.values * count_of(dims) * VALUE_BYTES
 
     @per_type
-    def _counted(self, kind: DataType) -> _Counts:
+    def _count_values(self, kind: DataType) -> _Counts:
         """Count the paths and the values of an element of a type."""
         if isinstance(kind, Elementary):
             return _Counts(1, 1)
-        inner = [(self._counted(member.type), count_of(member.dims)) for member in kind.own]
-        paths = sum(counted.paths for counted, _ in inner)
-        return _Counts(paths, sum(counted.values * count for counted, count in inner))
+        paths = values = 0
+        for member in kind.own:
+            counts = self._count_values(member.type)
+            paths += counts.paths
+            values += counts.values * count_of(member.dims)
+        return _Counts(paths, values)
 
     @per_type
     def has_initials(self, kind: DataType) -> bool:
@@ -163,7 +169,7 @@ class Types:
 
     @per_type
     def has_locals(self, kind: DataType) -> bool:
-        """Return whether a type contains instances of add-ons, whose local tags decorated data lack."""
+        """Return whether a type contains add-on instances: decorated data lack their local tags."""
         if isinstance(kind, Elementary):
             return False
         is_add_on = kind.name.upper() in self.layouts.add_ons
@@ -173,16 +179,16 @@ class Types:
         """Add the memory of a tag to the total; raise a LadderError beyond the limit."""
         needed = self._bytes(kind, dims)
         self._refuse("it", needed)
-        if needed > self._left:
+        if needed > self._bytes_left:
             raise LadderError(
-                f"the tags of the file take more than the {self._mib:,} MiB that are allowed (--memory)"
+                f"the tags of the file take more than the {self._limit_mib:,} MiB that are allowed (--memory)"
             )
-        self._left -= needed
+        self._bytes_left -= needed
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
         place = f"{member.name} of data type {record.name}"
         if not NAME.fullmatch(member.name):
-            raise LadderError(f"{place}: that is not a name")
+            raise LadderError(f"{place}: this is not a name")
         if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{place} has dimensions {member.dims}")
         if member.wrong_dims:
@@ -203,11 +209,15 @@ class Types:
 
     def define(self, name: str, kind: DataType) -> None:
         """Define a missing type."""
-        self._known[name.upper()] = kind
+        self._defined[name.upper()] = kind
         self.wrong.clear()  # types with members of this one
 
     def show(self, data: Element) -> DataType | None:
-        """Return the type that decorated data show (`Structure`, `Array`, `DataValue`, members), or None."""
+        """Return the type that a decorated value shows; None if it shows none.
+
+        Args:
+            data: a `Structure`, `Array`, `DataValue` or one of their members.
+        """
         kind = data.get("DataType", "")
         try:
             return self.find(kind)
@@ -220,9 +230,9 @@ class Types:
         self._depth -= 1
         if ":" in kind:
             values = {child.get("Name", ""): child.get("Value", "") for child in data.iterchildren("*")}
-            members, self.apart[kind] = in_words(members, values)
+            members, self.apart[kind] = with_bit_places(members, values)
         structure = _unique(kind or "unnamed", members)
-        if self._bytes(structure, ()) > self._mib << 20:
+        if self._bytes(structure, ()) > self._limit_mib << 20:
             return None
         if kind:
             self._shown[kind.upper()] = structure
@@ -244,7 +254,7 @@ class Types:
         lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
-        return Member(name, kind, lengths) if self._bytes(kind, lengths) <= self._mib << 20 else None
+        return Member(name, kind, lengths) if self._bytes(kind, lengths) <= self._limit_mib << 20 else None
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:
@@ -253,12 +263,13 @@ def _refuse_host(kind: Structure, member: Member) -> None:
     host = kind.member(name) if member.at else None
     if host is None:
         return
-    integer = isinstance(host.type, Elementary) and host.type.is_integer and not host.dims
-    if not integer or int(bit) >= host.type.bits:  # type: ignore[union-attr]
+    is_integer = isinstance(host.type, Elementary) and host.type.is_integer and not host.dims
+    if not is_integer or int(bit) >= host.type.bits:  # type: ignore[union-attr]
         raise LadderError(f"{member.name} of data type {kind.name} is at {member.at}, which is not a bit")
 
 
 def _unique(name: str, members: Iterable[Member]) -> Structure:
+    """Return a structure with the first member of each name."""
     by_name: dict[str, Member] = {}
     for member in members:
         by_name.setdefault(member.name.upper(), member)

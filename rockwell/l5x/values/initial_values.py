@@ -2,33 +2,33 @@
 
 | form | content |
 |---|---|
-| bytes, `<Data>3C 00</Data>` | all of the tag, if its memory layout is known, see `raw` |
-| L5K | all of the tag in memory order, if that is known, see `l5k` |
-| Decorated | members by name without local tags of add-ons; zeros may be left out |
+| bytes, `<Data>3C 00</Data>` | the whole tag, if its memory layout is known, see `raw` |
+| L5K | the whole tag in memory order, if the order is known, see `l5k` |
+| Decorated | members by name without local tags of add-ons; zeros may be missing |
 | String | the characters of a string, or of an array's first element |
 | Message, Alarm, Axis | members as attributes |
 
-The first of these forms that a tag has is its value. A difference in another form is reported.
+The value of a tag is the first of these forms that it has. Another form with a different value is reported.
 
     <Structure DataType="Recipe">
       <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
       <ArrayMember Name="Steps" DataType="DINT" Dimensions="2"><Element Index="[0]" Value="7"/>...
       <StructureMember Name="Delay" DataType="TIMER"><DataValueMember Name="PRE" .../>...
 
-Zeros are omitted if zero is the initial value. A value that does not fit is reported, and truncated to its
-type or omitted.
+Zeros are omitted unless the type has other initial values. A value that does not fit its type is reported,
+and truncated or omitted.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from scanrack.ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
-from scanrack.ladder.state.named_parts import meant_by
+from scanrack.ladder.state.named_parts import alias_target
 
 from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
@@ -49,7 +49,10 @@ def initial_of(
     types: Types,
     remark: Callable[[str], None] = ignored,
 ) -> Any:
-    """Return an initial value from `Data` elements; None for the type's own.
+    """Return an initial value from `Data` elements; None for the type's own initial value.
+
+    Args:
+        remark: called with a text on each omitted or truncated value.
 
     Raises:
         ValueTextError: the value can't be read.
@@ -72,106 +75,113 @@ class _Forms:
     ) -> None:
         self._kind, self._dims, self._remark, self._types = kind, dims, remark, types
         self._data = {part.form: part for part in data}
-        self._how = ValueReading(types.has_initials(kind), remark, types.layouts)
+        self._reading = ValueReading(types.has_initials(kind), remark, types.layouts)
 
     def value(self) -> Any:
         """Return the value of the first form; report forms that differ from it."""
-        values = dict(self._whole())
-        if values:
-            form = next(iter(values))
+        values = self._complete_forms()
+        if not values:
             if "Decorated" in self._data:
-                values["Decorated"] = self._decorated(keep=True)
-            elif "String" in self._data and not self._dims and "L5K" in values:
-                values["String"] = self._string()
-            if len(values) > 1:
-                self._compare(values)
-            return values[form]
+                return self._decorated_form(keep_zeros=self._reading.keep_zeros)
+            return self._incomplete_form()
+        form = next(iter(values))
         if "Decorated" in self._data:
-            return self._decorated(keep=self._how.keep)
-        return self._other()
+            values["Decorated"] = self._decorated_form(keep_zeros=True)
+        elif "String" in self._data and not self._dims and "L5K" in values:
+            values["String"] = self._string_form()
+        self._report_difference(values)
+        return values[form]
 
-    def _whole(self) -> Iterator[tuple[str, Any]]:
-        """Yield the readable forms that have all of the memory, with their values."""
+    def _complete_forms(self) -> dict[str, Any]:
+        """Return the values by form, of the readable forms that contain the whole memory of the tag."""
         kind, dims, layouts = self._kind, self._dims, self._types.layouts
-        raw = self._raw() if layouts.is_known(kind) else None
+        values: dict[str, Any] = {}
+        raw = self._raw_bytes() if layouts.is_known(kind) else None
+        # bytes beside another form are read only if the places of arrays in them are certain
         if raw and fits(raw, kind, dims, layouts) and (len(self._data) == 1 or layouts.is_certain(kind)):
-            yield "bytes", RawReader(raw, layouts, keep=self._how.keep).read(kind, dims)
-        if "L5K" in self._data and _OTHERS.isdisjoint(self._data):
-            yield from self._l5k()
-
-    def _l5k(self) -> Iterator[tuple[str, Any]]:
-        try:
+            values["bytes"] = RawReader(raw, layouts, keep_zeros=self._reading.keep_zeros).read(kind, dims)
+        if "L5K" in self._data and self._data.keys().isdisjoint(_PARAMETER_FORMS):
             text = "".join(self._data["L5K"].element.itertext())
-            value = from_l5k(text, self._kind, self._dims, self._how)
-            yield "L5K", self._filled(value) if self._how.unread else value
-        except OtherVersionError as error:
-            if "Decorated" not in self._data or self._types.has_locals(self._kind):
-                self._remark(str(error))
+            try:
+                value = from_l5k(text, kind, dims, self._reading)
+                values["L5K"] = self._with_unread_members(value) if self._reading.unread else value
+            except OtherVersionError as error:
+                if "Decorated" not in self._data or self._types.has_locals(kind):
+                    self._remark(str(error))
+        return values
 
-    def _filled(self, value: Any) -> Any:
-        """Fill in, from decorated data, the members of a value whose memory layout is unknown."""
+    def _with_unread_members(self, value: Any) -> Any:
+        """Return a value with its unread members filled in from decorated data."""
         if self._types.has_locals(self._kind):
-            names = ", ".join(dict.fromkeys(self._how.unread))
+            names = ", ".join(dict.fromkeys(self._reading.unread))
             self._remark(f"{names} in local tags start with their defaults: their memory is not known")
-        return filled(value, self._decorated(keep=True) if "Decorated" in self._data else None)
+        return filled(value, self._decorated_form(keep_zeros=True) if "Decorated" in self._data else None)
 
-    def _raw(self) -> bytes | None:
+    def _raw_bytes(self) -> bytes | None:
         return bytes_in(self._data[""].element) if "" in self._data else None
 
-    def _decorated(self, *, keep: bool) -> Any:
+    def _decorated_form(self, *, keep_zeros: bool) -> Any:
+        """Return the value in decorated data; None if they are empty."""
         kind, dims, data = self._kind, self._dims, self._data["Decorated"]
-        how = replace(self._how, keep=keep) if keep != self._how.keep else self._how
-        if data.value is not None and isinstance(kind, Elementary) and not dims:
-            return scalar(data.value, kind, how)
-        inner = next(iter(data.values(zeros=keep)), None)
+        reading = replace(self._reading, keep_zeros=keep_zeros)
+        if isinstance(kind, Elementary) and not dims:
+            expected_tag = "DataValue"
+            if data.value is not None:
+                return scalar(data.value, kind, reading)
+        else:
+            expected_tag = "Array" if dims else "Structure"
+        inner = next(iter(data.values(zeros=keep_zeros)), None)
         if inner is None:
             return None
-        expected_tag = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
         if inner.tag != expected_tag:
             raise ValueTextError(f"its data are of the form {inner.tag}, not {expected_tag}")
-        return _decorated(inner, kind, dims, how)
+        return _value(inner, kind, dims, reading)
 
-    def _string(self) -> str | None:
+    def _string_form(self) -> str | None:
+        """Return the characters of a string; None if it is empty, or the type is no string."""
         kind = self._kind
         if not isinstance(kind, Structure) or not kind.is_string:
             return None
-        return _cut(unquoted_or_raise((self._data["String"].element.text or "").strip()), kind) or None
+        return _truncated(unquoted_or_raise((self._data["String"].element.text or "").strip()), kind) or None
 
-    def _other(self) -> Any:
+    def _incomplete_form(self) -> Any:
+        """Return the value of another form; None without one."""
         kind, dims = self._kind, self._dims
-        for form in _PARAMETERS:
+        for form in _PARAMETER_FORMS:
             if form in self._data:
                 return None if dims else _parameters(self._data[form].element, kind)
         if "String" in self._data and isinstance(kind, Structure) and kind.is_string:
             if not dims:
-                return self._string()
+                return self._string_form()
             self._remark("the file has its first text only")
-            return nested([self._string()], kind, ())
+            return nested([self._string_form()], kind, ())
         if self._data.keys() == {""}:
             is_known = self._types.layouts.is_known(kind)
-            _refuse_bytes(self._data[""].element, self._raw(), kind, known=is_known)
+            _refuse_bytes(self._data[""].element, self._raw_bytes(), kind, known=is_known)
         return None
 
-    def _compare(self, found: Mapping[str, Any]) -> None:
-        """Report the first value that differs between two forms, with both values."""
-        (first, value), *others = found.items()
-        for _form, other_value in others:
-            path = first_difference(self._kind, self._dims, value, other_value)
-            if path is not None:
-                forms = (
-                    f"{name} {value_at(self._kind, form_value, path)}" for name, form_value in found.items()
-                )
+    def _report_difference(self, values: Mapping[str, Any]) -> None:
+        """Report the first value of the first form that differs from another form."""
+        first = next(iter(values))
+        for form in values:
+            path = first_difference(self._kind, self._dims, values[first], values[form])
+            if form != first and path is not None:
+                texts = (f"{name} {value_at(self._kind, value, path)}" for name, value in values.items())
                 place = f" at {''.join(path)}" if path else ""
-                self._remark(f"its forms differ{place}: {', '.join(forms)}; the {first} count")
+                self._remark(f"its forms differ{place}: {', '.join(texts)}; the {first} count")
                 return
 
 
-_PARAMETERS = ("Message", "Alarm", "Axis", "CoordinateSystem")
-_OTHERS = frozenset(_PARAMETERS)
+_PARAMETER_FORMS = ("Message", "Alarm", "Axis", "CoordinateSystem")
+"""Forms with members as attributes."""
 
 
 def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known: bool) -> None:
-    """Raise ValueTextError for unreadable bytes, unless they are zeros."""
+    """Raise a ValueTextError for unreadable bytes, unless they are zeros.
+
+    Args:
+        known: whether the memory layout of the type is known.
+    """
     if raw is None:
         raise ValueTextError(f"{(element.text or '').strip()[:20]!r} is not a list of bytes")
     if any(raw) and known:
@@ -184,76 +194,77 @@ def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known:
 # --- decorated
 
 
-def _decorated(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _value(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
     if dims:
-        return _array(values, kind, dims, how)
+        return _array(data, kind, dims, reading)
     if isinstance(kind, Elementary):
-        return scalar(values.value, kind, how)
-    return _structure(values, kind, how)
+        return scalar(data.value, kind, reading)
+    return _structure(data, kind, reading)
 
 
 _ZEROS = ("0", "0.0", "0.00000000e+000")
-"""Texts of most values of an export."""
+"""The most frequent values of an export: comparing them is faster than reading them."""
 
 
-class _Part(NamedTuple):
-    """A member, and why it can't have a value; "" if it can."""
+class _MemberEntry(NamedTuple):
+    """A member of a structure, prepared for reading."""
 
     member: Member
-    plain: Elementary | None  # its type if it is a single value
-    wrong: str
+    elementary: Elementary | None  # its type if it is a single value
+    mistake: str  # why it can't have a value; "" if it can
 
 
-def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> Any:
-    parts, is_string = _parts(kind)
-    if is_string and not _has_elements(values):
-        return _characters(values, kind, how)
+def _structure(data: DecoratedValue, kind: Structure, reading: ValueReading) -> Any:
+    """Return the values of members by name, or the characters of a string; None for zeros."""
+    entries, is_string = _members_of(kind)
+    if is_string and not _has_elements(data):
+        return _characters(data, kind, reading)
     members = {}
-    for inner in values.inner:
+    for inner in data.inner:
         _, name, text, _, _ = inner
-        part = parts.get(name) or parts.get(name.upper())
-        if part is None:
+        entry = entries.get(name) or entries.get(name.upper())
+        if entry is None:
             continue
-        member, elementary, mistake = part
+        member, elementary, mistake = entry
         if elementary is None:
-            value = _decorated(inner, member.type, member.dims, how)
+            value = _value(inner, member.type, member.dims, reading)
         else:
-            value = None if text in _ZEROS and not how.keep else scalar(text, elementary, how)
+            value = None if text in _ZEROS and not reading.keep_zeros else scalar(text, elementary, reading)
         if value is not None and mistake:
-            how.remark(mistake)
+            reading.remark(mistake)
         elif value is not None:
             members[member.name] = value
     return members or None
 
 
-def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> str | None:
-    text = next((part.text for part in values.inner if part.name == "DATA"), None)
-    characters = None if text is None else _cut(unquoted_or_raise(text.strip()), kind)
-    return characters if characters or how.keep else None
+def _characters(data: DecoratedValue, kind: Structure, reading: ValueReading) -> str | None:
+    """Return the characters of a string; None if it is empty or has no DATA."""
+    text = next((inner.text for inner in data.inner if inner.name == "DATA"), None)
+    characters = None if text is None else _truncated(unquoted_or_raise(text.strip()), kind)
+    return characters if characters or reading.keep_zeros else None
 
 
-def _has_elements(values: DecoratedValue) -> bool:
-    """Return whether the characters of a string are given as elements, not as text."""
-    return any(
-        inner.tag == "Element" for part in values.inner if part.tag == "ArrayMember" for inner in part.inner
-    )
+def _has_elements(data: DecoratedValue) -> bool:
+    """Return whether the characters of a string are elements of an array, not a text."""
+    arrays = (inner for inner in data.inner if inner.tag == "ArrayMember")
+    return any(element.tag == "Element" for array in arrays for element in array.inner)
 
 
 @lru_cache(maxsize=1024)
-def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
+def _members_of(kind: Structure) -> tuple[dict[str, _MemberEntry], bool]:
     """Return the members by name, both as written and in capitals, and whether the structure is a string."""
-    parts: dict[str, _Part] = {}
+    entries: dict[str, _MemberEntry] = {}
     for member in kind.members:
         elementary = None if member.dims or isinstance(member.type, Structure) else member.type
-        part = _Part(member, elementary, _wrong_alias(kind, member) if member.at else "")
-        parts.setdefault(member.name.upper(), part)
-    return parts | {entry.member.name: entry for entry in parts.values()}, kind.is_string
+        entry = _MemberEntry(member, elementary, _mistake_of(kind, member) if member.at else "")
+        entries.setdefault(member.name.upper(), entry)
+    return entries | {entry.member.name: entry for entry in entries.values()}, kind.is_string
 
 
-def _wrong_alias(kind: Structure, member: Member) -> str:
+def _mistake_of(kind: Structure, member: Member) -> str:
     """Return why a member with `at` can't have a value; "" if it can."""
     try:
-        place = meant_by("", kind, member, 0)
+        place = alias_target("", kind, member, 0)
     except ValueError as error:
         return str(error)
     if place.bit is None and (place.type, place.dims) == (member.type, member.dims):
@@ -264,50 +275,43 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {place.type.name}"
 
 
-def _cut(text: str, kind: Structure) -> str:
+def _truncated(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
 
-def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _array(data: DecoratedValue, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
     """Return nested lists; None if all elements have the type's initial value."""
     flat: list[Any] = [None] * count_of(dims)
-    has_value = False
-    row = dims[0] if len(dims) == 1 else 0
-    position = -1
-    for tag, index, text, _, inner in values.inner:
-        if tag != "Element":
-            continue
-        position += 1
-        offset = position if position < row and index == f"[{position}]" else _flat(index, dims)
+    elements = (inner for inner in data.inner if inner.tag == "Element")
+    for position, (_, index, text, _, inner) in enumerate(elements):
+        is_next = len(dims) == 1 and position < dims[0] and index == f"[{position}]"  # saves time
+        offset = position if is_next else _offset(index, dims)
         if offset is None:
-            how.remark(f"no element {index}")
-            continue
-        if isinstance(kind, Elementary):
-            value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
+            reading.remark(f"no element {index}")
+        elif isinstance(kind, Elementary):
+            is_zero = text in _ZEROS and not reading.keep_zeros
+            flat[offset] = None if is_zero else scalar(text, kind, reading)
         else:
-            value = next(
-                (_structure(structure, kind, how) for structure in inner if structure.tag == "Structure"),
-                None,
-            )
-        flat[offset] = value
-        has_value = has_value or value is not None
-    return nested(flat, kind, dims) if has_value else None
+            structure = next((child for child in inner if child.tag == "Structure"), None)
+            flat[offset] = None if structure is None else _structure(structure, kind, reading)
+    return nested(flat, kind, dims) if any(value is not None for value in flat) else None
 
 
-def _flat(index: str, dims: tuple[int, ...]) -> int | None:
-    offset = 0
-    places = _INDEX.findall(index)
-    if len(places) != len(dims):
+def _offset(index: str, dims: tuple[int, ...]) -> int | None:
+    """Return the offset in the flat array of an index such as `[1,2]`; None if it is out of range."""
+    subscripts = [int(number) for number in _INDEX.findall(index)]
+    if len(subscripts) != len(dims):
         return None
-    for place, length in zip(places, dims, strict=True):
-        if int(place) >= length:
+    offset = 0
+    for subscript, length in zip(subscripts, dims, strict=True):
+        if subscript >= length:
             return None
-        offset = offset * length + int(place)
+        offset = offset * length + subscript
     return offset
 
 
 def _parameters(element: Element | None, kind: DataType) -> Any:
-    """Return members given as attributes: `MessageParameters`, `AxisParameters`."""
+    """Return members from attributes of `MessageParameters`, `AxisParameters` or others; None for zeros."""
     inner = None if element is None else next(element.iterchildren("*"), None)
     if inner is None or not isinstance(kind, Structure):
         return None

@@ -1,4 +1,4 @@
-"""Common parts of the value readers: zeros are omitted, arrays are lists of lists."""
+"""Common parts of the readers of values: zeros are omitted, arrays are lists of lists."""
 
 from __future__ import annotations
 
@@ -14,37 +14,35 @@ from .value_texts import ignored, value_of
 
 @dataclass(frozen=True, slots=True)
 class ValueReading:
-    """How values are read."""
+    """The options and remarks of reading a value."""
 
-    keep: bool = False  # whether zeros are kept, because the type has other initial values
-    remark: Callable[[str], None] = ignored  # called with each value that is omitted or truncated
+    keep_zeros: bool = False  # whether zeros are kept, because the type has other initial values
+    remark: Callable[[str], None] = ignored  # called with a text on each omitted or truncated value
     layouts: Layouts = field(default_factory=lambda: Layouts(eights=True))
-    unread: list[str] = field(default_factory=list)  # names of types in it whose memory layout is unknown
+    unread: list[str] = field(default_factory=list)  # names of inner types whose memory layout is unknown
 
 
-def scalar(text: str | None, kind: Elementary, how: ValueReading) -> Any:
+def scalar(text: str | None, kind: Elementary, reading: ValueReading) -> Any:
     """Return an elementary value; None for the type's initial value.
 
     Raises:
-        ValueTextError: the text is no such value.
+        ValueTextError: the text is not a value of the type.
     """
     if text is None:
         return None
-    value = value_of(text, kind, how.remark)
-    return value if value or how.keep else None
+    value = value_of(text, kind, reading.remark)
+    return value if value or reading.keep_zeros else None
 
 
 def nested(values: list[Any], kind: DataType, dims: tuple[int, ...]) -> Any:
-    """Return flat values as a list per dimension, padded with zeros."""
-    blank: Callable[[], Any] = {}.copy
-    if isinstance(kind, Elementary):
-        zero = kind.zero
+    """Return the values of an array as a list of lists, a level for each dimension, with zeros for None."""
 
-        def blank() -> Any:
-            return zero
-    elif kind.is_string:
-        blank = str
-    flat = [blank() if value is None else value for value in values]
+    def zero() -> Any:
+        if isinstance(kind, Elementary):
+            return kind.zero
+        return "" if kind.is_string else {}
+
+    flat = [zero() if value is None else value for value in values]
     for length in reversed(dims[1:]):
         flat = [flat[start : start + length] for start in range(0, len(flat), length)]
     return flat

@@ -1,6 +1,6 @@
 """L5K text to initial values: `[1.50000000e+000,[7,0],[0,5000,0]]`.
 
-It has the values of all members in memory order, see `layouts`.
+The text contains the values of all members in memory order, see `layouts`.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ class OtherVersionError(ValueTextError):
 
 
 _NUL = "$00"
-"""A padding character after the LEN of a string."""
+"""A padding character, after the LEN characters of a string."""
 
 
-def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
-    """Return an initial value as in `Tag.initial`; None for the type's own.
+def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
+    """Return an initial value as in `Tag.initial`; None for the type's own initial value.
 
     Raises:
         OtherVersionError: the number of values differs from the type's.
@@ -45,10 +45,11 @@ def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading
     text = text.strip()
     if not text:
         return None
-    return _l5k_value(_l5k_tree(text), kind, dims, how)
+    return _l5k_value(_l5k_tree(text), kind, dims, reading)
 
 
 def _l5k_tree(text: str) -> Any:
+    """Return the texts of values in lists that are nested like the brackets."""
     outer: list[Any] = []
     open_lists = [outer]
     position = 0
@@ -76,88 +77,89 @@ def _l5k_tree(text: str) -> Any:
     return outer[0]
 
 
-def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
     if dims:
-        return _l5k_array(tree, kind, dims, how)
+        return _l5k_array(tree, kind, dims, reading)
     if isinstance(kind, Elementary):
         if not isinstance(tree, str):
             raise _other_version(kind)
-        return scalar(tree, kind, how)
-    return _l5k_string(tree, kind, how) if kind.is_string else _l5k_structure(tree, kind, how)
+        return scalar(tree, kind, reading)
+    return _l5k_string(tree, kind, reading) if kind.is_string else _l5k_structure(tree, kind, reading)
 
 
-def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], reading: ValueReading) -> Any:
     flat: list[Any] = [tree]
     for _ in dims:
-        flat = [item for part in flat if isinstance(part, list) for item in part]
+        flat = list(chain.from_iterable(branch for branch in flat if isinstance(branch, list)))
     if len(flat) > count_of(dims):
         raise ValueTextError(f"{len(flat)} values for an array of {count_of(dims)}")
-    values = [_l5k_value(item, kind, (), how) for item in flat]
+    values = [_l5k_value(item, kind, (), reading) for item in flat]
     if all(value is None for value in values):
         return None
     return nested(values + [None] * (count_of(dims) - len(values)), kind, dims)
 
 
-def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
-    if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(part, str) for part in tree)):
+def _l5k_string(tree: Any, kind: Structure, reading: ValueReading) -> str | None:
+    if not isinstance(tree, list) or [type(member) for member in tree] != [str, str]:
         raise _other_version(kind)
-    length, text = tree[0], tree[1][1:-1] if tree[1][0] == "'" else tree[1]
-    size = number_of(length)
-    if size is None:
+    length_text, text = tree
+    length = number_of(length_text)
+    if length is None:
         raise _other_version(kind)
-    most_characters = min(size, kind.members[1].dims[0])
+    if text[0] == "'":
+        text = text[1:-1]
+    most_characters = min(length, kind.members[1].dims[0])
     characters = unquoted_or_raise(_without_padding(text, most_characters))[:most_characters]
-    return characters if characters or how.keep else None
+    return characters if characters or reading.keep_zeros else None
 
 
 def _without_padding(text: str, most: int) -> str:
-    """Return a literal without padding zeros at its end, down to `most` characters."""
-    count = max(0, len(text) // len(_NUL) - most)  # an escaped character has at most this many letters
+    """Return a literal without the padding at its end, but with at least `most` characters."""
+    count = max(0, len(text) // len(_NUL) - most)  # no character is written with more letters than a padding
     end = len(text) - count * len(_NUL)
     is_padding = text[end:] == _NUL * count and text[end - 1 : end] != "$"
     return text[:end] if is_padding else text
 
 
-def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
-    """Return members in memory order."""
-    parts = how.layouts.parts(kind)
-    if not isinstance(tree, list) or len(tree) != len(parts) or not how.layouts.is_complete(kind):
+def _l5k_structure(tree: Any, kind: Structure, reading: ValueReading) -> Any:
+    """Return the values of members by name; None for zeros."""
+    parts = reading.layouts.parts(kind)
+    if not isinstance(tree, list) or len(tree) != len(parts) or not reading.layouts.is_complete(kind):
         raise _other_version(kind)
     values: dict[str, Any] = {}
     for part, inner in zip(parts, tree, strict=True):
         if isinstance(part, tuple):
-            word = _l5k_value(inner, DINT, (), _KEPT)
-            values.update(
-                (member.name, on) for member, bit in part if (on := bool(word >> bit & 1)) or how.keep
-            )
+            word = _l5k_value(inner, DINT, (), _WITH_ZEROS)
+            bits = {member.name: bool(word >> bit & 1) for member, bit in part}
+            values |= {name: is_set for name, is_set in bits.items() if is_set or reading.keep_zeros}
             continue
         try:
-            value = _l5k_value(inner, part.type, part.dims, how)
+            value = _l5k_value(inner, part.type, part.dims, reading)
         except OtherVersionError:
-            if how.layouts.has_members(part.type):
+            if reading.layouts.has_members(part.type):
                 raise
             value = UNREAD
-            how.unread.append(part.type.name)
+            reading.unread.append(part.type.name)
         if value is not None:
             values[part.name] = value
     return values or None
 
 
-def filled(value: Any, other: Any) -> Any:
-    """Return a value with `UNREAD` members replaced by the members of another form."""
+def filled(value: Any, source: Any) -> Any:
+    """Return a value with `UNREAD` members taken from another form of it, or omitted if that lacks them."""
     if value is UNREAD:
-        return other
+        return source
     if isinstance(value, dict):
-        members = other if isinstance(other, dict) else {}
-        filled_values = {name: filled(inner_value, members.get(name)) for name, inner_value in value.items()}
-        return {name: inner_value for name, inner_value in filled_values.items() if inner_value is not None}
+        sources = source if isinstance(source, dict) else {}
+        members = {name: filled(member, sources.get(name)) for name, member in value.items()}
+        return {name: member for name, member in members.items() if member is not None}
     if isinstance(value, list):
-        others = chain(other if isinstance(other, list) else (), repeat(None))
-        return [filled(element, inner) for element, inner in zip(value, others, strict=False)]
+        elements = chain(source if isinstance(source, list) else (), repeat(None))
+        return list(map(filled, value, elements))
     return value
 
 
-_KEPT = ValueReading(keep=True)
+_WITH_ZEROS = ValueReading(keep_zeros=True)
 
 
 def _other_version(kind: DataType) -> OtherVersionError:

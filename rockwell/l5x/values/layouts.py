@@ -4,11 +4,11 @@
 |---|---|
 | TIMER, COUNTER, CONTROL | a word of status bits, then the members |
 | of the document | the members in order; bits are in hidden members |
-| add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of words of 32 |
+| add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of 32-bit words |
 | of a module | the members that its values show |
 
-A word of BOOLs is at the place of its first BOOL [1756-RM084S p. 131]. A value is at a
-multiple of its size, a structure at one of 4, with a value of 8 bytes at one of 8.
+A word of BOOLs is at the place of its first BOOL [1756-RM084S p. 131]. A value begins at a multiple of its
+size, a structure at a multiple of 4. A structure with an 8-byte value begins at a multiple of 8.
 """
 
 from __future__ import annotations
@@ -49,6 +49,8 @@ _WITH_STATUS = (TIMER, COUNTER, CONTROL)
 
 @dataclass(slots=True)
 class _Memory:
+    """The memory of a structure; sizes in bytes."""
+
     places: tuple[Place, ...]
     size: int
     alignment: int
@@ -59,9 +61,9 @@ class Layouts:
     """The layouts of a document's types.
 
     Attributes:
-        eights: whether values of 8 bytes are at multiples of 8.
-        own: names in capitals of the types of which the document has all members.
-        add_ons: add-on instructions by name in capitals, each with the members that no file contains.
+        eights: whether 8-byte values are at multiples of 8.
+        own: types with all members known, by name in capitals.
+        add_ons: add-on instructions by name in capitals, each with its members that no file contains.
     """
 
     eights: bool
@@ -71,21 +73,24 @@ class Layouts:
 
     @per_type
     def parts(self, kind: Structure) -> tuple[Part, ...]:
-        """Return the parts of a structure in the order of its memory."""
+        """Return the parts of a structure in memory order."""
         status = tuple((member, member.bit) for member in kind.own if member.bit is not None)
         if status:
             return (status, *(member for member in kind.own if member.bit is None))
-        left_out = self.add_ons.get(kind.name.upper())
-        if left_out is None:
+        omitted = self.add_ons.get(kind.name.upper())
+        if omitted is None:
             return tuple(kind.own)
-        return tuple(_packed(member for member in kind.own if member.name not in left_out))
+        return tuple(_packed(member for member in kind.own if member.name not in omitted))
 
     def has_members(self, kind: DataType) -> bool:
-        """Return whether the members of a type are known one by one, because the document defines it."""
+        """Return whether all members of a type are known, because the document defines or shows it."""
         return kind.name.upper() in self.own or kind.name.upper() in self.add_ons
 
     def is_complete(self, kind: Structure) -> bool:
-        """Return whether each value in the memory of a type has a member here."""
+        """Return whether `parts` covers the memory of a type.
+
+        A single BOOL of another type is a bit of a word that is unknown.
+        """
         name = kind.name.upper()
         if name in self.add_ons or kind in _WITH_STATUS:
             return True
@@ -139,7 +144,7 @@ class Layouts:
         return WORD_BYTES if kind is BOOL else size_of(kind)
 
     def is_certain(self, kind: DataType) -> bool:
-        """Return whether all arrays in a type begin at multiples of 4, however small numbers are aligned."""
+        """Return whether all arrays in a type begin at multiples of 4, where every aligning agrees."""
         if isinstance(kind, Elementary) or kind.is_string:
             return True
         return all(
@@ -150,7 +155,7 @@ class Layouts:
 
 
 def _packed(members: Iterable[Member]) -> Iterable[Part]:
-    """Return members, with single BOOLs combined into words."""
+    """Return members, with single BOOLs combined into 32-bit words."""
     parts: list[Member | list[tuple[Member, int]]] = []
     word: list[tuple[Member, int]] = []
     for member in members:

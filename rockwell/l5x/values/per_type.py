@@ -1,4 +1,4 @@
-"""Results of methods that are computed once per type."""
+"""Caches the results of methods by type."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from scanrack.ladder.model.types import DataType
 
 
 class _Owner(Protocol):
-    by_type: dict[tuple[str, int], tuple[DataType, Any]]  # by method and identity of the type, which is kept
+    # the type and the result, by method and `id` of the type; the type is kept so that its id stays unique
+    by_type: dict[tuple[str, int], tuple[DataType, Any]]
 
 
 Owner = TypeVar("Owner", bound=_Owner)
@@ -19,7 +20,7 @@ Result = TypeVar("Result")
 
 
 def per_type(method: Callable[[Owner, Kind], Result]) -> Callable[[Owner, Kind], Result]:
-    """Cache a method's results by the identity of a type: equal types may have other initial values."""
+    """Cache a method's results by the identity of a type, since equal types may have other initial values."""
     name = method.__name__
 
     @wraps(method)

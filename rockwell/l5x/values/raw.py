@@ -1,10 +1,10 @@
-"""Values as bytes: `<Data>3C 00 00 00</Data>`, the memory of a tag, lowest byte first, see `layouts`.
+"""Values as bytes: `<Data>3C 00 00 00</Data>` is the memory of a tag, lowest byte first, see `layouts`.
 
 | type | bytes |
 |---|---|
 | BOOL | bit 0 of one byte; an array has one bit each, in groups of 32 |
-| SINT to LREAL | 1, 2, 4, 8, at a multiple of that in a structure |
-| structure | begins at a multiple of 4; of 8 with a value of 8, from revision 27 on [1756-RM100F] |
+| SINT to LREAL | 1, 2, 4 or 8; in a structure at a multiple of its size |
+| structure | begins at a multiple of 4; with an 8-byte value at one of 8, from revision 27 [1756-RM100F] |
 | string | LEN, then the characters |
 
 The layout of predefined types other than timers, counters and controls is unknown.
@@ -37,51 +37,56 @@ def fits(data: bytes, kind: DataType, dims: tuple[int, ...], layouts: Layouts) -
 
 
 class RawReader:
-    """Reads values from memory that `fits`; with `keep`, zeros are values."""
+    """Reads values from memory that `fits`."""
 
-    def __init__(self, data: bytes, layouts: Layouts, *, keep: bool) -> None:
-        self._data, self._layouts, self._keep = data, layouts, keep
+    def __init__(self, data: bytes, layouts: Layouts, *, keep_zeros: bool) -> None:
+        self._data, self._layouts, self._keep_zeros = data, layouts, keep_zeros
 
     def read(self, kind: DataType, dims: tuple[int, ...]) -> Any:
-        """Return an initial value as in `Tag.initial`; None for zeros."""
-        return self._value(0, kind, dims) if self._keep or any(self._data) else None
+        """Return an initial value as in `Tag.initial`; None for zeros that are not kept."""
+        return self._value(0, kind, dims) if self._keep_zeros or any(self._data) else None
 
-    def _value(self, at: int, kind: DataType, dims: tuple[int, ...]) -> Any:
+    def _value(self, offset: int, kind: DataType, dims: tuple[int, ...]) -> Any:
         if not dims:
-            return self._one(at, kind)
+            return self._element(offset, kind)
         count = count_of(dims)
         values: list[Any]
         if isinstance(kind, Structure):
             size = self._layouts.size(kind)
-            values = [self._one(at + place * size, kind) for place in range(count)]
+            values = [self._element(offset + index * size, kind) for index in range(count)]
         elif kind is BOOL:
-            values = [bool(self._data[at + place // 8] >> place % 8 & 1) for place in range(count)]
+            values = [self._bit(offset, index) for index in range(count)]
         else:
-            values = list(struct.unpack_from(f"<{count}{kind.code}", self._data, at))
-        return nested(values, kind, dims) if self._keep or any(values) else None
+            values = list(struct.unpack_from(f"<{count}{kind.code}", self._data, offset))
+        return nested(values, kind, dims) if self._keep_zeros or any(values) else None
 
-    def _one(self, at: int, kind: DataType) -> Any:
+    def _element(self, offset: int, kind: DataType) -> Any:
         if isinstance(kind, Structure):
-            return self._text(at, kind) if kind.is_string else self._members(at, kind)
+            return self._text(offset, kind) if kind.is_string else self._members(offset, kind)
         if kind is BOOL:
-            return bool(self._data[at] & 1)
-        value = struct.unpack_from(f"<{kind.code}", self._data, at)[0]
-        return value if value or self._keep else None
+            return self._bit(offset, 0)
+        value = struct.unpack_from(f"<{kind.code}", self._data, offset)[0]
+        return value if value or self._keep_zeros else None
 
-    def _members(self, at: int, kind: Structure) -> Any:
-        parsed = {}
-        for member, offset, bit in self._layouts.places(kind):
+    def _bit(self, offset: int, bit: int) -> bool:
+        """Return a bit, counted from the lowest bit of the byte at an offset."""
+        return bool(self._data[offset + bit // 8] >> bit % 8 & 1)
+
+    def _members(self, offset: int, kind: Structure) -> Any:
+        """Return the values of members by name; None for zeros that are not kept."""
+        values = {}
+        for member, member_offset, bit in self._layouts.places(kind):
             if bit is None:
-                value = self._value(at + offset, member.type, member.dims)
+                value = self._value(offset + member_offset, member.type, member.dims)
             else:
-                value = bool(self._data[at + offset] >> bit & 1) or (False if self._keep else None)
+                value = self._bit(offset + member_offset, bit) or (False if self._keep_zeros else None)
             if value is not None:
-                parsed[member.name] = value
-        return parsed or None
+                values[member.name] = value
+        return values or None
 
-    def _text(self, at: int, kind: Structure) -> str | None:
-        """Return the characters of a string; a LEN beyond its size means all of them."""
-        room = kind.members[1].dims[0]
-        (length,) = struct.unpack_from("<I", self._data, at)
-        text = self._data[at + 4 : at + 4 + min(length, room)].decode("latin-1")
-        return text if text or self._keep else None
+    def _text(self, offset: int, kind: Structure) -> str | None:
+        """Return the characters of a string, all of them if LEN is beyond its size; None if it is empty."""
+        (length,) = struct.unpack_from("<I", self._data, offset)
+        begin, most = offset + 4, kind.members[1].dims[0]
+        text = self._data[begin : begin + min(length, most)].decode("latin-1")
+        return text if text or self._keep_zeros else None

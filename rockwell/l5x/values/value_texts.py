@@ -32,6 +32,7 @@ _NANOSECONDS = {
 }
 
 TRUTH = {"true": "1", "false": "0"}
+"""Texts of BOOLs, in small letters."""
 
 
 class ValueTextError(ValueError):
@@ -42,48 +43,50 @@ def ignored(_text: str) -> None:
     """Ignore a remark."""
 
 
+def value_of(text: str, kind: Elementary, remark: Callable[[str], None] = ignored) -> bool | int | float:
+    """Return a value from text in any radix, truncated to the type's bits.
+
+    Raises:
+        ValueTextError: the text is not a value of the type.
+    """
+    if kind.is_double:
+        return _real_of(text)
+    if kind.is_real:
+        return _single_of(text, kind, remark)
+    is_pattern = False  # whether the text gives the bits, so that 16#FFFF is -1 as an INT
+    try:
+        number = int(text)
+    except ValueError:
+        is_pattern = "#" in text or "'" in text
+        number = _integer_of(text.strip())
+    if kind.is_bool:
+        if number not in (0, 1):
+            remark(f"{text} is not a BOOL: it starts with {number & 1}")
+        return bool(number & 1)
+    if kind.lowest <= number <= kind.highest:
+        return number
+    truncated = wrap(number, kind.wraps)
+    if not is_pattern or number >> kind.bits not in (0, -1):
+        remark(f"{text} does not fit {kind.name}: it starts with {truncated}")
+    return truncated
+
+
 def _single_of(text: str, kind: Elementary, remark: Callable[[str], None]) -> float:
+    """Return a REAL, rounded to single precision."""
     value = _real_of(text)
     if math.isfinite(value) and math.isinf(real(value)):
         remark(f"{text} does not fit {kind.name}: it starts as infinite")
     return real(value)
 
 
-def value_of(text: str, kind: Elementary, remark: Callable[[str], None] = ignored) -> bool | int | float:
-    """Return a value from text in any radix, truncated to the type's bits.
-
-    Raises:
-        ValueTextError: the text is no such value.
-    """
-    if kind.is_double:
-        return _real_of(text)
-    if kind.is_real:
-        return _single_of(text, kind, remark)
-    bits = False
-    try:
-        number = int(text)
-    except ValueError:
-        bits = "#" in text or "'" in text
-        number = _integer_of(text.strip())
-    if kind.is_bool:
-        if number not in (0, 1):
-            remark(f"{text} is no BOOL: it starts with {number & 1}")
-        return bool(number & 1)
-    if kind.lowest <= number <= kind.highest:
-        return number
-    cut = wrap(number, kind.wraps)
-    if not bits or number >> kind.bits not in (0, -1):
-        remark(f"{text} does not fit {kind.name}: it starts with {cut}")
-    return cut
-
-
 def _integer_of(text: str) -> int:
+    """Return an integer from text in any notation except plain decimal."""
     radix = _RADIX.fullmatch(text)
     if radix:
         try:
             return int(radix[2].replace("_", ""), int(radix[1]))
         except ValueError:
-            raise ValueTextError(f"{text!r} has digits that are not of radix {radix[1]}") from None
+            raise ValueTextError(f"{text!r} has digits that radix {radix[1]} lacks") from None
     if text[:1] == "'" == text[-1:] and len(text) > 1:
         return int.from_bytes(unquoted_or_raise(text).encode("latin-1", "replace"), "big")
     date = _DATE.fullmatch(text)
@@ -115,31 +118,34 @@ def unquoted_or_raise(text: str) -> str:
 
 
 def _date_of(date: re.Match[str]) -> int:
-    """Return a date since 1970: DT# in µs, LDT# in ns."""
+    """Return the time from 1970 to a date: DT# in µs, LDT# in ns."""
     try:
         moment = datetime.datetime(*(int(group) for group in date.groups()[:6]))  # type: ignore[arg-type]
     except ValueError:
         raise ValueTextError(f"{date.group()!r} is not a date") from None
     seconds = round((moment - datetime.datetime(1970, 1, 1)).total_seconds())
-    if date[8]:
-        ahead = int(date[9]) * 3600 + int(date[10]) * 60
-        seconds -= ahead if date[8] == "+" else -ahead
+    fraction, offset_sign, offset_hours, offset_minutes = date.groups()[6:]
+    if offset_sign:
+        offset = int(offset_hours) * 3600 + int(offset_minutes) * 60
+        seconds -= offset if offset_sign == "+" else -offset
     digits = 9 if date.group()[0] in "Ll" else 6
-    fraction = (date[7] or "").replace("_", "").ljust(digits, "0")[:digits]
-    return seconds * int(10**digits) + int(fraction)
+    fraction_digits = (fraction or "").replace("_", "").ljust(digits, "0")[:digits]
+    return seconds * int(10**digits) + int(fraction_digits)
 
 
 def _duration_of(duration: re.Match[str]) -> int:
     """Return a duration: T# and T32# in µs, LT# in ns."""
-    total = 0
-    for whole, fraction, unit in _PART.findall(duration[3].lower()):
+    prefix, sign, parts = duration.groups()
+    total_ns = 0
+    for whole, fraction, unit in _PART.findall(parts.lower()):
         unit_ns = _NANOSECONDS[unit]
-        total += int(whole) * unit_ns + int(fraction.ljust(9, "0")) * unit_ns // 10**9
-    units = total if duration[1][0] in "Ll" else total // 1000
-    return -units if duration[2] == "-" else units
+        total_ns += int(whole) * unit_ns + int(fraction.ljust(9, "0")) * unit_ns // 10**9
+    amount = total_ns if prefix[0] in "Ll" else total_ns // 1000
+    return -amount if sign == "-" else amount
 
 
 def _real_of(text: str) -> float:
+    """Return a real number, also infinite or not a number in the notation of Logix, as `1.$`."""
     text = text.strip()
     try:
         return float(text)

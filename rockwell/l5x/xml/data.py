@@ -1,11 +1,11 @@
-"""The XML of values, which makes up most of a document: cut out, and parsed tag by tag.
+"""Decorated data, which make up most of a document: cut out of it, and parsed tag by tag.
 
-Parsed elements take sixteen times the memory of their text.
+Parsed elements use sixteen times the memory of their text.
 
     <Data Format="Decorated"> ... </Data>   becomes   <Data Format="Decorated" Cut="0"/>
 
-A regular expression reads values in Studio 5000's own form, in a third of the time that elements take. The
-XML parser reads all other forms, and reports their errors.
+A regular expression reads values in the exact notation of Studio 5000, in a third of the parser's time. The
+XML parser reads all other notations, and reports their errors.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ _ONE_VALUE = re.compile(
 
 
 class DecoratedValue(NamedTuple):
-    """An element of decorated data; attributes that it lacks are ""."""
+    """An element of decorated data."""
 
     tag: str
-    name: str  # its Name; of an Element its Index
+    name: str  # its Name, for an `Element` its Index; "" without one
     value: str | None
     text: str
-    inner: list[DecoratedValue]
+    inner: list[DecoratedValue]  # the elements in it
 
 
 _BLANK = r"[ \t\r\n]"
@@ -44,13 +44,13 @@ _TEXT = r"((?:(?!\]\]>)[^\x00-\x1f\ufffe\uffff])*+)"
 _CHARACTERS = rf"(?:{_BLANK}*<!\[CDATA\[{_TEXT}\]\]>{_BLANK}*(?=</DataValueMember>))?"
 _MARK = rf"<({_TAG}){_NAME}{_TYPE}{_VALUE}(/)?>{_CHARACTERS}|</(\w+)>|([^ \t\r\n])"
 _ZERO = r'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>'
-"""A member that is 0: half of the members of an export."""
+"""A member with the value 0: half of the members of an export."""
 
 _MARKS = {
     True: re.compile(rf"{_BLANK}*+(?:{_MARK})", re.ASCII),
     False: re.compile(rf"(?:{_BLANK}|{_ZERO})*+(?:{_MARK})", re.ASCII),
 }
-"""Patterns of values; the key says whether members that are 0 are included."""
+"""The pattern that finds one tag after another; the key says whether members with the value 0 are found."""
 
 _HEAD, _TAIL = '<Data Format="Decorated">', "</Data>"
 
@@ -59,23 +59,25 @@ _DEEPEST = 200
 
 
 def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
-    """Return the values in the text of decorated data; None if it is not in Studio 5000's own form."""
+    """Return the values in the text of decorated data; None if it is not in Studio 5000's notation."""
     siblings: list[DecoratedValue] = []
-    around: list[tuple[str, list[DecoratedValue]]] = []
-    for tag, name, value, ends, characters, closed, stray in marks.findall(
+    open_tags: list[str] = []
+    outer: list[list[DecoratedValue]] = []  # the siblings of each open element
+    for tag, name, value, is_single, characters, closed_tag, stray in marks.findall(
         text, len(_HEAD), len(text) - len(_TAIL)
     ):
         if tag:
             inner: list[DecoratedValue] = []
             siblings.append(DecoratedValue(tag, name, value or None, characters, inner))
-            if not ends:
-                around.append((tag, siblings))
+            if not is_single:
+                open_tags.append(tag)
+                outer.append(siblings)
                 siblings = inner
-        elif stray or not around or around[-1][0] != closed or len(around) > _DEEPEST:
+        elif stray or len(open_tags) > _DEEPEST or not open_tags or open_tags.pop() != closed_tag:
             return None
         else:
-            siblings = around.pop()[1]
-    return None if around else siblings
+            siblings = outer.pop()
+    return None if open_tags else siblings
 
 
 def _of_element(element: Any) -> list[DecoratedValue]:
@@ -97,7 +99,7 @@ class Data:
 
     Attributes:
         form: `Decorated`, `L5K`, `String`, …; "" for bytes.
-        value: the text of the value, if there is only a single one, else None.
+        value: the text of a single value; None for an array, a structure or another form.
     """
 
     __slots__ = ("_element", "_parse", "_text", "form", "value")
@@ -114,7 +116,7 @@ class Data:
 
     @property
     def shows_forces(self) -> bool:
-        """Whether it has forces beside its values."""
+        """Whether its values have forces."""
         if self._text is not None:
             return b"ForceValue" in self._text
         return self.form == "Decorated" and any(
@@ -129,7 +131,7 @@ class Data:
         return self._parse(self._text, self._element.sourceline)
 
     def values(self, *, zeros: bool) -> list[DecoratedValue]:
-        """Return its values; without `zeros`, members that are 0 may be missing."""
+        """Return its values; without `zeros`, members with the value 0 may be missing."""
         read = None
         if self._text is not None:
             read = _read(self._text.decode(), _MARKS[zeros])
@@ -137,35 +139,40 @@ class Data:
 
 
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
-    """Cut values out of a document; return the document, with its line breaks kept, and the values."""
+    """Cut the decorated data out of a document; return the document and the decorated data.
+
+    Line breaks stay, so that lines keep their numbers. Nothing is cut out of a document with an attribute
+    `Cut`, or with an unfinished comment, CDATA section or value.
+    """
     if _CUT.search(data):
         return data, []
     pieces: list[bytes] = []
     cut: list[bytes] = []
-    done = position = 0
+    copied = position = 0  # bytes before `copied` are in the pieces
     while match := _NEXT.search(data, position):
         closing = _CLOSING.get(match.group())
         if closing is None:
             position = _end_of_data(data, match.end())
             block = data[match.start() : position]
             mark = b'<Data Format="Decorated" Cut="%d"/>' % len(cut)
-            pieces += [data[done : match.start()], mark, b"\n" * block.count(b"\n")]
+            pieces += [data[copied : match.start()], mark, b"\n" * block.count(b"\n")]
             cut.append(block)
-            done = position
+            copied = position
         else:
             position = data.find(closing, match.end())
         if position < 0:
             return data, []
-    return b"".join((*pieces, data[done:])), cut
+    return b"".join((*pieces, data[copied:])), cut
 
 
-def _end_of_data(data: bytes, at: int) -> int:
-    """Return the end of values that begin before `at`; -1 if there is none."""
-    while match := _END.search(data, at):
+def _end_of_data(data: bytes, position: int) -> int:
+    """Return the end of the `Data` element that a position is in; -1 without an end."""
+    while position >= 0:
+        match = _END.search(data, position)
+        if match is None:
+            return -1
         closing = _CLOSING.get(match.group())
         if closing is None:
             return match.end()
-        at = data.find(closing, match.end())
-        if at < 0:
-            return -1
+        position = data.find(closing, match.end())
     return -1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -46,7 +46,7 @@ _KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCConte
 
 
 def read_document(path: Path) -> L5xDocument:
-    """Read an L5X file; raise an L5xError if it is not one, or has parts that no export has."""
+    """Read an L5X file; raise an L5xError if it is another file, or has content that no export has."""
     return parse_document(read_bytes(path), str(path))
 
 
@@ -59,8 +59,8 @@ def read_bytes(path: Path) -> bytes:
         raise L5xError(str(path), 0, f"it can't be read: {error.strerror}") from None
 
 
-def copied(path: Path) -> bytes:
-    """Return the bytes of an L5X file; raise an L5xError as `read_document` does."""
+def checked_bytes(path: Path) -> bytes:
+    """Return the bytes of an L5X file; raise an L5xError for the same files as `read_document`."""
     data, file = read_bytes(path), str(path)
     root, _ = _parsed(data, file)
     _controller(root, file)
@@ -74,7 +74,7 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
 
 
 def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
-    """Return the root of a document without its values, and the values."""
+    """Return the root of a document without the decorated data, and the decorated data, see `data`."""
     text, cut = cut_out(checked(data, file))
     return root_of(text, file), cut
 
@@ -93,9 +93,9 @@ class _L5xReader:
         self._file, self._cut = file, cut
 
     def _data(self, element: Any) -> Data:
-        return Data(element, self._cut, self._part)
+        return Data(element, self._cut, self._parsed_data)
 
-    def _part(self, text: bytes, line: int) -> Any:
+    def _parsed_data(self, text: bytes, line: int) -> Any:
         return parsed(text, self._file, line)
 
     def document(self, root: Any) -> L5xDocument:
@@ -104,12 +104,12 @@ class _L5xReader:
         target = root.get("TargetType") or "Controller"
         if target == "Controller" and get("Use", "Target") != "Target":
             target = ""  # an incomplete controller is context only
+        groups = controller.iterchildren("AddOnInstructionDefinitions")
+        tags = ("AddOnInstructionDefinition", "AddOnInstruction", "EncodedData")
+        definitions = chain.from_iterable(group.iterchildren(*tags) for group in groups)
         add_ons = [
             self._add_on(definition)
-            for group in controller.iterchildren("AddOnInstructionDefinitions")
-            for definition in group.iterchildren(
-                "AddOnInstructionDefinition", "AddOnInstruction", "EncodedData"
-            )
+            for definition in definitions
             if definition.get("Use") != "Reference" and is_add_on(definition)
         ]
         return L5xDocument(
@@ -218,15 +218,16 @@ class _L5xReader:
     def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
         rungs = tuple(map(self._rung, children(element, "RLLContent", "Rung"), count()))
         contents = list(element.iterchildren("STContent"))
-        types, chosen = _chosen(contents, tested=tested)
+        types = _edit_types(contents)
+        chosen = chosen_text(types, tested=tested)
         content = contents[chosen] if contents else None
         charts = list(element.iterchildren("SFCContent", "FBDContent"))
-        chart = charts[_chosen(charts, tested=tested)[1]] if charts else None
+        chart = charts[chosen_text(_edit_types(charts), tested=tested)] if charts else None
         lines = _text_lines(chart.iter("Line")) if chart is not None else _statement_lines(content)
+        kind_by_content = next((_KINDS[child.tag] for child in element if child.tag in _KINDS), "RLL")
         return RoutineRecord(
             element.get("Name", ""),
-            element.get("Type")
-            or next((_KINDS[child.tag] for child in element if child.tag in _KINDS), "RLL"),
+            element.get("Type") or kind_by_content,
             text_of(element.find("Description")),
             rungs,
             tuple(lines),
@@ -237,12 +238,12 @@ class _L5xReader:
             None if chart is None else _element_record(chart),
         )
 
-    def _rung(self, element: Any, place: int) -> L5xRungRecord:
+    def _rung(self, element: Any, index: int) -> L5xRungRecord:
         texts = element.findall("Text")
         text = texts[0] if texts else None
         number = number_of(element.get("Number", ""))
         return L5xRungRecord(
-            place if number is None else number,
+            index if number is None else number,
             element.get("Type", "N"),
             text_of(text),
             text_of(element.find("Comment")),
@@ -309,21 +310,20 @@ class _L5xReader:
 
 
 DEEPEST = 8
-"""Maximum depth of elements that are read in a chart; a line of an action is at depth 5."""
+"""Maximum depth of the elements of a chart that are read; a line of an action is at depth 5."""
 
 
-def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:
-    """Return the kinds of edits of a routine's contents, and which one runs."""
-    types = [content.get("OnlineEditType", "") for content in contents]
-    return types, chosen_text(types, tested=tested)
+def _edit_types(contents: Iterable[Any]) -> list[str]:
+    return [content.get("OnlineEditType", "") for content in contents]
 
 
 def _text_lines(elements: Iterable[Any]) -> list[tuple[str, int]]:
+    """Return the text and the line of each element."""
     return [("".join(element.itertext()), int(element.sourceline)) for element in elements]
 
 
 def _statement_lines(content: Any) -> list[tuple[str, int]]:
-    """Return the lines of structured text; other programs than Studio 5000 write it without `Line`."""
+    """Return the lines of structured text; software other than Studio 5000 writes it without `Line`."""
     lines = _text_lines(children(content, "Line"))
     if content is not None and not lines:
         lines = [(content.text or "", int(content.sourceline))]
@@ -331,12 +331,10 @@ def _statement_lines(content: Any) -> list[tuple[str, int]]:
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
-    elements = (
-        [child for child in element.iterchildren() if isinstance(child.tag, str)] if depth < DEEPEST else []
-    )
+    elements = element.iterchildren("*") if depth < DEEPEST else ()
     text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
-    children = tuple(_element_record(child, depth + 1) for child in elements)
-    return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
+    inner = tuple(_element_record(child, depth + 1) for child in elements)
+    return ElementRecord(element.tag, dict(element.attrib), text, inner, int(element.sourceline or 0))
 
 
 def _encoded(element: Any) -> EncodedRecord:

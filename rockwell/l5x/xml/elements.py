@@ -10,12 +10,12 @@ _NUMBER = re.compile(r"[0-9]{1,9}")
 
 
 def number_of(text: str) -> int | None:
-    """Return an attribute's whole number of up to 9 digits, else None."""
+    """Return the integer in an attribute; None for other text, or for more than 9 digits."""
     return int(text) if _NUMBER.fullmatch(text) else None
 
 
 def text_of(element: Any) -> str:
-    """Return the text of an element; if there are several languages, that of the first."""
+    """Return the text of an element; if it is in several languages, the text in the first one."""
     if element is None:
         return ""
     if not len(element):
@@ -29,13 +29,13 @@ _DIMS = re.compile(r"[0-9]{1,9}(?:[\s,]+[0-9]{1,9})*+")
 
 
 def dims_in(text: str) -> tuple[int, ...]:
-    """Return the dimensions in a text such as `4 3 2` or `4,3,2`; `0` and "" mean none."""
+    """Return the dimensions in a text such as `4 3 2` or `4,3,2`; () for `0` and ""."""
     lengths = tuple(map(int, _NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
     return lengths if any(lengths) else ()
 
 
 def wrong_dims(text: str) -> str:
-    """Return the text if it is not a list of dimensions, else ""."""
+    """Return the text if it is not a list of dimensions, otherwise ""."""
     return "" if not text or _DIMS.fullmatch(text) else text
 
 
@@ -45,31 +45,31 @@ def is_true(text: str) -> bool:
 
 
 def whole_in(text: str) -> int:
-    """Return the whole number in an attribute; 0 for any other text."""
+    """Return the integer in an attribute; 0 for other text."""
     return number_of(text) or 0
 
 
 def children(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children at the end of a path of names."""
+    """Yield the elements at the end of a path of names; none if the element is None."""
     if element is None:
         return
-    *outer, name = path
-    for child in element.iterchildren(outer[0] if outer else name):
-        if outer:
-            yield from children(child, *path[1:])
+    name, *inner_path = path
+    for child in element.iterchildren(name):
+        if inner_path:
+            yield from children(child, *inner_path)
         else:
             yield child
 
 
 def defined(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children of an element that a partial export defines."""
-    yield from (child for child in children(element, *path) if child.get("Use") != "Reference")
+    """Yield the elements at the end of a path that the export defines, without references."""
+    return (child for child in children(element, *path) if child.get("Use") != "Reference")
 
 
 def defined_routines(program: Any) -> Iterator[Any]:
-    """Yield the routines that a partial export defines; context without content is only a reference.
+    """Yield the routines that the export defines, except encoded ones.
 
-    A routine with encoded content is left out.
+    In a partial export, a routine of the context without content is only a reference.
     """
     for routine in defined(program, "Routines", "Routine"):
         has_content = any(str(part.tag).endswith("Content") for part in routine)
@@ -78,6 +78,6 @@ def defined_routines(program: Any) -> Iterator[Any]:
 
 
 def line_of_text(element: Any) -> int:
-    """Return the line of an element's text, after white space."""
+    """Return the line of the first character in an element's text that is not blank."""
     text = element.text or ""
     return int(element.sourceline or 0) + text[: len(text) - len(text.lstrip())].count("\n")

@@ -1,7 +1,7 @@
-"""Limits of a document's content. The XML's own limits are in `document`.
+"""Limits of a document's content; limits of its XML are in `parsing`.
 
 All logic of a document is compiled for the trial, so time and memory depend on these counts. The largest
-controllers have some 15,000 rungs; a document beyond the limits is refused before any of it is built.
+controllers have about 15,000 rungs. A document beyond a limit is refused before anything is built.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from .parsing import L5xError
 from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000
-"""Maximum instructions in a rung; a longer rung is refused by itself."""
+"""Maximum instructions in a rung; only the rung is refused if it has more."""
 
 
 class Limit(NamedTuple):
-    """A maximum, the noun of what it limits, and the function that counts it."""
+    """A limit of a document's content."""
 
     most: int
-    noun: str
+    noun: str  # for messages
     count: Callable[[L5xDocument], int]
 
 
@@ -34,11 +34,11 @@ def check_limits(document: L5xDocument) -> None:
 
 
 def instructions_in(text: str) -> int:
-    """Return the number of instructions in a rung's text, functions in expressions included."""
+    """Return the number of instructions in a rung's text, including functions in expressions."""
     return text.count("(")
 
 
-def _sum(count: Callable[[RoutineRecord], int]) -> Callable[[L5xDocument], int]:
+def _over_routines(count: Callable[[RoutineRecord], int]) -> Callable[[L5xDocument], int]:
     return lambda document: sum(count(routine) for _, routine in document.routines())
 
 
@@ -49,13 +49,13 @@ def _characters(routine: RoutineRecord) -> int:
 LIMITS = (
     Limit(1_000, "programs", lambda document: len(document.programs)),
     Limit(2_000, "add-on instructions", lambda document: len(document.add_ons)),
-    Limit(5_000, "routines", _sum(lambda _routine: 1)),
-    Limit(30_000, "rungs", _sum(lambda routine: len(routine.rungs))),
-    Limit(30_000, "lines of structured text", _sum(lambda routine: len(routine.lines))),
-    Limit(8 << 20, "characters of logic", _sum(_characters)),
+    Limit(5_000, "routines", _over_routines(lambda _routine: 1)),
+    Limit(30_000, "rungs", _over_routines(lambda routine: len(routine.rungs))),
+    Limit(30_000, "lines of structured text", _over_routines(lambda routine: len(routine.lines))),
+    Limit(8 << 20, "characters of logic", _over_routines(_characters)),
     Limit(
         250_000,
         "instructions in rungs",
-        _sum(lambda routine: sum(instructions_in(rung.text) for rung in routine.rungs)),
+        _over_routines(lambda routine: sum(instructions_in(rung.text) for rung in routine.rungs)),
     ),
 )

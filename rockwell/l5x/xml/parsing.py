@@ -1,11 +1,11 @@
-"""Parses untrusted bytes into elements; content that no export has is refused before or during parsing.
+"""Parses untrusted bytes into elements; refuses content that no export has.
 
 | refused | why |
 |---|---|
 | more than 64 MiB, or `MOST_MARKS` tags, attributes and texts | memory |
 | a DOCTYPE | entities, external files; no export has one |
 | elements more than 256 deep | libxml2's limit without `huge_tree` |
-| bytes that are neither UTF-8 nor UTF-16, nor the encoding that the file declares | its text is unknown |
+| bytes that are not UTF-8, UTF-16 or in the declared encoding | the text is unknown |
 """
 
 from __future__ import annotations
@@ -52,14 +52,14 @@ class L5xError(LadderError):
 
 
 class FileText(NamedTuple):
-    """The bytes of a file: what precedes its text, the text as UTF-8, and the encoding of both."""
+    """The bytes of a file, in two parts, and the encoding of the file."""
 
-    lead: bytes  # byte order mark and blanks
-    text: bytes
+    lead: bytes  # byte order mark and blanks, in the encoding of the file
+    text: bytes  # the rest, as UTF-8
     encoding: str
 
     def bytes_of(self, text: bytes) -> bytes:
-        """Return the file's bytes with another text; characters not in its encoding become `&#8364;`."""
+        """Return the file with another text; characters that its encoding lacks become `&#8364;`."""
         if self.encoding == "utf-8":
             return self.lead + text
         return self.lead + text.decode().encode(self.encoding, "xmlcharrefreplace")
@@ -88,7 +88,7 @@ def _parser() -> Any:
 
 
 def parsed(data: bytes, file: str, line: int = 1) -> Any:
-    """Return the root of a document, or of a part that begins on line `line`."""
+    """Return the root of a document, or of a part that begins on a line of the file."""
     try:
         return etree.fromstring(data, _parser())
     except etree.XMLSyntaxError as error:
@@ -101,12 +101,12 @@ def root_of(data: bytes, file: str) -> Any:
     """Return the root of an L5X; raise an L5xError for another document."""
     root = parsed(data, file)
     if root.tag != ROOT:
-        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
+        raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}; the root of an L5X is {ROOT}")
     return root
 
 
 def _marks(data: bytes) -> int:
-    """Count tags, attributes and texts; below the limit the result may be an upper bound."""
+    """Return the number of tags, attributes and texts; texts count only if they might exceed the limit."""
     tags, attributes = data.count(b"<"), data.count(b"=")
     if 2 * tags + attributes <= MOST_MARKS:  # at most one text after each tag
         return tags + attributes
@@ -114,7 +114,7 @@ def _marks(data: bytes) -> int:
 
 
 def decoded(data: bytes, file: str) -> FileText:
-    """Decode by byte order mark, UTF-16 zeros or the declaration, else as UTF-8.
+    """Decode a file by its byte order mark, UTF-16 zeros or XML declaration, otherwise as UTF-8.
 
     Raises:
         L5xError: the bytes can't be decoded.

@@ -1,7 +1,6 @@
 """Records of an L5X document's parts, each with its line.
 
-Texts are stripped, names keep their case, attributes that are missing are "". `data` is the XML of values,
-which `initial_values` reads, see `data`.
+Texts are stripped, and names keep their case. Missing attributes are "".
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ class MemberRecord:
     hidden: bool  # whether it is hidden from users
     target: str  # host member of a packed bit
     bit: int  # number of a packed bit in its host
-    wrong_dims: str = ""  # invalid dimensions as text, else ""
+    wrong_dims: str = ""  # invalid dimensions as text; "" if they are valid
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +50,13 @@ class TagRecord:
     dims: tuple[int, ...]
     target: str  # address of an alias
     usage: str  # `Input`, `Output`, `InOut`, `Public`, `Local` or ""
-    required: bool  # whether a call takes an argument for it
+    required: bool  # whether a call needs an argument for it
     comment: str
     data: list[Data]  # elements with its values, until `L5xDocument.release`
     line: int
-    wrong_dims: str = ""  # invalid dimensions as text, else ""
+    wrong_dims: str = ""  # invalid dimensions as text; "" if they are valid
     remote: str = ""  # of a consumed tag: the producer's tag
-    rpi: str = ""  # of a consumed tag: its interval, ms
+    rpi: str = ""  # of a consumed tag: its RPI in ms, as text
     forced: list[Data] = field(default_factory=list)  # elements with its forces, until `L5xDocument.release`
     access: str = ""  # `Read/Write`, `Read Only`, `None` or ""
 
@@ -66,7 +65,7 @@ class TagRecord:
 class L5xRungRecord:
     """A rung."""
 
-    number: int  # as in the document, else its index
+    number: int  # in the document; its index if it has none
     kind: str  # its Type: `N`, or the letters of an edit in progress, see `edits`
     text: str
     comment: str
@@ -97,17 +96,17 @@ class RoutineRecord:
     kind: str  # `RLL`, `ST`, `FBD` or `SFC`
     comment: str
     rungs: tuple[L5xRungRecord, ...]
-    lines: tuple[tuple[str, int], ...]  # of structured text, in a chart too: text and line
+    lines: tuple[tuple[str, int], ...]  # of structured text, also in a chart: text and line
     line: int
     tests_edits: bool = False  # whether its program executes (tests) accepted edits
-    texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts
-    chosen: int = 0  # which of them `lines` are
+    texts: tuple[tuple[str, int], ...] = ()  # versions of structured text under edit: type and line
+    chosen: int = 0  # index of the version in `lines`
     chart: ElementRecord | None = None  # the content of a chart or a function block diagram
 
 
 @dataclass(frozen=True, slots=True)
 class EncodedRecord:
-    """A `Routine` or `AddOnInstructionDefinition` without its source."""
+    """A routine without its source."""
 
     name: str
     line: int
@@ -129,16 +128,16 @@ class AddOnRecord:
 
 @dataclass(frozen=True, slots=True)
 class ProgramRecord:
-    """A program; `encoded` has its routines without source; a disabled program is skipped by its task."""
+    """A program."""
 
     name: str
-    main: str
+    main: str  # the main routine; for an equipment phase the prestate routine
     fault: str
-    disabled: bool
-    is_phase: bool  # whether it is an equipment phase, whose `main` is the prestate routine
+    disabled: bool  # whether its task skips it
+    is_phase: bool  # whether it is an equipment phase
     tags: tuple[TagRecord, ...]
     routines: tuple[RoutineRecord, ...]
-    encoded: tuple[EncodedRecord, ...]
+    encoded: tuple[EncodedRecord, ...]  # routines without source
     line: int
 
 
@@ -177,7 +176,7 @@ class ModuleRecord:
     parent: str
     address: str  # at its upstream port: a slot or a network address; "" if it has none
     bus: str  # type of that port: `ICP`, `Compact`, `PointIO`, `Ethernet`
-    rpi_us: int  # the shortest RPI of its connections, us; 0 without one
+    rpi_us: int  # the shortest RPI of its connections, µs; 0 without one
     tags: tuple[ModuleTagRecord, ...]
     line: int
 
@@ -188,7 +187,7 @@ class L5xDocument:
 
     file: str
     revision: str  # software revision
-    target: str  # the exported object: `Controller`, `Program`, `Routine`, `Rung`,
+    target: str  # type of the exported object, as `Controller` or `Routine`; "" for an incomplete controller
     name: str
     data_types: tuple[DataTypeRecord, ...]
     add_ons: tuple[AddOnRecord, ...]
@@ -222,18 +221,18 @@ class L5xDocument:
 
     @property
     def whole(self) -> bool:
-        """Whether it is a whole controller with all its references."""
+        """Whether it is a whole controller, so that no name in it is undefined."""
         return self.target == "Controller"
 
 
-def lines_of(printed: Iterable[tuple[str, int]]) -> tuple[list[str], list[int]]:
+def lines_of(texts_with_lines: Iterable[tuple[str, int]]) -> tuple[list[str], list[int]]:
     """Return the lines of structured text, and their numbers in the file."""
     lines: list[str] = []
     numbers: list[int] = []
-    for text, number in printed:
+    for text, number in texts_with_lines:
         body = text.lstrip("\r\n")
-        start = number + text[: len(text) - len(body)].count("\n")
-        for offset, part in enumerate(body.rstrip("\r\n").split("\n")):
-            lines.append(part.rstrip("\r"))
-            numbers.append(start + offset)
+        first_number = number + text[: len(text) - len(body)].count("\n")
+        for line_number, line in enumerate(body.rstrip("\r\n").split("\n"), start=first_number):
+            lines.append(line.rstrip("\r"))
+            numbers.append(line_number)
     return lines, numbers

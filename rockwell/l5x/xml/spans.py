@@ -1,10 +1,10 @@
-"""Finds the places of elements in the text of an L5X, so that an edit replaces only them.
+"""Finds the positions of elements in the text of an L5X, so that an edit replaces only those bytes.
 
     <Rung Number="0" Type="N"><Text>XIC(Go);</Text></Rung>
     ^begin                    ^inner               ^close ^end
 
-It finds the elements that exports and edits change: the parts of the controller, its programs, their tags and
-routines, and rungs with their texts.
+The found elements are the ones that exports and edits change: the parts of the controller, its programs,
+their tags and routines, and rungs with their texts.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _FOLLOWED: Mapping[str, tuple[str, ...]] = {
     "Rung": ("Text",),
     "Text": _ALL,
 }
-"""Relevant children, by parent element."""
+"""Children that are found, by parent element."""
 
 _DEEPEST = 256
 """Maximum depth of elements, as in `parsing`."""
@@ -40,7 +40,7 @@ _BLANKS = b" \t\r\n"
 
 
 class Splice(NamedTuple):
-    """A text that replaces another one; an empty place means an insertion."""
+    """A text that replaces the bytes from `begin` to `end`; it is an insertion if they are equal."""
 
     begin: int
     end: int
@@ -48,7 +48,14 @@ class Splice(NamedTuple):
 
 
 class Span:
-    """The places of an element: its `<`, the end of its start tag, its end tag, and the end of that."""
+    """The positions of an element.
+
+    Attributes:
+        begin: of its `<`.
+        inner: the end of its start tag.
+        close: the begin of its end tag.
+        end: the end of the element.
+    """
 
     __slots__ = ("attributes", "begin", "children", "close", "end", "inner", "tag")
 
@@ -77,12 +84,12 @@ class Span:
 
 
 class L5xText:
-    """The text of an L5X with the places of its elements.
+    """The text of an L5X with the positions of its elements.
 
     Attributes:
-        text: as UTF-8, from the first `<` on.
-        root: the element of the document.
-        newline: how its lines end.
+        text: as UTF-8, from the first `<`.
+        root: the root element.
+        newline: the end of a line in the file.
     """
 
     def __init__(self, data: bytes, file: str) -> None:
@@ -104,20 +111,20 @@ class L5xText:
         groups = [] if self.controller is None else self.controller.all("Programs")
         return [program for group in groups for program in group.children]
 
-    def line(self, at: int) -> int:
-        """Return the line of a place."""
-        return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, at)
+    def line(self, position: int) -> int:
+        """Return the line of a position in the text."""
+        return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, position)
 
     def spliced(self, splices: Iterable[Splice]) -> bytes:
-        """Return the file's bytes with splices applied; no two may overlap."""
+        """Return the bytes of the file with splices applied, which must not overlap."""
         pieces, position = [], 0
-        for begin, end, text in sorted(splices, key=lambda each: each[:2]):
+        for begin, end, text in sorted(splices, key=lambda splice: (splice.begin, splice.end)):
             pieces += [self.text[position:begin], text]
             position = end
         return self._decoded.bytes_of(b"".join((*pieces, self.text[position:])))
 
     def characters(self, text: str) -> bytes:
-        """Return a text as an element's content, as a CDATA section if possible."""
+        """Return a text as the content of an element, if possible as a CDATA section."""
         text = escaped(text)
         try:
             text.encode(self._decoded.encoding)
@@ -142,9 +149,9 @@ class L5xText:
         return Splice(span.begin, span.end + len(tail) - len(tail.lstrip(_BLANKS)), b"")
 
     def blanks_before(self, span: Span) -> bytes:
-        """Return the blanks between an element and what precedes it."""
-        before = self.text[max(0, span.begin - 200) : span.begin]
-        return before[len(before.rstrip(_BLANKS)) :]
+        """Return the blanks before an element."""
+        preceding = self.text[max(0, span.begin - 200) : span.begin]
+        return preceding[len(preceding.rstrip(_BLANKS)) :]
 
     def content(self, span: Span, content: bytes) -> Splice:
         """Return the splice that replaces an element's content, except the blanks at both ends."""
@@ -165,12 +172,12 @@ _NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010fff
 
 
 def escaped(text: str) -> str:
-    r"""Replace characters that XML does not allow with their codes, as Logix writes them.
+    r"""Replace characters that XML does not allow with their codes, in the notation of Logix.
 
     >>> escaped("a\x02b")
     'a$02b'
     """
-    return text if text.isprintable() else _NO_CHARACTER.sub(lambda found: f"${ord(found[0]):02X}", text)
+    return text if text.isprintable() else _NO_CHARACTER.sub(lambda match: f"${ord(match[0]):02X}", text)
 
 
 class _Finder:
@@ -178,10 +185,11 @@ class _Finder:
 
     def __init__(self, text: bytes, file: str) -> None:
         self._text, self._file = text, file
-        self._around = [Span("", {}, 0)]
-        self._inside = 0  # depth inside an irrelevant element
+        self._open_spans = [Span("", {}, 0)]
+        self._skipped_depth = 0  # number of open elements that are not found
 
     def root(self) -> Span:
+        """Parse the text; return the root element with the elements in it."""
         self._parser = parser = expat.ParserCreate("utf-8")
         parser.StartElementHandler, parser.EndElementHandler = self._start, self._end
         try:
@@ -190,17 +198,17 @@ class _Finder:
             raise L5xError(
                 self._file, error.lineno, f"it is not XML: {expat.ErrorString(error.code)}"
             ) from None
-        roots = self._around[0].children
+        roots = self._open_spans[0].children
         if not roots:
             raise L5xError(self._file, 1, f"its root is not {ROOT}")
         return roots[0]
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        around = self._around[-1]
-        followed = _FOLLOWED.get(around.tag, ())
-        if self._inside or not (tag in followed or followed is _ALL):
-            self._inside += 1
-            if self._inside > _DEEPEST:
+        parent = self._open_spans[-1]
+        followed = _FOLLOWED.get(parent.tag, ())
+        if self._skipped_depth or not (tag in followed or followed is _ALL):
+            self._skipped_depth += 1
+            if self._skipped_depth > _DEEPEST:
                 raise L5xError(self._file, self._parser.CurrentLineNumber, "its elements are too deep")
             return
         begin = self._parser.CurrentByteIndex
@@ -208,24 +216,24 @@ class _Finder:
         assert match is not None
         span = Span(tag, attributes, begin)
         span.inner = span.close = span.end = match.end()
-        around.children.append(span)
-        self._around.append(span)
+        parent.children.append(span)
+        self._open_spans.append(span)
 
     def _end(self, _tag: str) -> None:
-        if self._inside:
-            self._inside -= 1
+        if self._skipped_depth:
+            self._skipped_depth -= 1
             return
-        span = self._around.pop()
+        span = self._open_spans.pop()
         if self._text[span.inner - 2 : span.inner] != b"/>":
             span.close = self._parser.CurrentByteIndex
             span.end = self._text.index(b">", span.close) + 1
 
 
-def defined(among: Iterable[Span], name: str) -> Iterator[Span]:
-    """Yield the elements with a name that the file defines, without mere references."""
-    for span in among:
+def defined(spans: Iterable[Span], name: str) -> Iterator[Span]:
+    """Yield the elements with a name that the file defines, without references; see `defined_routines`."""
+    for span in spans:
         use = span.attributes.get("Use")
-        content = any(part.tag.endswith("Content") for part in span.children)
-        undefined = use == "Reference" or (span.tag == "Routine" and use == "Context" and not content)
-        if span.name.upper() == name.upper() and not undefined:
+        has_content = any(child.tag.endswith("Content") for child in span.children)
+        is_empty_context = span.tag == "Routine" and use == "Context" and not has_content
+        if span.name.upper() == name.upper() and use != "Reference" and not is_empty_context:
             yield span

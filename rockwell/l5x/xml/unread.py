@@ -1,4 +1,4 @@
-"""Parts and attributes of a document that are not read; the file keeps them, and the report names them.
+"""Parts and attributes of a document that scanrack does not read; the file keeps them, the report names them.
 
 Each release of Studio 5000 adds some.
 """
@@ -19,11 +19,11 @@ _DEFINED = ("Name", "DataType", "Dimension", "Dimensions", "Radix", "ExternalAcc
 
 
 class _KnownElement(NamedTuple):
-    """Path of elements, with their known parts and attributes; None allows any attribute."""
+    """An element with its known parts and attributes."""
 
-    path: str
-    parts: tuple[str, ...]
-    attributes: tuple[str, ...] | None = None
+    path: str  # from the root element
+    parts: tuple[str, ...]  # tags of the elements in it, or XPath conditions on them
+    attributes: tuple[str, ...] | None = None  # None allows any attribute
 
 
 def _tags(path: str) -> _KnownElement:
@@ -34,7 +34,7 @@ def _tags(path: str) -> _KnownElement:
 
 _ADD_ON = "Controller/AddOnInstructionDefinitions"
 _PROGRAMS = "Controller/Programs"
-_PARTS = (
+_KNOWN_ELEMENTS = (
     _KnownElement(".", ("Controller",)),
     _KnownElement(
         "Controller",
@@ -100,32 +100,36 @@ _PARTS = (
 """The known parts of a document, as Studio 5000 writes them up to version 33."""
 
 
+_KNOWN_ATTRIBUTES: Mapping[str, frozenset[str]] = {
+    known.path.rpartition("/")[2]: frozenset(known.attributes)
+    for known in _KNOWN_ELEMENTS
+    if known.attributes is not None
+}
+"""Known attributes by tag."""
+
+
 @cache
-def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
-    """Return XPaths that find parts not in the table, and the table's attributes by element."""
-    parts = (f"{part.path}/*[not({' or '.join(f'self::{name}' for name in part.parts)})]" for part in _PARTS)
-    names = {
-        part.path.rpartition("/")[2]: frozenset(part.attributes)
-        for part in _PARTS
-        if part.attributes is not None
-    }
-    return tuple(map(XPath, parts)), names
+def _unknown_parts() -> tuple[XPath, ...]:
+    """Return the XPaths that find elements missing in the table."""
+    conditions = (
+        (known.path, " or ".join(f"self::{part}" for part in known.parts)) for known in _KNOWN_ELEMENTS
+    )
+    return tuple(XPath(f"{path}/*[not({condition})]") for path, condition in conditions)
 
 
 def unread(root: Any) -> list[tuple[str, str, int]]:
-    """Return the name, a description and the line of each part or attribute that is not read."""
-    parts, names = _others()
+    """Return the name, a description and the line of each part or attribute that is not read, by line."""
     rows = []
-    for child in (element for find in parts for element in find(root)):
-        around = child.getparent().tag
-        place = "the controller" if around == "Controller" else around
-        rows.append((_name(child), f"this part of {place} is kept, and not read", int(child.sourceline)))
-    for child in root.iter(*names):
-        known = names[child.tag]
-        if not known.issuperset(present := child.keys()):
-            text = f"this attribute of {child.tag} is kept, and not read"
-            rows += [(name, text, int(child.sourceline)) for name in present if name not in known]
-    return sorted(rows, key=lambda each: each[2])
+    for find in _unknown_parts():
+        for child in find(root):
+            parent = child.getparent().tag
+            place = "the controller" if parent == "Controller" else parent
+            rows.append((_name(child), f"this part of {place} is kept, but not read", int(child.sourceline)))
+    for element in root.iter(*_KNOWN_ATTRIBUTES):
+        known = _KNOWN_ATTRIBUTES[element.tag]
+        text = f"this attribute of {element.tag} is kept, but not read"
+        rows += [(name, text, int(element.sourceline)) for name in element.attrib if name not in known]
+    return sorted(rows, key=lambda row: row[2])
 
 
 def is_add_on(element: Any) -> bool:
@@ -134,7 +138,7 @@ def is_add_on(element: Any) -> bool:
 
 
 def _name(element: Any) -> str:
-    """Return the name of a part; for an encoded object, with its type and name."""
+    """Return the tag of a part; for an encoded object, with its type and name."""
     if element.tag != "EncodedData":
         return str(element.tag)
     return " ".join(filter(None, (element.tag, element.get("EncodedType"), element.get("Name"))))

@@ -22,7 +22,7 @@ def text_element(parent: Any, name: str, text: str) -> None:
 
 
 def cdata(text: str) -> Any:
-    """Return a text as a CDATA section if possible."""
+    """Return a text, if possible as a CDATA section."""
     text = escaped(text)
     return text if "]]>" in text else etree.CDATA(text)
 

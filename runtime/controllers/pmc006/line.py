@@ -40,7 +40,7 @@ class Pmc006:
     @property
     def passed_over(self) -> int:
         """Number of received bytes outside frames."""
-        return self._framer.passed_over
+        return self._framer.skipped
 
     @property
     def next_wake_ns(self) -> int | None:

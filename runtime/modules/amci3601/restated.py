@@ -26,7 +26,7 @@ class Restated3601(Amci3601):
     @override
     def update(self, now_ns: int, outputs: Image) -> Image:
         image = super().update(now_ns, self._restated_outputs(outputs))
-        for word, value in enumerate(self._form.shown(image.words.tolist())):
+        for word, value in enumerate(self._form.from_3601(image.words.tolist())):
             self._shown.words[word] = value
         return self._shown
 
@@ -46,6 +46,6 @@ class Restated3601(Amci3601):
         }
 
     def _restated_outputs(self, outputs: Image) -> Image:
-        for word, value in enumerate(self._form.heard(outputs.words.tolist())):
+        for word, value in enumerate(self._form.to_3601(outputs.words.tolist())):
             self._outputs_3601.words[word] = value
         return self._outputs_3601

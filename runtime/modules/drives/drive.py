@@ -88,7 +88,7 @@ class DriveUnit(SteppedModule):
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
         self.words = NO_WORDS
         self._acted_on = b""
-        self._only_counts_change = False
+        self._counting = False
         self._segment: Segment | None = None
         self._due_ns = 0
         self._tick(self._now_ns)
@@ -121,7 +121,7 @@ class DriveUnit(SteppedModule):
             for index, word in enumerate(self.inputs()):
                 words[index] = signed_word(word)
             self._foresee(now_ns)
-        elif self._only_counts_change:
+        elif self._counting:
             self._report_counts(now_ns)
         elif self._segment is not None:
             self._report_travel(now_ns, self._segment)
@@ -134,7 +134,7 @@ class DriveUnit(SteppedModule):
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
         is_shown = not self.layer.in_configuration
-        self._only_counts_change = is_shown and self.axis.counting
+        self._counting = is_shown and self.axis.counting
         self._segment = self.axis.segment if is_shown else None
 
     def _report_travel(self, now_ns: int, segment: Segment) -> None:

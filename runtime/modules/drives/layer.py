@@ -515,7 +515,7 @@ class DriveLayer:
             start(now_ns)
 
     def _ranges_hold(self, command: DriveCommand) -> bool:
-        return command.ranges_hold(self.start_sps) and command.current_holds
+        return command.is_in_range(self.start_sps) and command.current_is_legal
 
     def _begin(self, command: DriveCommand, motion: DriveMotion) -> None:
         """Make a motion the running motion, and adopt current and jerk of its command."""
@@ -639,7 +639,7 @@ class DriveLayer:
             self.fire(now_ns, "CMD-16")
             return
         session.waiting = False
-        is_allowed = bool(command.target) and command.ranges_hold(self.start_sps)
+        is_allowed = bool(command.target) and command.is_in_range(self.start_sps)
         if not is_allowed or len(session.segments) == SEGMENTS_MAX:
             self.fire(now_ns, "CMD-11")
             self.session, self.segments = None, []
@@ -656,7 +656,9 @@ class DriveLayer:
             self.frozen = True
 
     def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
-        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_holds)):
+        if not self._may_move(
+            now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_is_legal)
+        ):
             return
         dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
         segments = list(self.segments)

@@ -216,7 +216,7 @@ class Jog(DriveMotion):
     def change(self, now_ns: int, command: DriveCommand) -> None:
         """Adopt new values, or report invalid values [interpretation R-16]."""
         layer, self.values = self.layer, jog_values(command)
-        if command.ranges_hold(layer.start_sps):
+        if command.is_in_range(layer.start_sps):
             self.stopping = False
             self.profile = profile_of(command, layer.start_sps)
             self.axis.change_speed(now_ns, self.profile)

@@ -21,7 +21,10 @@ LACKS = "names that the file does not have: tags, members, routines, add-ons"
 WHOLE = "Controller"
 
 _REASONS = (
-    (re.compile(r"function block diagrams have no ([\w, ]+) here"), "blocks without an implementation: {}"),
+    (
+        re.compile(r"scanrack has no ([\w, ]+) in function block diagrams"),
+        "blocks without an implementation: {}",
+    ),
     (re.compile(r"is a loop without|they are a loop without"), "a loop of blocks without a feedback wire"),
     (re.compile(r"source is encoded|source of this add-on is encoded"), "encoded"),
     (re.compile(r"\btag \S+ is not declared: "), "tags that are not declared"),

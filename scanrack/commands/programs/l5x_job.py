@@ -19,7 +19,7 @@ from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
 from scanrack.rockwell.l5x.trial import SCANS
-from scanrack.rockwell.l5x.xml.document import copied, read_bytes
+from scanrack.rockwell.l5x.xml.document import checked_bytes, read_bytes
 from scanrack.rockwell.slc import import_slc
 from scanrack.rockwell.slc.document import read_document as read_slc
 from scanrack.terminal.as_json import say_json
@@ -151,7 +151,7 @@ def _exported(file: Path, name: str | None) -> bytes:
             raise LadderError(f"{file}: not an export; choose a program with --export")
         return export_l5x(read_program(file), name)
     if not is_slc(file):
-        return copied(file) if name is None else partial_l5x(read_bytes(file), name, str(file))
+        return checked_bytes(file) if name is None else partial_l5x(read_bytes(file), name, str(file))
     if name is not None:
         raise LadderError(f"{file}: --export prints parts of an L5X or a {SUFFIX} file; --out copies an SLC")
     return read_slc(file).source

@@ -236,9 +236,9 @@ def _change(image: ImagePlace, service: int, data: bytes, reply_data: bytes) -> 
         return None
     skip, body = _elements(service, data, reply_data)
     if image.bit is None:
-        return _clipped(image.at + skip, body, b"")
+        return _clipped(image.offset + skip, body, b"")
     mask = 1 << image.bit
-    return _clipped(image.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
+    return _clipped(image.offset, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
 
 
 def _modify_change(image: ImagePlace, data: bytes) -> _Change | None:
@@ -249,7 +249,7 @@ def _modify_change(image: ImagePlace, data: bytes) -> _Change | None:
         return None
     masks = list(zip(or_mask, and_mask, strict=True))
     keep = bytes(ands & ~ors & 0xFF for ors, ands in masks)
-    return _clipped(image.at, bytes(ors & ands for ors, ands in masks), keep)
+    return _clipped(image.offset, bytes(ors & ands for ors, ands in masks), keep)
 
 
 def _elements(service: int, data: bytes, reply_data: bytes) -> tuple[int, bytes]:

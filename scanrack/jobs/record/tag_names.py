@@ -65,7 +65,7 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
     names = NamesByPattern(value.name for value in values)
     matches: dict[str, NamedValue] = {}
     for pattern in patterns:
-        matching = [values[index] for index in names.places(pattern)]
+        matching = [values[index] for index in names.indexes(pattern)]
         for value in matching or [_value_at(namespace, values, pattern)]:
             matches.setdefault(value.name, value)
     return list(matches.values())

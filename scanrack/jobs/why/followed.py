@@ -122,7 +122,7 @@ def _from_snapshot(
     run: RungsRun | None = None
     try:
         texts = {scan: text for scan, text in snapshots.items() if 0 < scan <= last}
-        values = dict(zip(texts, saved.all_of([*texts.values()]), strict=True))
+        values = dict(zip(texts, saved.values_in([*texts.values()]), strict=True))
         past = RecordedPast({0: begin, **values}, inputs.between, inputs.plain, last)
         start = next(past.snapshots(last))
         debugger.go_to(past, start)

@@ -92,11 +92,11 @@ def test_other_solvers_check_each_proof(place: Path, monkeypatch: pytest.MonkeyP
     for each in found:
         assert f"{each.name} confirms it" in said
     doubtful = checking.Solver("z9 1.0", lambda _script: "sat")
-    monkeypatch.setattr(prove_command, "solvers", lambda: [doubtful])
+    monkeypatch.setattr(prove_command, "find_solvers", lambda: [doubtful])
     status, said = proved(HOLDS, "--check")
     assert status == 3
     assert re.search(r"bounded +unknown +z9 1.0 refuses the proof, \w+.*: sat", said)
-    monkeypatch.setattr(prove_command, "solvers", list)
+    monkeypatch.setattr(prove_command, "find_solvers", list)
     status, said = proved(HOLDS, "--check")
     assert status == 2
     assert "--check needs another solver, z3 or cvc5: pip install" in said

@@ -74,7 +74,7 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
             ("export", "{}", "--csv", "{}.csv", "--bits", "--signal", "*.position"),
             "--bits: no signal of *.position is a bit",
         ),
-        (("export", "{}", "--mcap", "{}.mcap", "--bits"), "--bits chooses columns; a copy as MCAP has all"),
+        (("export", "{}", "--mcap", "{}.mcap", "--bits"), "--bits: not possible for a copy as MCAP"),
         (("export", "{}"), "no output: give one or more of --csv, --parquet, --vcd"),
         (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "no signal 'slot9.*'"),
         (("export", "{}", "--csv", "{}.csv", "--range", "200:"), "no scan in scans from 200"),

@@ -278,7 +278,10 @@ BAD_INPUT = {
         ["line.toml", "--record", "line.py"],
         "line.py is the program: choose another file to write to",
     ),
-    "two wishes": (["line.toml", "--record", "x.mcap", "--no-record"], "--record and --no-record contradict"),
+    "two wishes": (
+        ["line.toml", "--record", "x.mcap", "--no-record"],
+        "--record and --no-record: give only one",
+    ),
 }
 
 

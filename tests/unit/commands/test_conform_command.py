@@ -155,7 +155,7 @@ def test_a_real_controller_needs_live_and_control(plan: Path, monkeypatch: pytes
     monkeypatch.setattr(conform, "connect", lambda _path: real)
     for words in ("", "--live", "--allow-writes"):
         status, said = scanrack(f"conform plan.toml --path plc --counter Scan:2 {words}")
-        assert (status, "disable the drive first" in said) == (2, True)
+        assert (status, "disable the drive, then" in said) == (2, True)
     assert real.written == []
     words = "conform plan.toml --path plc --counter Scan:2 --live --allow-writes -q --scene input"
     assert scanrack(words)[0] == 0  # it is left out: nothing is wired

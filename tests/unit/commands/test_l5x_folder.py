@@ -66,7 +66,7 @@ def test_the_sums_of_a_folder(folder):
     ("reason", "kind"),
     [
         ("transition Tran_001 has no step after it", "a chart"),
-        ("its source is encoded, so that it is not in the file", "encoded"),
+        ("its source is encoded, so it is not in the file", "encoded"),
         ("it is of type Q; types of rungs are N, I", "edits in progress"),
         ("sheet 1, ADD A, sheet 1, SUB B: they are a loop without the Assume Data Available indicator", LOOP),
         ("sheet 2, TONR T1: TONR(T1): T1 is a DINT, a FBD_TIMER is needed", "other"),

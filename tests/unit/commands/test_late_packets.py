@@ -7,6 +7,7 @@ import struct
 import pytest
 from drive_scanner import class_1_packet, forward_open
 from drive_unit import Unit
+from scanrack.runtime.tag_servers.connections import forward_open_in
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
 
 MS = 1_000_000
@@ -19,7 +20,8 @@ class Owner:
     def __init__(self) -> None:
         self.adapter = DriveAdapter(Unit().drive)
         request = forward_open(rpi_us=8000, multiplier=7)
-        (self.ours,) = struct.unpack_from("<I", self.adapter.open(request, SCANNER, 0, large=False))
+        reply = self.adapter.open(forward_open_in(request, large=False), SCANNER, 0)
+        (self.ours,) = struct.unpack_from("<I", reply)
 
     def send_at(self, *instants_ms: float) -> None:
         for count, at_ms in enumerate(instants_ms, 1):

@@ -97,7 +97,7 @@ OUTPUTS = {
     "import simulated_to": Output(
         "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
     ),
-    "conform out": Output("conform --judge run.mcap -q --out {}", "new.json", ("run.mcap",)),
+    "conform result_file": Output("conform --judge run.mcap -q --out {}", "new.json", ("run.mcap",)),
     "conform html": Output("conform --judge run.mcap -q --out x.json --html {}", "new.html", ("run.mcap",)),
     "repair output": Output("repair torn.mcap -q --out {}", "new.mcap", ("torn.mcap",)),
     "replay record": Output(

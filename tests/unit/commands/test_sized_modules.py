@@ -223,8 +223,8 @@ def test_a_test_of_a_user_reads_forces_and_writes_last_words(place: Path) -> Non
 @pytest.mark.parametrize(
     ("table", "says"),
     [
-        ('[[force]]\naddress = "Local:1:I.Data[2]"\nvalue = 1', "no word 2, words are 0 to 1"),
-        ('[[force]]\naddress = "Local:3:I.Data[4]"\nvalue = 1', "no word 4, words are 0 to 3"),
+        ('[[force]]\naddress = "Local:1:I.Data[2]"\nvalue = 1', "word 2 does not exist: words are 0 to 1"),
+        ('[[force]]\naddress = "Local:3:I.Data[4]"\nvalue = 1', "word 4 does not exist: words are 0 to 3"),
         (
             '[[incident]]\nat_ms = 2\nwhat = "torn-update"\nslot = 1\nlate_words = [2]',
             r"late_words \[2\] are not allowed: 0 to 1",

@@ -70,7 +70,7 @@ def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
     status, said = scanrack("replay", "--into", "session", "a.mcap")
     assert status == 2
     assert "blinker.py" in said
-    assert "say --trust" in said
+    assert "add --trust" in said
     assert scanrack("replay", "--into", "session", "a.mcap", "--trust")[1].endswith(
         "identical byte for byte\n"
     )

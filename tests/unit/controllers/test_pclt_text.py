@@ -25,7 +25,7 @@ MISTAKES = [
     ("END END", "line 1, column 5: 'END' is unexpected; allowed here: the end of the line"),
     ('TEXT "@1G\nEND', "line 1, column 6: '\"@1G' is unexpected; allowed here: text in quotes"),
     (f'TEXT "{"x" * 21}"\nEND', "line 1, column 6: 21 characters are too many: text is at most 20"),
-    ('TEXT "é"\nEND', "line 1, column 6: 'é' can't be sent: text is printable ASCII"),
+    ('TEXT "é"\nEND', "line 1, column 6: 'é' can't be sent: text must be printable ASCII"),
     ('TEXT "a\\t"\nEND', "line 1, column 6: \\t is unknown"),
     (".axis 100\nEND", "line 1, column 7: 100 is out of range: an axis is 0 to 99"),
     (".axis 1\n.axis 1\nEND", "line 2, column 1: .axis is given twice"),

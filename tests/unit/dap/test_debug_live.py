@@ -139,7 +139,7 @@ def test_going_back_repeats_the_way_forwards(client: DebugClient, rack: Path) ->
     for before in reversed(places):
         client.go("stepBack")
         assert (client.scan(), client.at(), client.value("Result")) == before
-    with pytest.raises(RefusedError, match="scan 0 is the first one"):
+    with pytest.raises(RefusedError, match="scan 0 is the first scan"):
         client.go("stepBack")
 
 

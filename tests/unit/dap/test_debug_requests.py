@@ -98,7 +98,7 @@ def test_requests_in_a_stop_that_mean_nothing_there(client: DebugClient) -> None
         ("next", {"threadId": 1, "granularity": "mile"}, "must be statement, line, instruction"),
         ("setBreakpoints", {"source": {}}, "path None: must be a text"),
         ("setBreakpoints", {"source": {"path": "x"}, "breakpoints": 4}, "must be a list of objects"),
-        ("evaluate", {"expression": "Feeding +"}, "not an expression"),
+        ("evaluate", {"expression": "Feeding +"}, "not a query expression"),
         ("evaluate", {"expression": "set Feeding", "context": "repl"}, "write TAG = VALUE"),
         ("setExpression", {"expression": "Nope", "value": "1"}, "no tag Nope"),
         ("setExpression", {"expression": "Feeding", "value": "red"}, "'red' is not a value"),

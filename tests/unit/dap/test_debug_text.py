@@ -204,7 +204,7 @@ def test_a_step_back_is_the_line_before(client: DebugClient, plain: Path) -> Non
     for before in reversed(places):
         client.go("stepBack")
         assert (*where(client), client.value("state.number"), client.value("state.big")) == before
-    with pytest.raises(RefusedError, match="scan 0 is the first one"):
+    with pytest.raises(RefusedError, match="scan 0 is the first scan"):
         client.go("stepBack")
 
 
@@ -225,7 +225,7 @@ def test_breakpoints_of_lines_take_python_of_the_frame(client: DebugClient, plai
     (bad,) = client.break_at(file, line, condition="result ==")
     assert (bad["verified"], "not an expression of Python" in bad["message"]) == (False, True)
     (none,) = client.break_at(file, 999)
-    assert "no instruction from there" in none["message"]
+    assert "no instruction from this line" in none["message"]
 
 
 def test_backwards_meets_what_forwards_has_met(client: DebugClient, plain: Path) -> None:

@@ -156,7 +156,7 @@ def test_the_limit_that_is_reached_first_ends_a_search(budget, left, monkeypatch
 
 def test_explaining_gets_half_of_a_budget_of_time_and_uses_it_up(monkeypatch):
     now = map(fuzz_budget.Times, (0, 4, 5, 5), (0, 4, 5, 5))  # its beginning, two looks at the clock, its end
-    monkeypatch.setattr(fuzz_budget, "_now", lambda: next(now))
+    monkeypatch.setattr(fuzz_budget, "_current_times", lambda: next(now))
     spending = Spending(Budget(1, processor_ns=10), State(processor_ns=3), 0)
     with spending.on_explaining():
         assert spending.explains

@@ -12,7 +12,7 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import dataclass as ours
-from scanrack.io_images.dataclass import MadeLater, of_libraries_too
+from scanrack.io_images.dataclass import CompiledOnUse, of_libraries_too
 
 OPTIONS = ("frozen", "slots", "kw_only", "order", "unsafe_hash", "eq", "repr", "init")
 NAMES = ("at", "name", "kind", "size")
@@ -115,10 +115,10 @@ def test_a_method_is_compiled_when_it_is_looked_up() -> None:
     class Late:
         at: int
 
-    assert isinstance(vars(Late)["__init__"], MadeLater)
+    assert isinstance(vars(Late)["__init__"], CompiledOnUse)
     assert Late(1).at == 1
     assert inspect.isfunction(vars(Late)["__init__"])
-    assert isinstance(vars(Late)["__eq__"], MadeLater)
+    assert isinstance(vars(Late)["__eq__"], CompiledOnUse)
 
 
 def test_frozen_ones_with_slots_are_pickled_and_copied() -> None:

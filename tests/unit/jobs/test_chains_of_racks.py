@@ -367,7 +367,7 @@ def test_of_an_input_it_is_said_what_its_owner_can_do(made):
     bench = made("line.py", LINES, 3)
     remedies = bench.suggest_inputs("slot2.input.start", "on")
     assert str(remedies) == (
-        "slot2.input.start is an input itself, slot 2 input 0: switch it there (timeline of the rack file, a "
+        "slot2.input.start is itself an input, slot 2 input 0: switch it there (timeline of the rack file, a "
         "button of the page, set_input of a bench), or force it"
     )
     assert (remedies.found, remedies.tried) == ((), 0)

@@ -76,7 +76,7 @@ def test_an_alias_is_its_target_and_a_bit_of_a_number_its_word() -> None:
 
 @pytest.mark.parametrize("pattern", ["Lamp", "Local:1:O.Data[0].3", "O:1.0/3"])
 def test_a_part_of_an_image_says_where_it_is(pattern: str) -> None:
-    with pytest.raises(LadderError, match="a part of slot 1's images, which a trace has anyway"):
+    with pytest.raises(LadderError, match="a part of slot 1's images, which every trace has"):
         names(pattern)
 
 

@@ -114,9 +114,9 @@ def test_a_recording_without_its_end_is_asked_without_snapshots(
 def test_what_is_no_snapshot_of_the_program_is_refused(text: str) -> None:
     memory = parse_program(PROGRAM).compile().memory
     saved = SavedValues(memory)
-    assert saved.of(saved.text()) == snapshot(memory)
+    assert saved.values_in([saved.text()]) == [snapshot(memory)]
     with pytest.raises(ValueError, match=r"snapshot|Expecting|nested"):
-        saved.of(text)
+        saved.values_in([text])
 
 
 def changed(lines: Mapping[int, str]) -> dict[int, str]:

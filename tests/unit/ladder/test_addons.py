@@ -209,9 +209,8 @@ def test_in_python_it_is_called_like_any_instruction():
     program.tags.Run = True
     program.step()
     assert program.tags.Total == 10
-    with pytest.raises(
-        LadderError, match=r"Counting takes an instance and 4 operands \(Step, Quick, Total, Log\), 1"
-    ):
+    message = r"Counting needs an instance and 4 operands \(Step, Quick, Total, Log\); the call has 1"
+    with pytest.raises(LadderError, match=message):
         counting(count, 3)
 
 
@@ -244,7 +243,7 @@ LOGIC = "ROUTINE Logic\n{}END\n"
         ("A", LOGIC.format("JSR(Main,0);\n"), "JSR is not allowed in an add-on instruction"),
         ("A", "INPUT B : DINT\n", "add-on A has no routine Logic"),
         ("A", f"INPUT B : DINT\nLOCAL b : DINT\n{LOGIC.format('')}", "b is declared twice"),
-        ("ADD", LOGIC.format(""), "ADD is an instruction already"),
+        ("ADD", LOGIC.format(""), "ADD is a built-in instruction"),
     ],
 )
 def test_mistakes_in_definitions(name, body, message):

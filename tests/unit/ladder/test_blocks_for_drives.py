@@ -102,9 +102,7 @@ def test_a_program_that_is_written_uses_the_library():
 def test_blocks_without_drives_are_refused_on_a_drive():
     program = parse_program(ONE_AXIS.format(2))
     program.take_stubs(DRIVES)
-    with pytest.raises(
-        LadderError, match="the module is a networked drive, and these blocks are those without"
-    ):
+    with pytest.raises(LadderError, match="the module is a networked drive, but these blocks are for"):
         program.build()
 
 

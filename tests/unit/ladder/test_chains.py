@@ -297,9 +297,9 @@ def test_what_it_would_take(name):
 
 def test_what_it_would_take_is_asked_of_single_values():
     debugger = after("XIC(Start)TON(T,50,0);MOV(K,N);", "2")
-    with pytest.raises(ValueError, match="T is not a single value: ask about one of its members"):
+    with pytest.raises(ValueError, match="T is not a single value; ask about one of its members"):
         debugger.suggest_inputs("T")
-    with pytest.raises(ValueError, match="N is of type DINT: give the value that it should have"):
+    with pytest.raises(ValueError, match="N is of type DINT; give the value that it should have"):
         debugger.suggest_inputs("N")
     assert str(debugger.suggest_inputs("N", 4)) == "N becomes 4 if K becomes 4"
     assert str(debugger.suggest_inputs("Lamp")) == "Lamp depends on no input"

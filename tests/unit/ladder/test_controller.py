@@ -248,9 +248,9 @@ def test_tasks_that_do_not_fit(tasks, text, remedy):
 @pytest.mark.parametrize(
     ("line", "text"),
     [
-        ("TASK A : PERIODIC 0 ms RUNS P1", "rate 0 ns"),
-        ("TASK A : PERIODIC 10 ms PRIORITY 16 RUNS P1", "priority 16; must be 1 to 15"),
-        ("TASK A : CONTINUOUS PREEMPT RUNS P1", "does not preempt itself"),
+        ("TASK A : PERIODIC 0 ms RUNS P1", "rate is 0 ns"),
+        ("TASK A : PERIODIC 10 ms PRIORITY 16 RUNS P1", "priority is 16; must be 1 to 15"),
+        ("TASK A : CONTINUOUS PREEMPT RUNS P1", "so it can't preempt"),
     ],
 )
 def test_tasks_out_of_range(line, text):

@@ -93,7 +93,7 @@ def test_a_new_tag_settles_it_and_a_wrong_one_is_refused():
     assert checked(edit, tags=[NewTag("Jog", "BOOL")]).is_right
     assert not checked(edit, tags=[NewTag("Jog", "DINT")]).is_right
     for tag, said in (
-        (("Go", "BOOL"), "already"),
+        (("Go", "BOOL"), "Go exists"),
         (("A B", "BOOL"), "no name"),
         (("Jog", "WHAT"), "no type"),
     ):

@@ -121,7 +121,7 @@ def test_a_removed_breakpoint_leaves_the_others_as_they_are(filling):
 @pytest.mark.parametrize(
     ("routine", "rung", "says"),
     [
-        ("Main", 5, "routine Main has no rung 5: 0 to 4"),
+        ("Main", 5, "routine Main has no rung 5; must be 0 to 4"),
         ("Mane", 0, "no routine Mane; choose from Main"),
     ],
 )
@@ -202,7 +202,7 @@ def test_every_leg_of_a_branch_blocks_if_none_conducts():
 def test_why_of_what_nobody_has_changed(filling):
     filling.scan(3)
     assert filling.why("W[2]").splitlines() == [
-        "W[2] is 0 and has not changed while it was watched. What writes it:",
+        "W[2] is 0 and has not changed while watched. Its writers:",
         "    Main, rung 2: MOV(7,W[I]) writes W[I]",
     ]
     assert filling.why("Unused") == "Unused is 0: no rung writes it."
@@ -212,7 +212,7 @@ def test_why_of_what_was_set_from_outside_and_of_inputs(filling):
     filling.scan()
     filling.tags.Start = True
     filling.scan(2)
-    assert filling.why("Start") == "Start is 1 since scan 1 (0.01 s): it was set from outside of the rungs."
+    assert filling.why("Start") == "Start is 1 since scan 1 (0.01 s): it was set from outside the rungs."
 
 
 def test_why_of_an_input_is_the_module():
@@ -332,9 +332,9 @@ def test_bits_of_a_word_are_forced_one_by_one(filling):
     ("tag", "value", "says"),
     [
         ("Rum", 1, "no tag Rum"),
-        ("W", 1, "W is not one value"),
-        ("W[I]", 1, r"W\[I\] is not one value with a fixed place"),
-        ("axis.command.HOLD_MOVE", 1, "is an image: force it at the CPU"),
+        ("W", 1, "W is not a single value"),
+        ("W[I]", 1, r"W\[I\] is not a single value with constant subscripts"),
+        ("axis.command.HOLD_MOVE", 1, "is an image; force it at the CPU"),
         ("Run", 2, "2 is not a BOOL"),
         ("I", 2**31, "out of range"),
     ],

@@ -168,7 +168,7 @@ def test_a_condition_and_a_coil_as_rows():
     assert scanrack.ladder.XIC.kind is InstructionKind.INPUT
     assert scanrack.ladder.OTE.kind is InstructionKind.BOTH
     assert repr(scanrack.ladder.TON) == "<instruction TON(TIMER, PRESET, PRESET)>"
-    with pytest.raises(LadderError, match="OTE takes 1 operands, 2 are given"):
+    with pytest.raises(LadderError, match="OTE: 2 operands; must be 1"):
         scanrack.ladder.OTE("A", "B")
 
 

@@ -36,7 +36,7 @@ def subscripts(depth):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        (nested(200), f"at most {BRANCHES} branches in one another"),
+        (nested(200), f"at most {BRANCHES} nested branches"),
         (total(500), f"at most {LEVELS} levels of operators and subscripts"),
         (f"CPT(N,{'(' * (LEVELS + 1)}1{')' * (LEVELS + 1)});", f"at most {LEVELS} levels"),
         (f"CPT(N,{'NOT ' * (LEVELS + 1)}1);", f"at most {LEVELS} levels"),
@@ -150,7 +150,7 @@ def test_a_main_routine_takes_no_inputs():
         (f"TAG Z : DINT := {'[' * 1_001}", "brackets that are nested deeper than 1000"),
         ("TAG Z : DINT[,]", "the length of each dimension"),
         (f"TAG Z : DINT[{'9' * 4000}]", "the length of each dimension"),
-        ("TAG Z : DINT[999999999]", "takes more than 33,554,432 bytes"),
+        ("TAG Z : DINT[999999999]", "has more than 33,554,432 bytes"),
         (f"SLOT z : {'9' * 4000}", "USE, TYPE, INSTRUCTION"),
     ],
     ids=lambda text: text[:20],

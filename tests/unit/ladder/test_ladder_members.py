@@ -58,7 +58,7 @@ def test_two_coils_on_a_bit_and_its_other_name_are_seen():
 
 
 def test_a_second_name_of_what_is_not_there_is_refused():
-    with pytest.raises(LadderError, match=r"Ready of Bad is at Host\.0, which is not a member of its own"):
+    with pytest.raises(LadderError, match=r"Ready of Bad is at Host\.0, which has no memory of its own"):
         engines("NOP();", "TYPE Bad (Ready : BOOL AT Host.0)\n")
 
 

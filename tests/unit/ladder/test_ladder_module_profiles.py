@@ -114,7 +114,7 @@ def test_the_debugger_runs_a_scan_with_its_fault_again():
     ("rung", "message"),
     [
         ("MOV(Local:1:I.Data8,Word);", "Data0 to Data7, ModuleOK, ConfigError, ConfigMode and Fault"),
-        ("XIC(Local:1:O.ModuleOK)OTE(Ok);", "there are Data[0] to Data[7], Data0 to Data7, and bits"),
+        ("XIC(Local:1:O.ModuleOK)OTE(Ok);", "its parts are Data[0] to Data[7], Data0 to Data7, and bits"),
         ("XIC(Local:1:I.ModuleOK.1)OTE(Ok);", "is not part of a module"),
         ("XIC(Local:1:I)OTE(Ok);", "a bit is needed"),
     ],

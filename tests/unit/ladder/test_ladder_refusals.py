@@ -39,7 +39,7 @@ SLOT axis : 1"""
         ("MOV(Run,N);", "Run is a BOOL, a number or a STRING is needed", "numeric tag"),
         ("MOV(1,5);", "5 is the number 5, a numeric tag or a STRING to write is needed", "numeric tag"),
         ("MOV(D[10],N);", "index 10 is outside D[10]", "0 to 9"),
-        ("MOV(G[1],N);", "G has 2 dimensions, 1 subscripts", "one per dimension"),
+        ("MOV(G[1],N);", "G has 2 dimensions, but the address has 1 subscripts", "one per dimension"),
         ("XIC(N.32)OTE(Run);", "N has no bit 32", "0 to 31"),
         ("TON(C,?,?);", "C is a COUNTER, a TIMER is needed", "declare the tag as TIMER"),
         ("XIC(T.XX)OTE(Run);", "TIMER has no member XX", "members are EN, TT, DN, PRE, ACC"),
@@ -48,12 +48,12 @@ SLOT axis : 1"""
         ("JMP(Nowhere);", "no label NOWHERE", "add LBL"),
         ("JSR(Nowhere,0);", "no routine NOWHERE", "routines are Main"),
         ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) is not first", "put it first"),
-        ("MCR()OTE(Run);", "MCR is not last", "separate rung"),
+        ("MCR()OTE(Run);", "MCR is not last", "another rung"),
         ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
         ("BTD(N,0,N,32,1);", "destination bit 32 is out of range", "0 to 31"),
         ("CMP(N+1)OTE(Run);", "a comparison is needed", "a>b"),
         ("TON(T,1.5,0);", "PRE 1.5 is not a whole number", "MOV to .PRE"),
-        ("MOV(?,N);", "? is in place of a value", "write the tag"),
+        ("MOV(?,N);", "? is not a value", "write the tag"),
     ],
 )
 def test_operands_that_do_not_fit(rung, text, remedy):
@@ -205,7 +205,7 @@ def test_no_copy_ends_in_the_middle_of_a_command_word(rung, may):
     if may:
         program.build()
         return
-    with pytest.raises(BuildError, match="half of a new command and half of an old one"):
+    with pytest.raises(BuildError, match="half of a new and half of an old command"):
         program.build()
 
 
@@ -220,9 +220,9 @@ def test_a_slash_behind_a_data_file_means_a_bit_unless_it_divides(text):
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (lambda: make("MOV", 1), "MOV takes 2 operands, 1 are given"),
-        (lambda: make("MOV", 1, "N", 2), "MOV takes 2 operands, 3 are given"),
-        (lambda: make("XIC"), "XIC takes 1 operands, 0 are given"),
+        (lambda: make("MOV", 1), "MOV: 1 operands; must be 2"),
+        (lambda: make("MOV", 1, "N", 2), "MOV: 3 operands; must be 2"),
+        (lambda: make("XIC"), "XIC: 0 operands; must be 1"),
         (lambda: make("MOV", True, "N"), "True is not an operand"),
         (lambda: make("MOV", None, "N"), "None is not an operand"),
         (lambda: make("MVO", 1, "N"), "no instruction MVO"),

@@ -80,7 +80,7 @@ def test_a_string_of_its_own_length_is_cut_at_that():
         engine.tags.Long = "0123456789ABC"
         engine.step()
         assert engine.tags.Name == "0123456789ABC0123456", engine
-        with pytest.raises(ValueError, match="21 characters do not fit, 20 do"):
+        with pytest.raises(ValueError, match="21 characters are too long; must be at most 20"):
             engine.tags.Name = "x" * 21
 
 

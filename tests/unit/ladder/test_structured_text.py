@@ -326,7 +326,7 @@ def test_a_routine_of_structured_text_from_python():
         ("T := N;", "N is a DINT, a string is needed"),
         ("N := T;", "T is a STRING, a number is needed"),
         ("D := D;", "D is an array of DINT, which is not assigned as a whole"),
-        ("FOR R := 0 TO 3 DO END_FOR;", "FOR counts in a REAL, an integer is needed"),
+        ("FOR R := 0 TO 3 DO END_FOR;", "FOR counts in a REAL; must be an integer"),
         ("CASE A OF 1: ; END_CASE;", "A is a BOOL, a number is needed"),
         ("EXIT;", "EXIT is outside of a loop"),
         ("MOV(N,N);", "MOV is not an instruction of structured text; write an assignment"),

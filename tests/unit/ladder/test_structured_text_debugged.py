@@ -60,7 +60,7 @@ def test_why_names_the_statement_what_it_read_and_what_it_stands_in(debugger):
 def test_a_tag_that_never_changed_lists_the_lines_that_write_it(debugger):
     debugger.scan()
     assert debugger.why("I") == (
-        "I is 0 and has not changed while it was watched. What writes it:\n"
+        "I is 0 and has not changed while watched. Its writers:\n"
         "    Main, line 17: FOR I := 0 TO 3 DO writes I"
     )
 
@@ -86,7 +86,7 @@ def test_a_breakpoint_on_a_line_is_met_when_it_begins_to_run(debugger):
     (stop,) = debugger.scan()
     assert stop.text == "Main, line 11 runs: Run := Start OR Run;"
     assert debugger.scan(3) == ()
-    with pytest.raises(LadderError, match=r"routine Main has no line 10: 9, 11, 13, 15, 17, 18, 21"):
+    with pytest.raises(LadderError, match=r"routine Main has no line 10; must be 9, 11, 13, 15, 17, 18, 21"):
         debugger.break_at("Main", 10)
 
 

@@ -51,8 +51,8 @@ def test_they_are_copied_in_and_out():
     [
         ("JSR(Sub,4,X,Long,Said,5);", "Sub takes INT[5], INT[6] is passed"),
         ("JSR(Sub,4,Said,List,Said,5);", "Sub takes Rec, STRING is passed"),
-        ("JSR(Sub,4,X,List,Said,5,X.In[0]);", "RET in rung 2 of Sub returns Rec, Inner is expected"),
-        ("JSR(Sub,3,X,List,Said);", "Sub takes 4 inputs, 3 are given"),
+        ("JSR(Sub,4,X,List,Said,5,X.In[0]);", "RET in rung 2 of Sub returns Rec; JSR expects Inner"),
+        ("JSR(Sub,3,X,List,Said);", "Sub has 4 inputs, but JSR passes 3"),
     ],
 )
 def test_another_type_or_too_few_are_refused(call, says):

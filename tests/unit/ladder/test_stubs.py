@@ -122,7 +122,8 @@ def test_stubs_in_use_are_counted():
 
 @pytest.mark.parametrize("name", ["JMP", "jsr", "MCR"])
 def test_what_says_what_runs_next_has_no_stub(name):
-    with pytest.raises(LadderError, match=f"{name.upper()} decides what runs next: no stub can replace it"):
+    message = f"{name.upper()} decides what runs next, so no stub can replace it"
+    with pytest.raises(LadderError, match=message):
         Program("p").stub(name, "false")
 
 

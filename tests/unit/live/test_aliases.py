@@ -194,12 +194,12 @@ def test_a_session_with_a_forced_fault_runs_again(tmp_path):
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("Start", "Start is an input itself, slot 2 input 0: switch it there"),
+        ("Start", "Start is itself an input, slot 2 input 0: switch it there"),
         (
             "card.status.MOVE_COMPLETE",
-            "card.status.MOVE_COMPLETE is what a module reports: let the module do so",
+            "card.status.MOVE_COMPLETE is a value that a module reports: let the module report it",
         ),
-        ("card.I.Fault.0", "card.I.Fault.0 is what a module reports"),
+        ("card.I.Fault.0", "card.I.Fault.0 is a value that a module reports"),
     ],
 )
 def test_of_an_input_it_is_said_what_gives_it_a_value(name, says):

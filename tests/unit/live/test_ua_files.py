@@ -27,7 +27,7 @@ needs_asyncua = pytest.mark.extra("opcua")
         ("ann", "line 1: must be name:password"),
         ("# users\n\n:secret", "line 3: must be name:password"),
         ("ann:", "must be name:password"),
-        ("ann:1\nann:2", "line 2: 'ann' stands above, too"),
+        ("ann:1\nann:2", "line 2: 'ann' appears above; list each user once"),
         ("# nobody", "1 to 64 users"),
         ("\n".join(f"u{n}:x" for n in range(65)), "1 to 64 users"),
         (f"ann:{'é' * 65}", "at most 128 bytes"),
@@ -41,7 +41,7 @@ def test_a_file_of_users_that_can_not_be_used_is_refused(text: str, part: str) -
 
 def test_a_user_logs_in_with_the_whole_password_only() -> None:
     security = UaSecurity(b"", "", b"", users_of("ann: a b:c \nbob:x"))
-    assert security.lets_in("ann", " a b:c ")
+    assert security.accepts("ann", " a b:c ")
     for name, password in [
         ("ann", "a b:c"),
         ("ann", "x"),
@@ -50,7 +50,7 @@ def test_a_user_logs_in_with_the_whole_password_only() -> None:
         ("eve", ""),
         ("bob", "\ud800"),
     ]:
-        assert not security.lets_in(name, password)
+        assert not security.accepts(name, password)
     assert "a b" not in repr(security)
 
 
@@ -222,9 +222,9 @@ def test_others_may_not_read_the_passwords(folder: Path) -> None:
     with pytest.raises(ValueError, match="chmod 600"):
         ua_security(folder, LOCAL, users)
     users.chmod(0o600)
-    assert ua_security(folder, LOCAL, users).lets_in("ann", "secret")
+    assert ua_security(folder, LOCAL, users).accepts("ann", "secret")
     users.write_text("ann:secret\n", "utf-8-sig")  # as Notepad of Windows writes it
-    assert ua_security(folder, LOCAL, users).lets_in("ann", "secret")
+    assert ua_security(folder, LOCAL, users).accepts("ann", "secret")
     users.write_text("ann\n", "utf-8")
     with pytest.raises(ValueError, match="users: line 1"):
         ua_security(folder, LOCAL, users)

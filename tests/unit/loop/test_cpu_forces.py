@@ -121,8 +121,8 @@ def test_program_mode_forces_inputs_only(rack, module, diary):
     [
         ("I:2.0/14", "slot 2 is empty; choose from 1"),
         ("Local:3:O.Data[1]", "slot 3 is empty; choose from 1"),
-        ("I:1.8", "no word 8, words are 0 to 7"),
-        ("Local:1:I.Data[0].16", "no bit 16, bits are 0 to 15"),
+        ("I:1.8", "word 8 does not exist: words are 0 to 7"),
+        ("Local:1:I.Data[0].16", "bit 16 does not exist: bits are 0 to 15"),
         (
             "N7:0",
             "not an address: write it like Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE",

@@ -151,7 +151,7 @@ def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
     words = {2: words_of("1769-IQ32", wired(gate=20))}
     for text in ("Local:2:I.Data.20", "I:2.1/4", "Local:2:I.Data[1].4", "slot2.input.gate"):
         assert parse_address(text, words) == Address(2, "I", 1, 4)
-    with pytest.raises(ValueError, match="no bit 32, bits are 0 to 31"):
+    with pytest.raises(ValueError, match="bit 32 does not exist: bits are 0 to 31"):
         parse_address("Local:2:I.Data.32", words)
     with pytest.raises(ValueError, match="has 32 bits"):
         parse_address("Local:2:I.Data", words)

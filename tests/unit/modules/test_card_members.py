@@ -75,8 +75,8 @@ def test_addresses_of_members() -> None:
     }.items():
         assert str(parse_address(text, words)) == place
     for text, says in {
-        "Local:2:I.ReadBack.32": "no bit 32, bits are 0 to 31",
-        "Local:4:I.Ch2DataEcho.16": "no bit 16, bits are 0 to 15",
+        "Local:2:I.ReadBack.32": "bit 32 does not exist: bits are 0 to 31",
+        "Local:4:I.Ch2DataEcho.16": "bit 16 does not exist: bits are 0 to 15",
         "Local:3:I.Ch1Overrang": "did you mean Ch1Overrange?",
         "Local:3:I.Ch1Overrange.1": "nothing can follow a bit",
     }.items():

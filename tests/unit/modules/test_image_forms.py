@@ -203,7 +203,7 @@ def test_they_keep_the_contract_of_a_module(file: str, name: str) -> None:
     ("inputs", "says"),
     [
         (("status_lsw", "position_msw"), "status_msw is missing"),
-        (("status_msw", "status_lsw", "zero", "zero"), "a name is there twice"),
+        (("status_msw", "status_lsw", "zero", "zero"), "a name occurs twice"),
     ],
 )
 def test_a_form_without_status_or_with_a_name_twice_is_refused(inputs: tuple[str, ...], says: str) -> None:

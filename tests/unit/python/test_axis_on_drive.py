@@ -85,7 +85,7 @@ def test_status_and_position_have_the_names_and_the_format_of_the_drive():
     assert (hand.axis.status.STOPPED, hand.axis.status.MOVE_COMPLETE) == (True, True)
     assert "DRIVE_ENABLED" in repr(hand.axis.status)
     with pytest.raises(
-        AttributeError, match="IN_ESTOP is not a status bit of the SMD23E2; bits are MOVING_CW"
+        AttributeError, match="IN_ESTOP is not a status bit of the SMD23E2; choose from MOVING_CW"
     ):
         _ = hand.axis.status.IN_ESTOP
 

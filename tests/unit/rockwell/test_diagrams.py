@@ -103,20 +103,21 @@ LOOP = wire("0.Dest", "1.SourceA") + wire("1.Dest", "0.SourceA")
 WRONG = {
     "an unknown block": (
         block("IMC", 0, "Loop"),
-        "sheet 1, IMC Loop: function block diagrams have no IMC here",
+        "sheet 1, IMC Loop: scanrack has no IMC in function block diagrams",
     ),
     "two unknown blocks": (
         block("IMC", 0, "Loop")
         + block("ADD", 1, "Sum")
         + block("CC", 2, "Alarm", x=5)
         + block("IMC", 3, "Two", x=9),
-        "sheet 1, IMC Loop; sheet 1, CC Alarm; sheet 1, IMC Two: function block diagrams have no IMC, C",
+        "sheet 1, IMC Loop; sheet 1, CC Alarm; sheet 1, IMC Two: "
+        "scanrack has no IMC, CC in function block diagrams",
     ),
     "an unknown function": (
         block("FOO__F", 7),
-        "sheet 1, FOO__F with ID 7: function block diagrams have no FOO__F here",
+        "sheet 1, FOO__F with ID 7: scanrack has no FOO__F in function block diagrams",
     ),
-    "a timer as a function": (block("TONR__F", 7), "function block diagrams have no TONR__F here"),
+    "a timer as a function": (block("TONR__F", 7), "scanrack has no TONR__F in function block diagrams"),
     "a loop": (
         ADD + LOOP,
         "sheet 1, ADD Sum, sheet 1, SUB Difference: they are a loop without the Assume Data Available",
@@ -136,11 +137,11 @@ WRONG = {
     "a tag of another type": (block("TONR", 0, "Sum"), "sheet 1, TONR Sum: TONR(Sum): Sum is a FBD_MATH, a"),
     "an empty reference": (
         reference("IRef", 0, "") + block("BNOT", 1, "No") + wire(0, "1.In"),
-        "sheet 1, IRef with ID 0: a tag or a number is needed",
+        "sheet 1, IRef with ID 0: its operand must be a tag or a number",
     ),
     "a number as an output": (
         block("BNOT", 0, "No") + reference("ORef", 1, "5") + wire("0.Out", 1),
-        "sheet 1, ORef 5: a tag is needed",
+        "sheet 1, ORef 5: its operand must be a tag",
     ),
     "two wires to a pin": (
         block("BNOT", 0, "No") + reference("IRef", 1, "Start") + wire(1, "0.In") + wire(1, "0.IN"),
@@ -157,7 +158,7 @@ WRONG = {
     ),
     "an ID twice": (
         block("BNOT", 0, "No") * 2,
-        "sheet 1, BNOT No: its ID is missing, or that of another element",
+        "sheet 1, BNOT No: its ID is missing, or another element has it",
     ),
     "an open connector": (
         connector("ICon", 0, "Link") + block("BNOT", 1, "No") + wire(0, "1.In"),
@@ -165,7 +166,7 @@ WRONG = {
     ),
     "a connector twice": (
         connector("OCon", 0, "Link") + connector("OCon", 1, "LINK"),
-        "sheet 1, OCon LINK: there are two output connectors of this name",
+        "sheet 1, OCon LINK: another output connector has this name",
     ),
     "connectors in a circle": (
         connector("ICon", 0, "Link")
@@ -185,7 +186,7 @@ WRONG = {
     ),
     "two sheets of one number": (
         block("BNOT", 0, "No") + '</Sheet>\n<Sheet Number="1">\n' + block("BNOT", 1, "No"),
-        "there are two sheets 1",
+        "it has two sheets 1",
     ),
     "an unknown element": (
         '<Coil ID="0" X="0" Y="0"/>',
@@ -270,8 +271,8 @@ def test_versions_of_a_diagram_are_compared_by_element(tmp_path):
     found = compare_exports(*paths)
     (difference,) = found.differences
     assert found.apart == ("blanks and places on the sheet of P, Blocks",)
-    assert (difference.what, difference.where) == ("element", "P, Blocks")
-    assert (difference.before, difference.after) == ("IRef Operand=Start", "IRef Operand=Stop")
+    assert (difference.noun, difference.place) == ("element", "P, Blocks")
+    assert (difference.old_text, difference.new_text) == ("IRef Operand=Start", "IRef Operand=Stop")
 
 
 def test_why_leads_from_the_output_through_the_diagram_to_its_input(imported):

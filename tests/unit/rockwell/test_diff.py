@@ -35,7 +35,7 @@ def compared(tmp_path):
         for file, text in zip(files, (old, new), strict=True):
             file.write_text(text, encoding="utf-8")
         found = compare_exports(*files)
-        return [(each.kind, each.what, each.where) for each in found.differences], found
+        return [(each.kind, each.noun, each.place) for each in found.differences], found
 
     return compare
 
@@ -60,7 +60,7 @@ def test_a_rung_that_is_put_in_changes_no_other(compared):
     new = [RUNGS[0], "XIC(X)OTE(Y);", *RUNGS[1:]]
     listed, found = compared(machine(*RUNGS), machine(*new))
     assert listed == [("added", "rung", "Main, Main, rung 1")]
-    assert (found.differences[0].before, found.differences[0].after) == ("", "XIC(X)OTE(Y);")
+    assert (found.differences[0].old_text, found.differences[0].new_text) == ("", "XIC(X)OTE(Y);")
 
 
 def test_a_rung_that_is_taken_out(compared):
@@ -79,7 +79,7 @@ def test_a_changed_rung_shows_both_texts(compared):
 def test_a_rung_in_another_place_is_moved(compared):
     listed, found = compared(machine(*RUNGS), machine(RUNGS[2], *RUNGS[:2]))
     assert listed == [("moved", "rung", "Main, Main, rung 0")]
-    assert found.differences[0].was == "rung 2"
+    assert found.differences[0].old_name == "rung 2"
 
 
 def test_a_rung_under_its_comment_is_changed_although_nothing_of_it_is_left(compared):
@@ -99,7 +99,7 @@ def test_a_comment(compared):
 
 def test_an_online_edit_of_a_rung(compared):
     old, new = (machine(rung(RUNGS[0], kind=kind)) for kind in ("N", "IR"))
-    assert compared(old, new)[1].differences[0].after == f"IR: {RUNGS[0]}"
+    assert compared(old, new)[1].differences[0].new_text == f"IR: {RUNGS[0]}"
 
 
 def test_tags_by_type_and_value(compared):
@@ -108,7 +108,7 @@ def test_tags_by_type_and_value(compared):
     listed, found = compared(old, new)
     kinds = [("removed", "C"), ("changed", "A"), ("changed", "B"), ("added", "D")]
     assert listed == [(kind, "tag", name) for kind, name in kinds]
-    assert (found.differences[1].before, found.differences[1].after) == ("value = 1", "value = 2")
+    assert (found.differences[1].old_text, found.differences[1].new_text) == ("value = 1", "value = 2")
 
 
 def test_types_tasks_programs_and_structured_text(compared):
@@ -173,7 +173,7 @@ def test_order_of_members_and_parameters_is_a_difference(compared):
     new = machine(types=[data_type("Recipe", *members[::-1])], add_ons=[add_on("Valve", parameters[::-1])])
     listed, found = compared(old, new)
     assert listed == [("changed", "data type", "Recipe"), ("changed", "add-on", "Valve")]
-    assert found.differences[0].before == "order of members = Time, Speed"
+    assert found.differences[0].old_text == "order of members = Time, Speed"
 
 
 def test_a_tag_with_another_name_is_renamed_and_its_rungs_are_not_changed(compared):
@@ -182,7 +182,7 @@ def test_a_tag_with_another_name_is_renamed_and_its_rungs_are_not_changed(compar
     new = machine(*texts, tags=[tag(name, "BOOL") for name in ("A", "Pump", "C", "D")])
     listed, found = compared(old, new)
     assert listed == [("renamed", "tag", "Pump")]
-    assert found.differences[0].was == "B"
+    assert found.differences[0].old_name == "B"
 
 
 def test_a_tag_of_another_type_is_not_renamed(compared):
@@ -205,7 +205,7 @@ def test_an_added_program_shows_its_rungs(compared):
     old, new = (document(programs=programs) for programs in ([], [program("More", ladder("Main", *RUNGS))]))
     listed, found = compared(old, new)
     assert listed == [("added", "program", "More")]
-    assert all(each in found.differences[0].after for each in RUNGS)
+    assert all(each in found.differences[0].new_text for each in RUNGS)
 
 
 def test_a_tag_in_an_add_on_and_in_a_program_with_one_name(compared):
@@ -244,7 +244,7 @@ def test_versions_of_an_slc_program(compared, before, after, listed):
     assert found == [listed]
     if listed[1] == "data file":
         element = "N7:1 = 5" if listed[2] == "N7" else "T4:0.ACC = 61"
-        assert comparison.differences[0].after == element
+        assert comparison.differences[0].new_text == element
 
 
 def test_an_l5x_and_an_slc_program_are_refused(tmp_path):

@@ -480,3 +480,18 @@ def test_outputs_of_a_simulated_module_begin_with_the_file(tmp_path):
         run = JobRun(job, ports, RunOptions())
         run.run(2)
         assert list(run.rack.slots[1].outputs) == [10, 11 & ~2, 3, 13, 14, 15, 16, 17]
+
+
+def test_a_bit_that_differs_in_a_structure_inside_another_is_named(imported):
+    flags = data_type("Flags", member("Z", "SINT", hidden=True), member("On", "BIT", target="Z"))
+    outer = data_type("Outer", member("Inner", "Flags"))
+    decorated = (
+        '<Structure DataType="Outer"><StructureMember Name="Inner" DataType="Flags">'
+        '<DataValueMember Name="On" DataType="BOOL" Value="1"/></StructureMember></Structure>'
+    )
+    found = imported(
+        machine("NOP();", types=[flags, outer], tags=[with_data(tag("T", "Outer"), "[[0]]", decorated)])
+    )
+    assert [each.text for each in found.report.notes] == [
+        "its forms differ at .Inner.On: L5K False, Decorated True; the L5K count"
+    ]

@@ -91,7 +91,7 @@ def test_forces_of_eight_bytes_are_read_whatever_the_revision(imported):
     ("data", "says"),
     [
         ("01 02", "its force data have 2 bytes, which are not three times its memory"),
-        ("nothing", "its force data 'nothing' are no bytes"),
+        ("nothing", "its force data 'nothing' are not bytes"),
     ],
 )
 def test_force_data_that_cannot_be_read_are_a_note(imported, data, says):

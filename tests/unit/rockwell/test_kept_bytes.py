@@ -441,7 +441,7 @@ def test_what_is_not_read_is_named_and_stops_nothing(tmp_path):
     path = tmp_path / "x.L5X"
     path.write_text(text, encoding="utf-8")
     report = import_l5x(path, trial=True).report
-    named = {each.name for each in report.notes if "kept, and not read" in each.text}
+    named = {each.name for each in report.notes if "kept, but not read" in each.text}
     assert named == {
         *("SafetyInfo", "AlarmDefinitions", "Library", "EncodedData Library Lib", "EncodedData DataType D"),
         *("HMIBC", "NewAttribute"),

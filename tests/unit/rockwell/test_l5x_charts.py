@@ -268,7 +268,7 @@ def test_versions_of_a_chart_are_compared_element_by_element(tmp_path):
     )
     files[1].write_text(changed, encoding="utf-8")
     found = compare_exports(*files).differences
-    assert sorted((each.kind, each.what, each.after) for each in found) == [
+    assert sorted((each.kind, each.noun, each.new_text) for each in found) == [
         ("changed", "element", "Action Operand=Stir Qualifier=NonStored IsBoolean=true"),
         ("changed", "element", "DirectedLink FromID=T2 ToID=Fill"),
         ("changed", "element", "Empty OR Again"),

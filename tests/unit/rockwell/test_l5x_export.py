@@ -123,7 +123,7 @@ def test_the_example_comes_back(tmp_path):
 def test_what_has_no_form_is_refused():
     with pytest.raises(LadderError, match=r"no program 'Nope'; choose from Main"):
         export_l5x(parse_program(PLANT), "Nope")
-    with pytest.raises(LadderError, match="card names parts of a module"):
+    with pytest.raises(LadderError, match="card is an alias of module data"):
         export_l5x(
             parse_program("PROGRAM p\nSLOT card : 1\nROUTINE Main\nXIC(card.status.STOPPED)OTE(S:FS);\nEND"),
             "p",

@@ -7,7 +7,7 @@ import pytest
 from l5x_files import block, connector, document, program, reference, sheets, wire
 from scanrack.ladder.draw import live_diagram
 from scanrack.ladder.model.types import DINT
-from scanrack.rockwell.l5x.diagrams.lowering import lowered
+from scanrack.rockwell.l5x.diagrams.lowering import lower_diagram
 from scanrack.rockwell.l5x.diagrams.sheets import MOST_ELEMENTS, Diagram, DiagramError
 from scanrack.rockwell.l5x.diagrams.wire_values import DocumentNames
 from scanrack.rockwell.l5x.xml.document import parse_document
@@ -69,7 +69,7 @@ def lines_run(content):
     before = sys.gettrace()
     sys.settrace(trace)
     try:
-        found = lowered(content, "Blocks", KNOWN)
+        found = lower_diagram(content, "Blocks", KNOWN)
         assert found.drawing is not None
         live_diagram(found.drawing.sheets, "Blocks")
     finally:
@@ -92,7 +92,7 @@ def test_sheets_cost_as_much_as_their_elements():
 def test_references_of_one_name_have_their_own_lines():
     """A picture has one element for each."""
     content = "".join(reference("ORef", n, "Same") + wire(0, n) for n in (1, 2, 3))
-    found = lowered(record_of(reference("IRef", 0, "N") + content), "Blocks", KNOWN)
+    found = lower_diagram(record_of(reference("IRef", 0, "N") + content), "Blocks", KNOWN)
     assert found.drawing is not None
     (sheet,) = found.drawing.sheets
     assert [each.places for each in sheet.elements] == [(), (1,), (2,), (3,)]

@@ -111,7 +111,7 @@ def test_types_that_stand_in_one_another(tmp_path):
     types = [data_type("T0", member("A", "DINT"))]
     types += [data_type(f"T{number}", member("A", f"T{number - 1}")) for number in range(1, 67)]
     report = imported(tmp_path, machine("NOP();", types=types, tags=[tag("X", "T66")])).report
-    assert "is in 64 others" in report.notes[0].text
+    assert "is nested in 64 others" in report.notes[0].text
 
 
 MIB = 1 << 20
@@ -160,7 +160,7 @@ def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> Non
         encoding="utf-8",
     )
     (note,) = import_l5x(path).report.notes
-    assert str(note) == "a: this part of the controller is kept, and not read (line 1, 1000 times)"
+    assert str(note) == "a: this part of the controller is kept, but not read (line 1, 1000 times)"
 
 
 @pytest.mark.parametrize("number", ["²", "9" * 10, "", "-1", "1e3"])

@@ -123,12 +123,17 @@ def test_a_rung_says_what_the_data_leave_out():
     ("data", "lost", "line", "says"),
     [
         ("DATA N7:0\n% N7:0 % 1 99999 3", "N7:1", 2, "99999 does not fit 16 bits"),
-        ("DATA N7:0\n1 2.5", "N7:1", 2, "2.5 is not a whole number"),
-        ("DATA T4:0\n0X0000 1 % T4:0 %", "T4:0", 2, "elements of T have three words, 2 values are given"),
+        ("DATA N7:0\n1 2.5", "N7:1", 2, "2.5 is not an integer"),
+        (
+            "DATA T4:0\n0X0000 1 % T4:0 %",
+            "T4:0",
+            2,
+            "elements of T have three words, but the line has 2 values",
+        ),
         ("DATA T4:0\n0X0000 1 x % T4:0 %", "T4", 2, "the line is not understood: 0X0000 1 x"),
         ("DATA N7:0 5 ?", "N7", 1, "the line is not understood: ?"),
         ("DATA ST9:0\n7", "ST9:0", 2, "7 is not a text in quotation marks"),
-        ("DATA N7:0\n" + "1 " * 257, "N7:256", 2, "a file has up to 256 elements, these are 257"),
+        ("DATA N7:0\n" + "1 " * 257, "N7:256", 2, "a file has up to 256 elements; this one has 257"),
     ],
 )
 def test_what_is_not_understood_is_lost_and_told(data, lost, line, says):

@@ -110,7 +110,7 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
         ("XIC B3/0", 1, "the rung has no output"),
         ("JSR U:9", 1, "no routine U9"),
         ("OTE B3:0/16", 1, "B3 has no bit 16"),
-        ("MSG MG9:0", 1, "nothing says how the message MG9:0 ends"),
+        ("MSG MG9:0", 1, "no stub for the message MG9:0"),
         ("SVC 1", 5, "no instruction SVC"),
     ],
 )
@@ -132,7 +132,7 @@ def test_stubs_stand_for_what_is_refused():
 
 @pytest.mark.slow
 def test_there_are_limits(tmp_path):
-    with pytest.raises(SlcError, match="there are more than 65,536 rungs"):
+    with pytest.raises(SlcError, match="the file has more than 65,536 rungs"):
         import_text("SOR " * 70_000, "x")
     path = tmp_path / "x.SLC"
     path.write_bytes(b"SOR NOP EOR\n" * 400_000)
@@ -156,9 +156,9 @@ def test_a_rung_without_eor_is_refused():
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        ("T4:0 1 2", "elements of T have three words, 2 values are given"),
-        ("N7:200 " + "1 " * 60, "a file has up to 256 elements, these are 260"),
-        ("PD9:0 1", "values of files PD are left out"),
+        ("T4:0 1 2", "elements of T have three words, but the line has 2 values"),
+        ("N7:200 " + "1 " * 60, "a file has up to 256 elements; this one has 260"),
+        ("PD9:0 1", "values of PD files are not read"),
     ],
 )
 def test_data_that_fits_nothing_is_noted(data, says):

@@ -127,7 +127,7 @@ def test_letters_and_line_ends_of_the_file_stay():
     [
         (TEXT, RungEdit("U2", 3, ()), (), "routine U2 has no rung 3"),
         (TEXT, RungEdit("Main", 0, ()), (), "routine Main has no rung 0"),
-        (TEXT, RungEdit("U2", 0, ()), (NewTag("N9", "INT"),), "N9 is no data file"),
+        (TEXT, RungEdit("U2", 0, ()), (NewTag("N9", "INT"),), "N9 is not a data file"),
         (TEXT.replace("EOR\n\nSOR", "EOR SOR"), RungEdit("U2", 1, ()), (), "its own lines"),
     ],
 )

@@ -137,9 +137,13 @@ def test_values_of_eight_bytes_lie_as_the_revision_has_them(imported):
         (tag("A", "SINT", data=value("SINT", 300)), "A", "300 does not fit SINT: it starts with 44"),
         (tag("A", "INT", data=value("INT", "16#1_0000")), "A", "16#1_0000 does not fit INT"),
         (tag("A", "REAL", data=value("REAL", "1e40")), "A", "1e40 does not fit REAL"),
-        (tag("A", "BOOL", data=value("BOOL", 2)), "A", "2 is no BOOL"),
-        (tag("A", "DINT", "-5"), "A", "it is not declared: '-5' are not dimensions"),
-        (tag("A", "DINT", "99999999999"), "A", "it is not declared: '99999999999' are not dimensions"),
+        (tag("A", "BOOL", data=value("BOOL", 2)), "A", "2 is not a BOOL"),
+        (tag("A", "DINT", "-5"), "A", "it is not declared: its dimensions '-5' are not numbers"),
+        (
+            tag("A", "DINT", "99999999999"),
+            "A",
+            "it is not declared: its dimensions '99999999999' are not numbers",
+        ),
         (tag("A", "DINT", "4", value("DINT", 1)), "A", "its data are of the form DataValue, not Array"),
         (tag("A", "DINT", "2", '<Array><Element Index="[5]" Value="1"/></Array>'), "A", "no element [5]"),
     ],
@@ -204,9 +208,9 @@ def test_an_alias_of_an_alias_of_a_nested_instance(imported, order):
     ("target", "says"),
     [
         ("W[2]", "P of Odd is a BOOL, and at W[2], a DINT"),
-        ("W[9]", "no element 9, it has 5"),
+        ("W[9]", "no element 9; must be below 5"),
         ("W[0].40", "no bit 40"),
-        ("W[1,1]", "2 subscripts are given, it has 1 dimensions"),
+        ("W[1,1]", "2 subscripts for 1 dimensions"),
         ("W.X", "no X"),
     ],
 )
@@ -228,7 +232,9 @@ def test_a_second_add_on_of_a_name_is_refused(imported):
     found = imported(machine("Leaf(L);", tags=[tag("L", "Leaf")], add_ons=[LEAF, other]))
     report = found.report
     assert (report.rungs, report.imported, len(report.refused), report.ran) == (4, 2, 2, 2)
-    assert [each.reason for each in report.objects] == ["there are two add-ons Leaf; the first one is used"]
+    assert [each.reason for each in report.objects] == [
+        "the file has two add-ons Leaf; the first one is used"
+    ]
 
 
 def test_a_second_type_of_a_name_is_noted(imported):

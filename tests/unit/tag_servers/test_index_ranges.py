@@ -36,7 +36,7 @@ TEXTS = ["TestString", "Test", "String"]
     ],
 )
 def test_no_range(text: str) -> None:
-    with pytest.raises(ValueError, match="is no range: it must be as 5, 2:5 or 1:2,0:1"):
+    with pytest.raises(ValueError, match="is not a range; use 5, 2:5 or 1:2,0:1"):
         parse_ranges(text)
 
 

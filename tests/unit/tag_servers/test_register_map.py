@@ -203,15 +203,16 @@ def test_a_row_without_a_place_is_named(bench: Bench) -> None:
     }
     made = RegisterMap(Database(bench.rack.desk.listing), ModbusTable.model_validate(table))
     assert made.problems == [
-        "[server.modbus] coils[0], tag aDint: its type is DINT: coils take BOOL",
-        "[server.modbus] coils[1], tag Flags: it needs 64 addresses from 65500 on: the last address is 65535",
+        "[server.modbus] coils[0], tag aDint: its type is DINT; coils accept BOOL",
+        "[server.modbus] coils[1], tag Flags: it needs 64 addresses from 65500 on; "
+        "the last valid address is 65535",
         "[server.modbus] holding_registers[0], tag Missing: no tag 'Missing'",
-        "[server.modbus] holding_registers[1], tag aBool: its type is BOOL: holding_registers take an "
+        "[server.modbus] holding_registers[1], tag aBool: its type is BOOL; holding_registers accept an "
         "integer or a REAL",
-        "[server.modbus] holding_registers[2], tag Fill: its type is TIMER: give a member of it",
+        "[server.modbus] holding_registers[2], tag Fill: its type is TIMER; map one of its members",
         "[server.modbus] holding_registers[3], tag Text[ : 'Text[ ' is not a name of a tag, such as "
         "Recipe.Steps[2].Time",
-        "[server.modbus] holding_registers[5], tag anInt: an address from 5 on is that of aDint",
+        "[server.modbus] holding_registers[5], tag anInt: aDint already has an address from 5 on",
     ]
 
 

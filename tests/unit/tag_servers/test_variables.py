@@ -145,7 +145,7 @@ def test_a_packed_bit_keeps_its_neighbors(variables: dict[str, Variable]) -> Non
     [
         ("Grid", [[1, 2, 3, 4]] * 2, "the array has 3 x 4 elements"),
         ("aDint", 2**31, "aDint is DINT"),
-        ("Text", "x" * 83, "a text of 83 characters: 82 fit"),
+        ("Text", "x" * 83, "the text has 83 characters; 82 fit"),
         ("Text", "\u20ac", "latin-1"),
     ],
 )

@@ -157,7 +157,7 @@ def test_the_rack_of_the_fixture_bench_is_a_key_of_the_configuration(project, ru
     test = "def test_it(bench):\n    bench.scan()\n"
     result = run(test)
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["bench: no rack is named; put @pytest.mark.rack*"])
+    result.stdout.fnmatch_lines(["bench: no rack; put @pytest.mark.rack*"])
     result.stdout.no_fnmatch_line("*All traceback entries are hidden*")
     project.makeini("[pytest]\nscanrack_rack = line.toml\n")
     run(test).assert_outcomes(passed=1)

@@ -36,7 +36,7 @@ def note_add_ons(view: LadderView, facts: Facts) -> None:
             place = view.declaration(member.name)
             note_never_run(Variable(member.name, place, Role.PLAIN, member.type.name), accesses, facts)
         elif accesses and not any(access.writes for access in accesses):
-            kind = "local tag" if member.way is ParameterMode.LOCAL else "output"
+            kind = "local tag" if member.mode is ParameterMode.LOCAL else "output"
             text = f"{kind} {member.name} is read, but no routine of the add-on writes it: it is always 0"
             facts.remark("never-written", accesses[0].place, text)
 
@@ -46,7 +46,7 @@ def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Paramete
     excluded = hosts_in(add_on).union(written_outside)
     for parameter in add_on.parameters:
         is_simple = isinstance(parameter.type, Elementary) and not _is_set(parameter.initial)
-        is_owned = parameter.way in OWNED and not parameter.at and parameter.name.upper() not in excluded
+        is_owned = parameter.mode in OWNED and not parameter.at and parameter.name.upper() not in excluded
         if is_owned and (is_simple or parameter.type.name in RUN):
             yield parameter
 

@@ -127,7 +127,7 @@ class Structure:
                 names_used.update(address.name.upper() for address in addresses_in(operand))
             for parameter in add_on.parameters:
                 if parameter.name.upper() not in names_used and not parameter.at:
-                    kind = "local tag" if parameter.way is ParameterMode.LOCAL else "parameter"
+                    kind = "local tag" if parameter.mode is ParameterMode.LOCAL else "parameter"
                     text = f"{add_on.name} does not use its {kind} {parameter.name}"
                     self._facts.remark("unused-parameter", self._view.declaration(parameter.name), text)
 
