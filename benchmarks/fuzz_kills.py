@@ -47,15 +47,15 @@ RACK = 'program = "line.py"\nrun_for_s = 0.5\n[[slot]]\nnumber = 1\nmodule = "am
 
 def search(folder: Path, notes: Path, runs: int) -> None:
     """Search in this process, and note what is found and how long it takes to be on the disk."""
-    keep = Work._keep
+    save = Work._save
 
-    def noted(self: Work, found: Counterexample) -> None:
+    def noted(self: Work, failure: Counterexample) -> None:
         since = time.perf_counter()
-        keep(self, found)
+        save(self, failure)
         with notes.open("a", encoding="utf-8") as file:
-            file.write(f"{found.broken.key}\t{time.perf_counter() - since:.6f}\n")
+            file.write(f"{failure.broken.key}\t{time.perf_counter() - since:.6f}\n")
 
-    Work._keep = noted  # type: ignore[method-assign]
+    Work._save = noted  # type: ignore[method-assign]
     words = ("--only", "inputs", "--jobs", "1", "--out", folder / "out", "--runs", runs, "--quiet")
     CliRunner().invoke(build(), ["fuzz", str(folder / "line.toml"), *map(str, words)])
 

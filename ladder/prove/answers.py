@@ -236,5 +236,6 @@ def value_text(name: str, value: Any) -> str:
     >>> value_text("Run", True), value_text("Level", 2.5)
     ('Run = 1', 'Level = 2.5')
     """
-    shown = int(value) if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else value
-    return f"{name} = {shown}"
+    if isinstance(value, float):
+        return f"{name} = {value:g}"
+    return f"{name} = {int(value) if isinstance(value, bool) else value}"

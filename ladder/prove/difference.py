@@ -169,9 +169,8 @@ class _Comparison:
         common = self._common_keys(old | new)
         outputs = self._outputs(key for key in common if key != FAULT)
         result = Difference(compared=len(outputs))
-        result.removed, result.added = (
-            sorted(map(_name, self._outputs(keys))) for keys in (old - new, new - old)
-        )
+        result.removed = sorted(map(_name, self._outputs(old - new)))
+        result.added = sorted(map(_name, self._outputs(new - old)))
         if form_of(self.old.lowered) == form_of(self.new.lowered) and self._have_equal_values():
             return result
         result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})

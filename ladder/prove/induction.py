@@ -343,12 +343,14 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
     """Return conditions that prescan reads the inputs of the next scan, as in a scenario."""
-    return [
-        base.apply("=", [formula, scan.chosen[name.removeprefix(THEN)][1]])
-        for previous, scan in pairwise(frames)
-        for name, (variable, formula) in previous.chosen.items()
-        if name.startswith(THEN) and variable.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
-    ]
+    conditions: list[Any] = []
+    for previous, scan in pairwise(frames):
+        for name, (variable, formula) in previous.chosen.items():
+            input_name = name.removeprefix(THEN)
+            if name.startswith(THEN) and variable.kind in (BOOL, INT) and input_name in scan.chosen:
+                _, next_formula = scan.chosen[input_name]
+                conditions.append(base.apply("=", [formula, next_formula]))
+    return conditions
 
 
 @dataclass(slots=True)

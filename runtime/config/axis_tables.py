@@ -1,4 +1,4 @@
-"""The tables `[axes.NAME]` of a rack file: axes of a program's motion instructions, on a 3601 or ideal."""
+"""The tables `[axes.NAME]` of a rack file: axes of a program's motion instructions, each a 3601 or ideal."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ class AxisTable(Table):
     Attributes:
         slot: slot of its 3601; left out for an ideal axis.
         counts_per_unit: steps per unit of the axis.
-        max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
-        max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
-        home_speed: speed of homing, units/s; 0 takes HomeSpeed of the tag.
-        home_acceleration: rates of homing, units/s²; 0 takes `max_acceleration`.
+        max_speed: 100 % of maximum, units/s; 0 = MaximumSpeed of the tag.
+        max_acceleration: 100 % of maximum, units/s²; 0 = MaximumAcceleration of the tag.
+        home_speed: speed of homing, units/s; 0 = HomeSpeed of the tag.
+        home_acceleration: acceleration and deceleration of homing, units/s²; 0 = `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
         configuration: the eight configuration words, which MSO sends to the module; empty if the program
-            configures it.
-        unwind: units per turn of an ideal rotary axis, whose positions stay below it; 0 for a linear axis.
+            configures the module.
+        unwind: units per turn of an ideal rotary axis, a limit of its positions; 0 for a linear axis.
     """
 
     slot: Annotated[int, Field(ge=1)] | None = None
@@ -42,13 +42,13 @@ class AxisTable(Table):
     unwind: Annotated[Number, between("0", "1000000000")] = Decimal(0)
 
     @model_validator(mode="after")
-    def _fits(self) -> Self:
-        """Refuse the keys of a 3601 if there is no slot, and the keys of an ideal axis if there is one."""
+    def _has_only_its_keys(self) -> Self:
+        """Refuse the keys of a 3601 for an ideal axis, and the keys of an ideal axis for a 3601."""
         keys = self.model_fields_set
         wrong_keys = keys & {"unwind"} if self.slot is not None else keys - {*IDEAL, "slot"}
         if wrong_keys:
             kind = "an ideal axis" if self.slot is not None else "an axis with a slot"
-            raise SettingError(min(wrong_keys), f"this key is that of {kind}")
+            raise SettingError(min(wrong_keys), f"only {kind} has this key")
         return self
 
     def values(self) -> dict[str, Any]:

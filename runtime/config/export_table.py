@@ -1,8 +1,8 @@
-"""The table `[export]` of a rack file: how its program, an export, begins.
+"""The table `[export]` of a rack file: how a program that is an export begins.
 
 [export]
-keep_values = true    # begin in the middle, without prescan
-memory_mib = 512      # memory of its tags
+keep_values = true    # continue with the values of the export, without prescan
+memory_mib = 512      # memory for the tags
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 [fuzz]
 seed = 7                    # another search of the same program
-only = ["inputs", "link"]   # what is random
-without = ["firmware"]      # what is not
+only = ["inputs", "link"]   # kinds of random events
+without = ["firmware"]      # kinds to omit
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class FuzzTable(Table):
     """Settings of `scanrack fuzz`.
 
     Attributes:
-        seed: seed of the search, 0 to 2147483647; another seed makes another search.
+        seed: seed of the search, 0 to 2147483647; another seed starts another search.
         only: kinds of random events; all possible kinds if left out.
         without: kinds of random events to omit.
     """

@@ -1,7 +1,7 @@
 """The machine in a rack file: tables that become a `MachineSpec`.
 
-Names, types and meanings are as in `runtime.machine.spec`. Only parts with times have
-their own tables: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
+Names, types and meanings are as in `runtime.machine.spec`. Parts with times have tables of
+their own, because a file has milliseconds (`at_ms`) or seconds (`at_s`).
 """
 
 from __future__ import annotations
@@ -45,15 +45,15 @@ class Table(BaseModel):
     )
 
     def ns(self, name: str) -> int:
-        """Return the time given as `name_ms` or `name_s`, in ns.
+        """Return the time in the key `name_ms` or `name_s`, ns.
 
         Raises:
-            ValueError: neither or both are given.
+            ValueError: the table has neither key, or both.
         """
         values = {unit: getattr(self, f"{name}_{unit}") for unit in ("ms", "s")}
         units = [unit for unit, value in values.items() if value is not None]
         if len(units) != 1:
-            text = f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}"
+            text = f"write one of {name}_ms and {name}_s, not {'both' if units else 'none'}"
             raise SettingError(f"{name}_ms", text)
         return exact_ns(values[units[0]], units[0], key=f"{name}_{units[0]}")
 
@@ -74,19 +74,19 @@ Rare = Annotated[AnyTable, GetPydanticSchema(_validated_later)]
 
 
 class Part(Table):
-    """A table with its own units of time; reports the errors of the parts that it describes."""
+    """A table for parts of a machine with times."""
 
     def parts(self) -> tuple[Any, ...]:
-        """Return the parts that the table describes."""
+        """Return the parts of the machine."""
         raise NotImplementedError
 
     @model_validator(mode="after")
-    def _is_possible(self) -> Self:
+    def _has_valid_parts(self) -> Self:
         self.parts()
         return self
 
 
-def _energized_of(value: object) -> bool | Literal["wired"]:
+def _level_or_wired(value: object) -> bool | Literal["wired"]:
     if isinstance(value, bool):
         return value
     if value == "wired":
@@ -100,7 +100,7 @@ class TimelineTable(Part):
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: the module's input.
-        energized: level from then on; "wired" connects the input to its switch or station again.
+        energized: level from this time on; "wired" connects the input to its switch or station again.
         for_ms: duration of a button press, ms; or `for_s`.
     """
 
@@ -109,7 +109,7 @@ class TimelineTable(Part):
     input: InputName
     energized: Annotated[
         bool | Literal["wired"],
-        PlainValidator(_energized_of),
+        PlainValidator(_level_or_wired),
         WithJsonSchema({"enum": [True, False, "wired"]}),
     ] = True
     for_ms: Milliseconds | None = None
@@ -121,7 +121,7 @@ class TimelineTable(Part):
             level = None if self.energized == "wired" else self.energized
             return (TimelineEntry(self.ns("at"), self.input, level),)
         if self.energized == "wired":
-            raise SettingError("energized", 'energized = "wired" has no end: leave for_ms and for_s out')
+            raise SettingError("energized", 'energized = "wired" has no end: remove for_ms and for_s')
         return press(self.ns("at"), self.input, self.ns("for"), normally_closed=not self.energized)
 
 
@@ -172,14 +172,14 @@ class MachineTable(Table):
 
     Attributes:
         switches: switches and sensors that the shaft operates.
-        timeline: actions of people; actions at one instant happen in the given order.
+        timeline: actions of people; actions at the same time happen in the order of the file.
         encoder: an encoder on the shaft.
         slips: positions where the motor loses steps.
         jams: positions that the shaft can't pass.
         stations: stations that signal the end of their work.
-        turns: successive movements of a master encoder, which a follower follows.
-        master_speed: maximum speed of a master encoder, x4 counts/s; `scanrack fuzz` turns an encoder with
-            this key.
+        turns: successive movements of the master encoder of a follower.
+        master_speed: maximum speed of the master encoder, x4 counts/s; `scanrack fuzz` turns the encoder only
+            with this key.
     """
 
     switches: Annotated[tuple[Switch, ...], Field(strict=False)] = ()

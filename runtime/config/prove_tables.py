@@ -4,7 +4,7 @@
 scan_ms = [1, 1000]                  # time between two scans
 free = ["Recipe.*"]                  # numbers that change from outside
 written_outside = ["Mode", "Hmi.*"]  # tags that both the program and an operator write
-happens = ["program mode"]           # what else happens between two scans
+happens = ["program mode"]           # other events between two scans
 
 [[prove.property]]
 name = "one direction"
@@ -28,11 +28,11 @@ CLAIMS = ("never", "always", "reachable")
 """Keys of a property; each property has exactly one of them."""
 
 
-def _range(value: object) -> tuple[float, float]:
+def _scan_range(value: object) -> tuple[float, float]:
     if isinstance(value, list | tuple) and len(value) == 2:
         shortest, longest = value
         are_numbers = all(type(limit) in (int, float) for limit in value)
-        if are_numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, value)):
+        if are_numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_is_whole_us, value)):
             return shortest, longest
     limit = str(LONGEST_SCAN_MS)
     raise PydanticCustomError(
@@ -40,8 +40,7 @@ def _range(value: object) -> tuple[float, float]:
     )
 
 
-def _has_us(ms: float) -> bool:
-    """Whether a time is a whole number of µs."""
+def _is_whole_us(ms: float) -> bool:
     return abs(ms * 1000 - round(ms * 1000)) < 1e-6
 
 
@@ -66,7 +65,7 @@ class PropertyTable(Table):
         name: unique name in reports, and name of its folder.
         never: a condition that is false after every scan.
         always: a condition that is true after every scan.
-        reachable: a condition that some run makes true; the scenario is that run.
+        reachable: a condition that is true in some run; the scenario shows such a run.
         assume: conditions to assume in every scan.
     """
 
@@ -79,7 +78,7 @@ class PropertyTable(Table):
     @property
     def claim(self) -> str:
         """The key of its condition: never, always or reachable."""
-        return next(claim for claim in CLAIMS if getattr(self, claim) is not None)
+        return self._claims[0]
 
     @property
     def condition(self) -> str:
@@ -87,12 +86,17 @@ class PropertyTable(Table):
         text: str = getattr(self, self.claim)
         return text
 
+    @property
+    def _claims(self) -> list[str]:
+        return [claim for claim in CLAIMS if getattr(self, claim) is not None]
+
     @model_validator(mode="after")
-    def _has_one(self) -> Self:
-        claims = [claim for claim in CLAIMS if getattr(self, claim) is not None]
+    def _has_one_claim(self) -> Self:
+        claims = self._claims
         if len(claims) != 1:
-            problem = f"{claims[0]} is given already" if claims else "one is missing"
-            raise SettingError(claims[1] if claims else "name", f"{problem}: one of {', '.join(CLAIMS)}")
+            problem = f"this property has {claims[0]} already" if claims else "this property has no condition"
+            key = claims[1] if claims else "name"
+            raise SettingError(key, f"{problem}: write one of {', '.join(CLAIMS)}")
         return self
 
 
@@ -104,15 +108,15 @@ class ProveTable(Table):
         free: patterns of numbers that the program does not write and that may change between scans.
         written_outside: patterns of tags that the program writes and that may also change between scans.
         assume: conditions to assume in every scan, for all properties.
-        happens: what may happen between two scans: "program mode": the key is turned to program mode and
-            back; "retained start": a run ends and the next run begins with its tags; "lost link": a module
-            loses its link.
+        happens: events that may happen between two scans: "program mode": the key is turned to program mode
+            and back; "retained start": a run ends, and the next run begins with its tags; "lost link": a
+            module loses its link.
         property: the properties to prove.
     """
 
     scan_ms: Annotated[
         tuple[float, float],
-        PlainValidator(_range),
+        PlainValidator(_scan_range),
         WithJsonSchema(
             {
                 "type": "array",

@@ -20,7 +20,7 @@ def decimal_of(value: object) -> Decimal:
     (Decimal('0.1'), Decimal('2'))
 
     Raises:
-        PydanticCustomError: not a finite number.
+        PydanticCustomError: the value is not a finite number.
     """
     if isinstance(value, int | float | Decimal) and not isinstance(value, bool):
         number = Decimal(str(value))
@@ -37,7 +37,7 @@ class between:  # noqa: N801 - a validator, written as a function of pydantic
     most: str
 
     def check(self, value: Decimal) -> Decimal:
-        """Return an allowed value; PydanticCustomError for any other."""
+        """Return the value; PydanticCustomError if it is outside the range."""
         if not Decimal(self.least) <= value <= Decimal(self.most):
             raise PydanticCustomError(
                 "allowed", "{least} to {most}", {"least": self.least, "most": self.most}
@@ -56,7 +56,7 @@ class between:  # noqa: N801 - a validator, written as a function of pydantic
 
 
 Number = Annotated[Decimal, BeforeValidator(decimal_of)]
-"""A field that takes any number and keeps it as a decimal."""
+"""A number of any type, as a decimal."""
 
 Milliseconds = Annotated[Number, between("0", "1000000000")]
 Seconds = Annotated[Number, between("0", "1000000")]

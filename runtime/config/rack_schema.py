@@ -1,7 +1,7 @@
-"""The JSON Schema of rack files, for editors: keys with their meaning, names, limits, options of each module.
+"""Generates the JSON Schema of rack files, for editors.
 
-It is generated from the tables: types and limits from their validators, descriptions from their docstrings,
-modules and their options from the registry. Only `check` finds conflicts between two keys.
+Types and limits come from the validators of the tables, descriptions from their docstrings, and modules and
+their options from the registry. The schema can't find conflicts between two keys; `scanrack check` can.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .machine_tables import TABLE, Table
 from .rackspec import RackSpec, SlotSpec
 
 NAME = "rack.schema.json"
-"""The file that rack files name in their first line."""
+"""Name of the schema's file, in the first line of a rack file."""
 
 HINT = f"#:schema {NAME}"
 """The first line of a rack file; tombi and taplo read it to find the schema."""
@@ -35,6 +35,8 @@ DRAFT_2020, DRAFT_4 = (
 )
 
 _ATTRIBUTE = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*+)", re.MULTILINE)
+"""A key and its meaning among the attributes of a docstring."""
+
 _OTHER_UNIT = {"ms": "s", "s": "ms"}
 
 
@@ -51,26 +53,24 @@ def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
 
 
 def described_keys(cls: type) -> dict[str, str]:
-    """Return the meaning of the keys of a table, from the `Attributes:` of its docstring and its bases'.
+    """Return the meaning of each key of a table, from the docstrings of its class and of its base classes.
 
     >>> described_keys(SlotSpec)["number"]
     'slot number, from 1.'
     """
     meanings: dict[str, str] = {}
     for base in reversed(cls.__mro__):
-        _, _, attribute_text = (inspect.cleandoc(base.__dict__.get("__doc__") or "")).partition(
-            "\nAttributes:\n"
-        )
-        meanings.update(
-            {name: re.sub(r"\s+", " ", meaning) for name, meaning in _ATTRIBUTE.findall(attribute_text)}
-        )
+        docstring = inspect.cleandoc(base.__dict__.get("__doc__") or "")
+        _, _, attributes = docstring.partition("\nAttributes:\n")
+        for key, meaning in _ATTRIBUTE.findall(attributes):
+            meanings[key] = re.sub(r"\s+", " ", meaning)
+    # a docstring explains only one key of a time, such as at_ms of at_ms and at_s
     for key in getattr(cls, "model_fields", ()):
         name, _, unit = key.rpartition("_")
         other_key = f"{name}_{_OTHER_UNIT.get(unit)}"
-        if key not in meanings and other_key in meanings:  # the same time in the other unit
-            meanings[key] = (
-                meanings[other_key].replace(f"`{key}`", f"`{other_key}`").replace(", ms", f", {unit}")
-            )
+        if key not in meanings and other_key in meanings:
+            meaning = meanings[other_key].replace(f"`{key}`", f"`{other_key}`")
+            meanings[key] = meaning.replace(", ms", f", {unit}")
     return meanings
 
 
@@ -86,26 +86,25 @@ class _Generator(GenerateJsonSchema):
         return _described(super().dataclass_schema(schema), schema["cls"])
 
     def function_plain_schema(self, schema: core_schema.PlainValidatorFunctionSchema) -> JsonSchemaValue:
-        """Describe a table that is validated when a file has one."""
+        """Describe a `Rare` table."""
         table: type[Table] | None = schema.get("metadata", {}).get(TABLE)
         if table is None:
             return super().function_plain_schema(schema)
         table.model_rebuild()
-        plain_schema: Any = table.__pydantic_core_schema__
-        if plain_schema["type"] == "definitions":
-            return self.generate_inner(
-                {**plain_schema, "schema": {**plain_schema["schema"], "ref": table.__name__}}
-            )
-        return self.generate_inner({**plain_schema, "ref": table.__name__})
+        table_schema: Any = table.__pydantic_core_schema__
+        if table_schema["type"] == "definitions":
+            named_schema = {**table_schema["schema"], "ref": table.__name__}
+            return self.generate_inner({**table_schema, "schema": named_schema})
+        return self.generate_inner({**table_schema, "ref": table.__name__})
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
         """Describe a number of any kind."""
-        described: JsonSchemaValue = {"type": "number"}
-        self.update_with_validations(described, schema, self.ValidationsMapping.numeric)
-        return {key: float(value) if key != "type" else value for key, value in described.items()}
+        limits: JsonSchemaValue = {}
+        self.update_with_validations(limits, schema, self.ValidationsMapping.numeric)
+        return {"type": "number", **{key: float(value) for key, value in limits.items()}}
 
     def encode_default(self, dft: Any) -> Any:
-        """Return a default as a TOML value; None for a table, which has no default of its own."""
+        """Return a default as a TOML value; None for a default that is a table."""
         if isinstance(dft, Decimal):
             return int(dft) if dft == int(dft) else float(dft)
         return dft if isinstance(dft, bool | int | float | str) else None
@@ -126,11 +125,11 @@ def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
         value.pop("title", None)
         if key in keys:
             value["description"] = keys[key]
-        _limits(value)
+        _rename_limits(value)
     return node
 
 
-def _limits(node: JsonSchemaValue) -> None:
+def _rename_limits(node: JsonSchemaValue) -> None:
     """Rename the limits of a validated number to their JSON Schema keywords."""
     for branch in (node, *node.get("anyOf", ())):
         branch.pop("decimal_places", None)
@@ -141,28 +140,30 @@ def _limits(node: JsonSchemaValue) -> None:
 
 def _add_options(schema: dict[str, Any]) -> None:
     """Add a branch to the slot table for each kind of module options."""
-    slot, tables = schema["$defs"][SlotSpec.__name__], schema["$defs"]
-    branches: dict[type[BaseModel], list[str]] = {}
+    definitions = schema["$defs"]
+    slot = definitions[SlotSpec.__name__]
+    modules_by_table: dict[type[BaseModel], list[str]] = {}
     for name, record in OWN.items():
         if record.option_table is not None:
-            branches.setdefault(record.option_table(), []).append(name)
+            modules_by_table.setdefault(record.option_table(), []).append(name)
     own_modules = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
     slot["properties"]["module"]["examples"] = list(OWN)
-    # [modules] adds other names
+    # a file with [modules] may have other names
     schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, own_modules
-    for table in branches:
+    for table in modules_by_table:
         table_schema = table.model_json_schema(schema_generator=_Generator)
-        tables.update(table_schema.pop("$defs", {}))
-        tables[table.__name__] = table_schema
+        definitions.update(table_schema.pop("$defs", {}))
+        definitions[table.__name__] = table_schema
     slot["anyOf"] = [
         {"properties": {"module": {"enum": names}, "options": {"$ref": f"#/$defs/{table.__name__}"}}}
-        for table, names in branches.items()
+        for table, names in modules_by_table.items()
     ]
-    slot["anyOf"].append({"properties": {"module": {"not": {"enum": list(OWN)}}}})  # one error for a name
+    # accept every other name here, so that an editor shows one error for it and not one per branch
+    slot["anyOf"].append({"properties": {"module": {"not": {"enum": list(OWN)}}}})
 
 
 def _without_null(node: Any) -> Any:
-    """Remove null, which TOML doesn't have: a key without a value is omitted."""
+    """Return a schema without null, which TOML does not have."""
     if isinstance(node, list):
         return [_without_null(element) for element in node]
     if not isinstance(node, dict):
@@ -188,7 +189,7 @@ _DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] 
     "then": lambda value, node: {"anyOf": [{"not": _as_draft4(node["if"])}, _as_draft4(value)]},
     "examples": lambda _value, _node: {},
 }
-"""Draft 4 equivalents of a key, computed from its value and its schema; other keys are the same."""
+"""Functions that return a key's Draft 4 equivalent from its value and schema; other keys are the same."""
 
 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:

@@ -1,6 +1,8 @@
-"""Reads TOML rack files into a `RackSpec`; each mistake has its file, line, key, value and allowed values.
+"""Reads TOML rack files into a `RackSpec`.
 
-line.toml:7: slot.machine.switches.input = "hom": did you mean home? Choose from capture, ...
+The message for a mistake has file, line, key and value, and what is allowed:
+
+    line.toml:7: slot.machine.switches.input = "hom": did you mean home? Choose from capture, ...
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ from .tomllines import KeyLines, KeyPath
 
 
 class RackFileError(SiteError):
-    """An unusable rack file; the message has one line for every mistake, in their order.
+    """A rack file with mistakes; the message has a line for each mistake, in the order of the file.
 
     Attributes:
         reasons: the problem at each of the sites.
@@ -59,48 +61,50 @@ class RackFile:
     spec: RackSpec
     lines: KeyLines
 
-    def refusal(self, key: str, problem: str, below: str | None = None) -> RackFileError:
-        """Return the error for a key whose value turns out to be wrong after reading.
+    def refusal(self, key: str, problem: str, subkey: str | None = None) -> RackFileError:
+        """Return the error for a value that is found to be wrong after the file has been read.
 
         Args:
             key: a top-level key of the file.
-            below: a key of the table `key`; None for the whole value of `key`.
+            subkey: a key of the table `key`; None for the whole value of `key`.
         """
         path: KeyPath = (key,)
         value = getattr(self.spec, key)
-        if below is not None:
-            path, value = (key, below), value[below]
-        mistake = _Mistake(path, _value(value), problem)
+        if subkey is not None:
+            path, value = (key, subkey), value[subkey]
+        mistake = _Mistake(path, _value_text(value), problem)
         return _refusal([mistake], self.path, self.lines)
 
 
 Modules = Callable[[Mapping[str, str], Path], Mapping[str, ModuleRecord]]
-"""Returns the modules of a rack file's `[modules]`, by name; their paths begin at the file's folder."""
+"""Function of `[modules]`, files by name, and the rack file's path; returns the modules by name."""
 
 
-def unread(named: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
+def unread(module_files: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
     """Return stand-ins for modules whose files are not executed; they accept any slot."""
-    return {name: ModuleRecord(name=name, make=_not_made, unread=True, **_ANYTHING) for name in named}
+    return {name: ModuleRecord(name=name, make=_never_called, unread=True, **_ANY) for name in module_files}
 
 
-def _not_made(*_: object, **__: object) -> Any:
+def _never_called(*_: object, **__: object) -> Any:
     """Stand in for the functions of a module that is never executed."""
 
 
-_ANYTHING: Mapping[str, Any] = {
+_ANY: Mapping[str, Any] = {
     "has_firmware": True,
-    "live": LivePort(opened=_not_made, factory_address=1, highest_address=sys.maxsize),
+    "live": LivePort(opened=_never_called, factory_address=1, highest_address=sys.maxsize),
 }
-"""Assumed traits of a module whose file is not executed: a firmware, and a port with any address."""
+"""Traits of a stand-in: it accepts a firmware, and a port with any address."""
 
 
 def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str | None = None) -> RackFile:
-    """Read a rack file; RackFileError if it can't be read, is not TOML, or contains an illegal value.
-
-    Nothing is executed unless `modules` does so.
+    """Read a rack file.
 
     Args:
-        program: used if the file names no program; without it, such a file is refused.
+        modules: returns the file's own modules; `unread` executes nothing.
+        program: the program of a file without the key `program`; None = refuse the file.
+
+    Raises:
+        RackFileError: the file can't be read, is not TOML, or contains an illegal value.
     """
     path = Path(path)
     return parse_rack_file(_read(path), path, modules, program=program)
@@ -109,22 +113,20 @@ def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str 
 def parse_rack_file(
     text: str, path: Path, modules: Modules = unread, *, program: str | None = None
 ) -> RackFile:
-    """Read the text of a rack file; `path` is its name in messages; for `program` see `load_rack_file`.
+    """Read the text of a rack file; `path` is its name in messages. Other arguments as in `load_rack_file`.
 
     Raises:
-        RackFileError: it is not TOML, or contains an illegal value.
+        RackFileError: the text is not TOML, or contains an illegal value.
     """
     document = parse_toml(text, path)
     if program is not None:
         document.setdefault("program", program)
     lines = KeyLines(text)
-    module_files = document.get("modules", {})
-    own_files = (
-        {name: file for name, file in module_files.items() if isinstance(file, str)}
-        if isinstance(module_files, dict)
-        else {}
-    )
-    records = modules(own_files, path) if own_files else None
+    module_table = document.get("modules")
+    module_files: dict[str, str] = {}  # without wrong values, which the validation of the document refuses
+    if isinstance(module_table, dict):
+        module_files = {name: file for name, file in module_table.items() if isinstance(file, str)}
+    records = modules(module_files, path) if module_files else None
     try:
         with plugins_not_searched():
             spec = RackSpec.model_validate(document, context=records)
@@ -135,12 +137,12 @@ def parse_rack_file(
 
 @contextmanager
 def plugins_not_searched() -> Iterator[None]:
-    """Keep pydantic from searching all installed packages for its plugins: it imports `email` for that."""
+    """Keep pydantic from a slow search for its plugins in all installed packages."""
     loader = "pydantic.plugin._loader"
     if loader in sys.modules:
         yield
         return
-    sys.modules[loader] = SimpleNamespace(get_plugins=tuple)  # type: ignore[assignment]  # none
+    sys.modules[loader] = SimpleNamespace(get_plugins=tuple)  # type: ignore[assignment]  # no plugins
     try:
         yield
     finally:
@@ -151,7 +153,7 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
     """Return the tables of a rack file; numbers with fractions are decimals.
 
     Raises:
-        RackFileError: it is not TOML, or beyond the limits of a text.
+        RackFileError: the text is not TOML, or exceeds the limits of a text.
     """
     try:
         return toml_tables(text)
@@ -163,31 +165,31 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
 
 
 MISTAKES = 200
-"""Maximum number of mistakes that are explained per file."""
+"""Maximum number of mistakes in a message."""
 
 
 def explained(error: ValidationError, path: Path, lines: KeyLines | None = None) -> RackFileError:
-    """Return the mistakes of a specification, one per line, up to a limit of `MISTAKES`.
+    """Return the error for the mistakes of a specification, at most `MISTAKES` of them.
 
     Args:
-        lines: lines of its keys, if known.
+        lines: lines of the keys; None if the specification is not from a file.
     """
-    listed, unlisted = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
+    listed, unlisted_count = error.errors(include_url=False)[:MISTAKES], error.error_count() - MISTAKES
     mistakes = [_mistake(details) for details in listed if not _follows_from_others(details, listed)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
-    return _refusal(mistakes, path, lines, f"{path}: and {unlisted:,} more mistakes" if unlisted > 0 else "")
+    last_line = f"{path}: and {unlisted_count:,} more mistakes" if unlisted_count > 0 else ""
+    return _refusal(mistakes, path, lines, last_line)
 
 
 def _refusal(
-    mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, more: str = ""
+    mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, last_line: str = ""
 ) -> RackFileError:
-    text = "\n".join(filter(None, [*(mistake.message(path, lines) for mistake in mistakes), more]))
+    messages = [mistake.message(path, lines) for mistake in mistakes]
+    text = "\n".join([*messages, last_line] if last_line else messages)
     if lines is None:
         return RackFileError(text)
-    sites = (
-        Site(file=str(path), line=lines.line(mistake.path), key=str(mistake.key)) for mistake in mistakes
-    )
+    sites = (Site(file=str(path), line=lines.line(mistake.path), key=mistake.key) for mistake in mistakes)
     return RackFileError(text, *sites, reasons=[mistake.reason for mistake in mistakes])
 
 
@@ -203,7 +205,7 @@ def _read(path: Path) -> str:
 
 
 def _syntax_error(path: Path, message: str) -> RackFileError:
-    """Return the error with its line, which tomllib has at the end of its message."""
+    """Return the error for a text that is not TOML; tomllib has the line at the end of its message."""
     match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if match is None:
         return RackFileError(f"{path}: this is not TOML: {message}")
@@ -214,20 +216,20 @@ def _syntax_error(path: Path, message: str) -> RackFileError:
 
 @dataclass(frozen=True, slots=True)
 class _Mistake:
-    """A mistake: its key, the text of the file there (or nothing), and the problem."""
+    """A mistake in a rack file."""
 
     path: KeyPath
-    value: str
+    value: str  # the wrong value as text; "" if the message does not show it
     problem: str
 
     @property
     def key(self) -> str:
-        """The key with the keys of the tables around it."""
+        """The key, after the keys of its tables."""
         return ".".join(key for key in self.path if isinstance(key, str))
 
     @property
     def reason(self) -> str:
-        """Key, value and problem."""
+        """Key, value and problem as text."""
         key_and_value = f"{self.key} = {self.value}" if self.value else self.key
         return ": ".join(filter(None, (key_and_value, self.problem)))
 
@@ -237,7 +239,7 @@ class _Mistake:
 
 
 def _follows_from_others(details: ErrorDetails, all_details: list[ErrorDetails]) -> bool:
-    """Return whether an array is too short only because some of its entries were refused."""
+    """Return whether an array is only too short because some of its elements were refused."""
     path = details["loc"]
     return details["type"] == "too_short" and any(
         len(other["loc"]) > len(path) and other["loc"][: len(path)] == path for other in all_details
@@ -253,11 +255,13 @@ def _mistake(details: ErrorDetails) -> _Mistake:
     if kind == "missing":
         return _Mistake(path, "", "this key is missing")
     if isinstance(error, MisplacedError):
-        return _Mistake(error.path, _value(error.value), str(error))
+        return _Mistake(error.path, _value_text(error.value), str(error))
     if error is not None:
-        below = _key_of(error, value)
-        return _Mistake((*path, *below), _value(_look_up(value, below)) if below else "", str(error))
-    return _Mistake(path, _value(value), _problem(kind, details["msg"], details.get("ctx", {})))
+        subpath = _path_of(error, value)
+        return _Mistake(
+            (*path, *subpath), _value_text(_look_up(value, subpath)) if subpath else "", str(error)
+        )
+    return _Mistake(path, _value_text(value), _problem(kind, details["msg"], details.get("ctx", {})))
 
 
 def _problem(kind: str, message: str, context: Mapping[str, Any]) -> str:
@@ -281,21 +285,21 @@ _ALLOWED = {
 }
 """Allowed values by kind of error; other kinds contain them in their message."""
 
-ANY = "*"
-"""Stands for a table of any name in `_MODELS`."""
+ANY_NAME = "*"
+"""In a path of `_TABLES`, any name that the user chooses."""
 
-_MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
+_TABLES: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | Slip | Jam]] = {
     (): RackSpec,
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
     ("incident",): InjectedFaultSpec,
     ("unit",): UnitSpec,
-    ("axes", ANY): AxisTable,
+    ("axes", ANY_NAME): AxisTable,
     ("fuzz",): FuzzTable,
     ("prove",): ProveTable,
     ("prove", "property"): PropertyTable,
-    ("stubs", ANY): StubTable,
-    ("stubs", ANY, "table"): StubStep,
+    ("stubs", ANY_NAME): StubTable,
+    ("stubs", ANY_NAME, "table"): StubStep,
     ("slot", "machine"): MachineTable,
     ("slot", "machine", "switches"): Switch,
     ("slot", "machine", "timeline"): TimelineTable,
@@ -305,24 +309,27 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("slot", "machine", "stations"): StationTable,
     ("slot", "machine", "turns"): TurnTable,
 }
-"""The keys of each table, by its path without the indexes of arrays."""
+"""The class of each table, by its path without the indexes of arrays."""
 
 
 def _keys_at(path: KeyPath) -> Iterable[str]:
+    """Return the allowed keys of a table."""
     names = tuple(key for key in path if isinstance(key, str))
-    described = _MODELS[(names[0], ANY, *names[2:]) if names[:1] in (("axes",), ("stubs",)) else names]
-    if issubclass(described, BaseModel):
-        return described.model_fields
-    return [field.name for field in fields(described)]
+    if names[:1] in (("axes",), ("stubs",)):
+        names = (names[0], ANY_NAME, *names[2:])
+    table = _TABLES[names]
+    if issubclass(table, BaseModel):
+        return table.model_fields
+    return [field.name for field in fields(table)]
 
 
-def _key_of(cause: ValueError, table: object) -> KeyPath:
-    """Return the path in `table` of the key that a refusal is about, or nothing."""
-    paths = {str(path[-1]): path for path in _keys_in(table)}
+def _path_of(cause: ValueError, table: object) -> KeyPath:
+    """Return the path in `table` of the first key that an error names; empty if it names none of them."""
+    paths = {str(path[-1]): path for path in _paths_in(table)}
     return next((paths[site.key] for site in sites_of(cause) if site.key in paths), ())
 
 
-def _keys_in(table: object) -> Iterable[KeyPath]:
+def _paths_in(table: object) -> Iterable[KeyPath]:
     if isinstance(table, Mapping):
         for key in table:
             yield (key,)
@@ -336,8 +343,8 @@ def _look_up(table: Any, path: KeyPath) -> object:
     return table
 
 
-def _value(value: object) -> str:
-    """Return a value in the notation of a rack file, long ones shortened; tables are not repeated."""
+def _value_text(value: object) -> str:
+    """Return a value in the notation of a rack file, in at most 60 characters; "" for a table or an array."""
     if isinstance(value, Mapping | BaseModel | list | tuple):
         return ""
     text = str(value) if isinstance(value, Decimal) else json.dumps(value, default=str, ensure_ascii=False)

@@ -6,8 +6,8 @@
         slot=[SlotSpec(number=1, module="amci3601", machine=MachineSpec(...))],
     )
 
-Fields have the names of the rack file. A specification that exists is sound: slots
-are unique, addresses of forces exist, modules accept their options.
+Fields have the names of the rack file's keys. A `RackSpec` is always valid: slots are
+unique, addresses of forces exist, modules accept their options.
 """
 
 from __future__ import annotations
@@ -63,19 +63,19 @@ SIMULATED = "sim"
 MISSING_TAGS, DECLARE = "missing_tags", "declare"
 REFUSED, EMPTY = "refused", "empty"
 STUB_SETTINGS = {MISSING_TAGS: DECLARE, REFUSED: EMPTY}
-"""Keys among the stubs that are not instructions, each with its value."""
+"""Keys in `[stubs]` that are settings, each with its only value."""
 
 
 _FAMILIES = {"micrologix": "1762", "compactlogix": "1769"}
-"""Cards by controller: 1762 I/O for a MicroLogix, 1769 Compact I/O for a CompactLogix."""
+"""Family of the cards by controller: 1762 I/O for a MicroLogix, 1769 Compact I/O for a CompactLogix."""
 
-_BY_EXPORT = {".SLC": "micrologix", ".L5X": "compactlogix"}
+_CONTROLLER_OF_EXPORT = {".SLC": "micrologix", ".L5X": "compactlogix"}
 
-_CONTROLLERS = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
+_CONTROLLER_NAMES = {"micrologix": "MicroLogix", "compactlogix": "CompactLogix"}
 
 
 class MisplacedError(ValueError):
-    """A mistake at the key `path`, from the top of the specification."""
+    """A mistake at the path of a key, from the top of the specification."""
 
     def __init__(self, path: KeyPath, value: object, message: str) -> None:
         super().__init__(message)
@@ -92,15 +92,15 @@ def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
     return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(MachineTable))
 
 
-def _of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
-    """Return the modules that the rack file names in `[modules]`."""
+def _modules_of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
+    """Return the modules in `[modules]` of the rack file."""
     return info.context or {}
 
 
 def _module_name(value: object, info: ValidationInfo) -> object:
-    if isinstance(value, str) and value not in MODULES and value not in _of_file(info):
-        known_names = [*MODULES, *_of_file(info)]
-        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, known_names)})
+    names = [*MODULES, *_modules_of_file(info)]
+    if isinstance(value, str) and value not in names:
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, names)})
     return value
 
 
@@ -110,15 +110,11 @@ def _firmware_text(value: object) -> object:
     return value
 
 
-def _plain(value: object) -> object:
+def _plain_options(value: object) -> object:
     """Convert decimals of a rack file to floats, for options and JSON."""
-    return {key: float(number) if isinstance(number, Decimal) else number for key, number in _items(value)}
-
-
-def _items(value: object) -> list[tuple[object, object]]:
     if not isinstance(value, Mapping):
         raise PydanticCustomError("allowed", "a table")
-    return list(value.items())
+    return {key: float(option) if isinstance(option, Decimal) else option for key, option in value.items()}
 
 
 def _bit_or_word(value: object) -> object:
@@ -159,8 +155,8 @@ class SlotSpec(Table):
         number: slot number, from 1.
         module: catalog name of the module.
         firmware: firmware version, or a serial number such as "serial 96317".
-        needs_firmware: oldest firmware version that the program supports; `scanrack fuzz` tries no older
-            version.
+        needs_firmware: oldest firmware version that the program supports; `scanrack fuzz` never tries an
+            older version.
         options: options of the module by name.
         machine: the machine that the module drives.
         wiring: "diagnostic": the step outputs are wired to the encoder inputs.
@@ -173,7 +169,7 @@ class SlotSpec(Table):
     firmware: Version = "4.1"
     needs_firmware: Version = str(KNOWN[0])
     options: Annotated[
-        Mapping[str, JsonValue], PlainValidator(_plain), WithJsonSchema({"type": "object"})
+        Mapping[str, JsonValue], PlainValidator(_plain_options), WithJsonSchema({"type": "object"})
     ] = Field(default_factory=dict)
     machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
     wiring: Literal["diagnostic"] | None = None
@@ -199,7 +195,7 @@ class SlotSpec(Table):
         """Open the real port with its adapter; the caller closes it.
 
         Raises:
-            ValueError: it can't be opened.
+            ValueError: the port can't be opened.
         """
         return live_port(self.module, self._record.live, self.port, self.address).open(
             self.port, self.address, self.options
@@ -207,7 +203,7 @@ class SlotSpec(Table):
 
     @property
     def recorded_firmware(self) -> str:
-        """The module's firmware for the record; empty without one."""
+        """The module's firmware for the trace; "" for a module without a firmware."""
         return self.firmware if self._record.has_firmware else ""
 
     @property
@@ -216,10 +212,10 @@ class SlotSpec(Table):
         return self._record.words(self.options)
 
     def make(self, seed: int) -> Module:
-        """Make the module, with a simulated controller whatever the port.
+        """Make the module, with a simulated controller even if the slot has a real port.
 
         Raises:
-            ValueError: it does not accept the firmware or an option.
+            ValueError: the module does not accept the firmware or an option.
         """
         return self._record.make(
             firmware=self.firmware,
@@ -231,22 +227,23 @@ class SlotSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_made(self, info: ValidationInfo) -> Self:
-        own_modules = _of_file(info)
-        self._record = own_modules[self.module] if self.module in own_modules else MODULES[self.module]
+        file_modules = _modules_of_file(info)
+        self._record = file_modules[self.module] if self.module in file_modules else MODULES[self.module]
         self.make(seed=0)
-        needs_firmware = "needs_firmware" in self.model_fields_set  # other firmware versions have no order
+        # only compared if set, because firmware of other modules than the 3601 has no order
+        needs_firmware = "needs_firmware" in self.model_fields_set
         if needs_firmware and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
             text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
             raise SettingError("firmware", f"firmware {self.firmware}: {text}")
         if self.is_live:
             live_port(self.module, self._record.live, self.port, self.address)
         elif self.address is not None:
-            raise SettingError("address", f"address {self.address}: it goes with a real port only")
+            raise SettingError("address", f"address {self.address}: only a real port has an address")
         return self
 
 
 def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
-    """Return a slot's profile; without a stepper there, the fastest one in the rack, or else a 3601's."""
+    """Return the profile of a slot's stepper; else of the rack's fastest stepper; else of a 3601."""
     steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
     if number in steppers:
         return steppers[number]
@@ -254,7 +251,7 @@ def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
 
 
 class ForceSpec(Table):
-    """A force from the first scan on.
+    """A force that is in effect from the first scan.
 
     Attributes:
         address: address of a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or
@@ -266,7 +263,7 @@ class ForceSpec(Table):
     value: Annotated[int, BeforeValidator(_bit_or_word), WithJsonSchema({"type": ["integer", "boolean"]})]
 
 
-def _happening(value: object) -> object:
+def _fault_kind(value: object) -> object:
     if isinstance(value, FaultKind):
         return value
     names = [kind.value for kind in FaultKind]
@@ -285,15 +282,15 @@ class InjectedFaultSpec(Table):
             "controller-power-cycle"; of a drive "condition".
         slot: slot of its module; left out for "program-mode"; optional in a rack with one module.
         for_ms: duration, ms; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
-        late_words: torn update: the output words that arrive late.
-        state: condition: the state that begins, such as "temperature=95" or "cable=lost".
+        late_words: for "torn-update": the output words that arrive late.
+        state: for "condition": the state that begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
     what: Annotated[
         FaultKind,
-        PlainValidator(_happening),
+        PlainValidator(_fault_kind),
         WithJsonSchema({"enum": [kind.value for kind in FaultKind]}),
     ]
     slot: int | None = None
@@ -303,15 +300,17 @@ class InjectedFaultSpec(Table):
     state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
-        """Return the injected fault; ValueError if times or words are missing or contradict each other."""
-        lasting = self.for_ms is not None or self.for_s is not None
+        """Return the injected fault; ValueError if times or words are missing or contradict each other.
+
+        Args:
+            only_slot: slot of the rack's only module, for a fault without the key `slot`.
+        """
+        for_ns = 0 if self.for_ms is None and self.for_s is None else self.ns("for")
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
-        return InjectedFault(
-            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words, self.state
-        )
+        return InjectedFault(self.ns("at"), self.what, slot, for_ns, self.late_words, self.state)
 
     @model_validator(mode="after")
-    def _is_possible(self) -> Self:
+    def _is_valid_fault(self) -> Self:
         self.incident()
         return self
 
@@ -329,23 +328,23 @@ class RackSpec(Table):
         scan_ms: time from scan to scan, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: maximum processor time of the logic of one scan; the maximum on the clock is ten times as
-            long; 0 = no watchdog.
+        watchdog_ms: maximum processor time of the logic in one scan, ms; 0 = no watchdog. The maximum time on
+            the clock is ten times as long.
         run_for_s: machine time of a run; the command line overrides it.
         tags: patterns of the program's tags to record in addition to the images.
         stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
             tags, by name; `missing_tags = "declare"` declares missing tags, `refused = "empty"` runs an
             export without its refused parts.
         trace: path of the trace, relative to the rack file.
-        keep_traces: number of earlier traces to keep under numbers; 0 = none.
-        axes: axes of a ladder program's motion instructions by tag, on a 3601 or ideal.
-        prove: what `scanrack prove` proves and assumes.
+        keep_traces: number of earlier traces to keep, with a number in their names; 0 = none.
+        axes: axes of a ladder program's motion instructions, by tag; each is a 3601 or ideal.
+        prove: properties and assumptions of `scanrack prove`.
         fuzz: settings of `scanrack fuzz`.
         export: how a program that is an export begins.
-        server: what clients of a tag server see and may write.
+        server: tags that clients of a tag server see and may write.
         seed: seed of random numbers, for example of slips.
         mode: position of the CPU's key at power-up.
-        modules: your own modules by name: a Python file, with the name of its ModuleRecord unless that is
+        modules: your own modules by name: a Python file, and the name of its ModuleRecord unless it is
             RECORD: "blinker.py:OTHER".
         slot: the slots, at least one.
         force: bits and words that are forced from the first scan on.
@@ -405,7 +404,7 @@ class RackSpec(Table):
         return exact_ns(Decimal(2) if self.rpi_ms is None else self.rpi_ms, "ms")
 
     @model_validator(mode="after")
-    def _is_sound(self) -> Self:
+    def _is_consistent(self) -> Self:
         self._check_times()
         self._check_stubs()
         self._check_axes()
@@ -422,122 +421,117 @@ class RackSpec(Table):
         for key, unit in (("scan_ms", "ms"), ("rpi_ms", "ms"), ("watchdog_ms", "ms"), ("run_for_s", "s")):
             value = getattr(self, key)
             if value is not None:
-                _at((key,), value, exact_ns, value, unit, key)
+                _check_at((key,), value, exact_ns, value, unit, key)
         if self.rpi_ms is not None and self.controller == "micrologix":
             raise MisplacedError(("rpi_ms",), self.rpi_ms, 'goes with controller = "compactlogix" only')
 
     def _check_stubs(self) -> None:
-        for name, only in STUB_SETTINGS.items():
-            setting = self.stubs.get(name, only)
-            if setting != only:
-                raise MisplacedError(("stubs", name), setting, f'must be "{only}"')
+        for name, only_value in STUB_SETTINGS.items():
+            setting = self.stubs.get(name, only_value)
+            if setting != only_value:
+                raise MisplacedError(("stubs", name), setting, f'must be "{only_value}"')
 
     def _check_axes(self) -> None:
-        known_slots = [slot.number for slot in self.slot]
+        slot_numbers = [slot.number for slot in self.slot]
         axis_names: dict[int, str] = {}
         for name, axis in self.axes.items():
             path: KeyPath = ("axes", name, "slot")
             if axis.slot is None:
                 continue
-            if axis.slot not in known_slots:
-                slot_list = ", ".join(map(str, known_slots))
+            if axis.slot not in slot_numbers:
+                slot_list = ", ".join(map(str, slot_numbers))
                 raise MisplacedError(path, axis.slot, f"this slot is empty: modules sit in {slot_list}")
             if axis.slot in axis_names:
                 raise MisplacedError(path, axis.slot, f"{axis_names[axis.slot]} has this slot already")
             axis_names[axis.slot] = name
 
     def _check_properties(self) -> None:
-        claimed_names: set[str] = set()
+        names: set[str] = set()
         for index, claim in enumerate(self.prove.property):
-            if claim.name.upper() in claimed_names:
+            if claim.name.upper() in names:
                 path: KeyPath = ("prove", "property", index, "name")
                 raise MisplacedError(path, claim.name, "another property has this name")
-            claimed_names.add(claim.name.upper())
+            names.add(claim.name.upper())
 
     def _check_modules(self) -> None:
-        for name, address in self.modules.items():
+        for name, file in self.modules.items():
             if name in MODULES:
-                raise MisplacedError(("modules", name), address, "another module has this name")
+                raise MisplacedError(("modules", name), file, "another module has this name")
 
     def _check_slots(self) -> None:
-        seen_numbers: set[int] = set()
+        numbers: set[int] = set()
         for index, slot in enumerate(self.slot):
-            if slot.number in seen_numbers:
+            if slot.number in numbers:
                 path: KeyPath = ("slot", index, "number")
                 raise MisplacedError(path, slot.number, f"slot {slot.number} is used twice")
-            seen_numbers.add(slot.number)
+            numbers.add(slot.number)
+            firmware_path: KeyPath = ("slot", index, "firmware")
             if "controller" in self.model_fields_set:
-                path = ("slot", index, "firmware")
                 check = slot.record.check_controller
-                _at(path, slot.firmware, check, slot.firmware, self.controller)
+                _check_at(firmware_path, slot.firmware, check, slot.firmware, self.controller)
             if "firmware" in slot.model_fields_set and not slot.record.has_firmware:
-                reason = f"a {slot.module} has no firmware here: leave the key out"
-                raise MisplacedError(("slot", index, "firmware"), slot.firmware, reason)
+                reason = f"a {slot.module} has no firmware here: remove this key"
+                raise MisplacedError(firmware_path, slot.firmware, reason)
             self._check_family(index, slot)
 
     def _check_family(self, index: int, slot: SlotSpec) -> None:
-        """Refuse a card that does not fit the controller, if the rack or its program names it."""
-        own_family = slot.record.family
-        by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
-        controller = self.controller if "controller" in self.model_fields_set else by_program
-        expected_family = _FAMILIES.get(controller, own_family)
-        if own_family and own_family != expected_family:
+        """Refuse a card that does not fit the controller, if the rack or its program determines one."""
+        family = slot.record.family
+        controller = _CONTROLLER_OF_EXPORT.get(str(self.program)[-4:].upper(), "")
+        if "controller" in self.model_fields_set:
+            controller = self.controller
+        expected_family = _FAMILIES.get(controller, family)
+        if family and family != expected_family:
             cards = ", ".join(name for name, record in OWN.items() if record.family == expected_family)
-            reason = f"this card does not fit a {_CONTROLLERS[controller]}; choose from {cards}, discrete16"
+            problem = f"this card does not fit a {_CONTROLLER_NAMES[controller]}"
+            reason = f"{problem}; choose from {cards}, discrete16"
             raise MisplacedError(("slot", index, "module"), slot.module, reason)
 
     def _check_cams(self) -> None:
-        """Refuse a card whose inputs follow a slot without a simulated machine."""
-        stepper_slots = [
-            slot.number
+        """Refuse a card with inputs that follow a slot without a simulated machine, or a missing switch."""
+        machines = {
+            slot.number: slot.machine
             for slot in self.slot
             if (slot.has(Trait.MACHINE) or slot.record.unread) and not slot.is_live
-        ]
+        }
         for index, slot in enumerate(self.slot):
+            path: KeyPath = ("slot", index, "options", "cam")
             for number in sorted(slot.record.follows(slot.options)):
-                if number not in stepper_slots:
-                    slot_list = ", ".join(map(str, stepper_slots)) or "none"
+                if number not in machines:
+                    slot_list = ", ".join(map(str, machines)) or "none"
                     reason = f"cam: slot {number} has no simulated stepper; there is one in {slot_list}"
-                    raise MisplacedError(("slot", index, "options", "cam"), number, reason)
+                    raise MisplacedError(path, number, reason)
             for number, switch in slot.record.switches(slot.options):
-                self._check_switch(index, number, switch)
-
-    def _check_switch(self, index: int, number: int, switch: str) -> None:
-        """Refuse a cam of a switch that the stepper's machine does not have."""
-        machine = next(slot.machine for slot in self.slot if slot.number == number)
-        by_hand = sum({entry.input.value for entry in machine.timeline})
-        wired_bits = machine.fed_inputs | by_hand
-        if not wired_bits & INPUT_NAMES[switch].value:
-            switch_list = (
-                ", ".join(name for name, bit in INPUT_NAMES.items() if wired_bits & bit.value) or "none"
-            )
-            reason = (
-                f"cam: the machine of slot {number} has no switch {switch!r}; its switches are {switch_list}"
-            )
-            raise MisplacedError(("slot", index, "options", "cam"), switch, reason)
+                machine = machines[number]
+                wired_bits = machine.fed_inputs | sum({entry.input.value for entry in machine.timeline})
+                if not wired_bits & INPUT_NAMES[switch].value:
+                    names = [name for name, bit in INPUT_NAMES.items() if wired_bits & bit.value]
+                    problem = f"cam: the machine of slot {number} has no switch {switch!r}"
+                    reason = f"{problem}; its switches are {', '.join(names) or 'none'}"
+                    raise MisplacedError(path, switch, reason)
 
     def _check_forces(self) -> None:
         words = {slot.number: slot.words for slot in self.slot}
         if any(slot.record.unread for slot in self.slot):
-            return  # a bit may be named in a file that is not executed
+            return  # names of bits may be in a module's file, which is not executed
         for index, force in enumerate(self.force):
             path: KeyPath = ("force", index)
-            word_place = _at((*path, "address"), force.address, parse_address, force.address, words)
-            _at((*path, "value"), force.value, check_value, force.address, word_place, force.value)
+            address = _check_at((*path, "address"), force.address, parse_address, force.address, words)
+            _check_at((*path, "value"), force.value, check_value, force.address, address, force.value)
 
     def _check_incidents(self) -> None:
         slot_numbers = [slot.number for slot in self.slot]
+        slot_list = ", ".join(map(str, slot_numbers))
         for index, incident in enumerate(self.incident):
             path: KeyPath = ("incident", index, "slot")
             if incident.what is FaultKind.PROGRAM_MODE:
                 if incident.slot is not None:
-                    raise MisplacedError(path, incident.slot, "the key is the CPU's: leave the slot out")
+                    reason = "the key switch of the CPU has no slot: remove this key"
+                    raise MisplacedError(path, incident.slot, reason)
             elif incident.slot is None and len(slot_numbers) > 1:
-                raise MisplacedError(
-                    path, "", f"is needed: modules sit in {', '.join(map(str, slot_numbers))}"
-                )
+                raise MisplacedError(path, "", f"is needed: modules sit in {slot_list}")
             elif incident.slot is not None and incident.slot not in slot_numbers:
-                reason = f"this slot is empty: modules sit in {', '.join(map(str, slot_numbers))}"
+                reason = f"this slot is empty: modules sit in {slot_list}"
                 raise MisplacedError(path, incident.slot, reason)
             elif incident.what in ON_THE_LINE and self._slot_of(incident).is_live:
                 reason = "the line of a real port can't be disturbed"
@@ -545,7 +539,8 @@ class RackSpec(Table):
             elif incident.late_words:
                 outputs = len(self._slot_of(incident).words.outputs)
                 key_path = ("incident", index, "late_words")
-                _at(key_path, list(incident.late_words), incident.incident().check_late_words, outputs)
+                check_late_words = incident.incident().check_late_words
+                _check_at(key_path, list(incident.late_words), check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
@@ -559,8 +554,8 @@ class RackSpec(Table):
             addresses.add(unit.address)
 
 
-def _at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
-    """Call `check`; turn its refusal into a `MisplacedError` at `path`."""
+def _check_at(path: KeyPath, value: object, check: Callable[..., Result], *arguments: Any) -> Result:
+    """Call `check` and return its result; raise its ValueError as a `MisplacedError` at `path`."""
     try:
         return check(*arguments)
     except ValueError as error:

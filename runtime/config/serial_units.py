@@ -1,4 +1,4 @@
-"""Controllers beside the rack: the table of a unit on a serial line.
+"""The table `[[unit]]` of a rack file: a controller beside the rack, on a serial line.
 
     [[unit]]
     controller = "pcl601"
@@ -7,7 +7,7 @@
     start = true
     pins = { home = "..-3000", soft_minus = "..-2000", in1 = "ground" }
 
-The switches of its machine are among its pins: closed while its motor is at these positions.
+A switch of its machine is a pin that is closed while the motor is in a range of positions.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 STORED = ".pclt"
-"""Suffix of a stored program: no other file is read, or shown in a message."""
+"""Suffix of a stored program. No other file is read, so that no message can show its contents."""
 
 
 class UnitSpec(Table):
@@ -38,7 +38,7 @@ class UnitSpec(Table):
         program: path of its stored program, relative to the rack file.
         start: whether the stored program starts at power-up.
         ascii: whether the line starts in AA ASCII.
-        thumbwheel: seven digits, with switch SW2 at TWS; no thumbwheel if left out.
+        thumbwheel: the seven digits of a thumbwheel, with switch SW2 at TWS; no thumbwheel if left out.
         pins: states of its inputs by name, as in `env` of `scanrack drive pcl601`.
     """
 
@@ -51,7 +51,11 @@ class UnitSpec(Table):
     pins: Mapping[str, str] = Field(default_factory=dict)
 
     def make(self, folder: Path) -> Pcl601:
-        """Make the unit, with its power on; ValueError if the program can't be used."""
+        """Return the unit, switched on; ValueError if the program can't be used.
+
+        Args:
+            folder: folder of the rack file.
+        """
         from scanrack.io_images.pcl601 import Code
 
         from ..controllers.pcl601.line import Pcl601  # pymodbus takes time to import
@@ -80,7 +84,7 @@ class UnitSpec(Table):
         for name, state in self.pins.items():
             connect(Pcl601Pins(), name, state)
         if self.program is not None and not self.program.endswith(STORED):
-            raise SettingError("program", f"a stored program is a {STORED} file")
+            raise SettingError("program", f"a stored program has the suffix {STORED}")
         if self.start and self.program is None:
-            raise SettingError("start", "start needs a program")
+            raise SettingError("start", "there is nothing to start: add the key program")
         return self

@@ -1,4 +1,4 @@
-"""The table `[server]` of a rack file: what clients of `--server` see and may write."""
+"""The table `[server]` of a rack file: the tags that clients of `--server` see and may write."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Rows = Annotated[tuple[Item, ...], Field(strict=False, max_length=20_000)]
 
 
 class MapRow(Table):
-    """A tag among the coils or registers.
+    """A tag as coils or registers.
 
     Attributes:
         address: address of its first coil or register, from 0.
-        tag: name of the tag; an array also takes the following addresses.
-        order: word of a DINT, REAL, LINT or LREAL that comes first; the `order` of the table if left out.
+        tag: name of the tag; an array also occupies the following addresses.
+        order: first word of a DINT, REAL, LINT or LREAL; the `order` of the table if left out.
     """
 
     address: Annotated[int, Field(ge=0, le=0xFFFF)]
@@ -34,9 +34,9 @@ class ModbusTable(Table):
     """Tags as coils and registers of `--server modbus-tcp`.
 
     Attributes:
-        order: word of a DINT, REAL, LINT or LREAL that comes first.
-        fill: whether addresses without a tag, below the last address of their table, read as 0; false: they
-            are refused.
+        order: first word of a DINT, REAL, LINT or LREAL.
+        fill: whether an address without a tag, below the last address of its table, reads as 0; false: the
+            server refuses it.
         coils: bits that clients read and write.
         discrete_inputs: bits that clients read.
         input_registers: numbers that clients read.
@@ -52,10 +52,10 @@ class ModbusTable(Table):
 
 
 class ServerTable(Table):
-    """What clients of a tag server see and may write.
+    """The tags that clients of a tag server see and may write.
 
     Attributes:
-        writable: patterns of tags that clients may write with all their members: "Run", "Recipe.*",
+        writable: patterns of tags that clients may write, with all their members: "Run", "Recipe.*",
             "Local:1:O.Data", "Program:Main.*"; without patterns, clients can only read.
         profile: names of the parts of `Local:n:I`: "generic" (Fault, Data) or "3601" (Data0, ModuleOK, ...).
         modbus: tags as coils and registers; without this table `--server modbus-tcp` is refused.

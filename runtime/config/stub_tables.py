@@ -1,10 +1,10 @@
-"""The tables in `[stubs]` of a rack file: results of messages with their data, and partners of consumed tags.
+"""The tables in `[stubs]` of a rack file: results of messages, and data of consumed tags.
 
 [stubs]
-Order = { after_ms = 20, value = [1, 2, 3] }             # a message: its data
+Order = { after_ms = 20, value = [1, 2, 3] }             # a message, with its data
 Fetch = { after_ms = 20, rack = "line2.toml", tag = "Counts", to = "Copy[0]" }
 Lost = { after_ms = 500, error = 0xCB }
-FromLine2 = { rack = "line2.toml" }                      # a consumed tag: what another rack produces
+FromLine2 = { rack = "line2.toml" }                      # a consumed tag, which another rack produces
 Recipe = { value = { Speed = 5 } }
 Level = { table = [{ value = 5 }, { at_s = 2, value = 7 }, { at_s = 4, faulted = true }] }
 """
@@ -36,11 +36,11 @@ Data = Annotated[Any, PlainValidator(_plain)]
 
 
 class StubStep(Table):
-    """The data of a consumed tag from a time on.
+    """The data of a consumed tag, beginning at a time.
 
     Attributes:
         at_ms: start of this entry, ms; or `at_s`. 0 if left out.
-        value: the data, in the form of a tag: a number, true, a text, an array, or a table of members.
+        value: the data: a number, true or false, a text, an array, or a table of members.
         faulted: whether the connection is broken until the next entry.
         running: whether the producer is in run mode.
     """
@@ -53,22 +53,22 @@ class StubStep(Table):
 
     @property
     def at_ns(self) -> int:
-        """The time, ns."""
+        """The start, ns."""
         return 0 if self.at_ms is None and self.at_s is None else self.ns("at")
 
 
 class StubTable(Table):
-    """The partner of a message or of a consumed tag.
+    """The result and data of a message, or the data of a consumed tag.
 
     Attributes:
         after_ms: message: duration, ms; or `after_s`. A consumed tag does not have this key.
         error: message: its ERR, 1 to 65,535; 0 if it succeeds.
         value: data that never change.
         table: data over time.
-        rack: rack file whose program has the data; it runs in the same time as this rack.
-        tag: the tag in that rack; a consumed tag takes the tag in its export if left out.
+        rack: rack file of the program with the data; both racks run in the same virtual time.
+        tag: the tag in the other rack; if left out, a consumed tag has the tag in its export.
         to: message: the tag that receives the data; the tag in the export if left out.
-        rpi_ms: consumed tag: its RPI, ms; the export's if left out, otherwise 20.
+        rpi_ms: consumed tag: its RPI, ms; if left out, the RPI in the export, else 20.
     """
 
     after_ms: Milliseconds | None = None
@@ -83,28 +83,30 @@ class StubTable(Table):
 
     @property
     def after_ns(self) -> int | None:
-        """Time of a message, ns; None of a consumed tag."""
+        """Duration of a message, ns; None for a consumed tag."""
         return None if self.after_ms is None and self.after_s is None else self.ns("after")
 
     @property
     def rpi_ns(self) -> int:
-        """The interval, ns; 0 if left out."""
+        """The RPI of a consumed tag, ns; 0 if left out."""
         return 0 if self.rpi_ms is None else exact_ns(self.rpi_ms, "ms")
 
     @model_validator(mode="after")
-    def _is_possible(self) -> Self:
+    def _has_only_its_keys(self) -> Self:
         sources = [name for name in ("value", "table", "rack") if name in self.model_fields_set]
         if len(sources) > 1:
-            raise SettingError(sources[1], f"{sources[0]} is given already: one of value, table and rack")
-        message = self.after_ns is not None
-        wrong_keys = {"rpi_ms"} if message else {"error", "to"}
-        for key in sorted(wrong_keys & self.model_fields_set):
-            raise SettingError(key, f"this key is that of a {'consumed tag' if message else 'message'}")
-        if not message and not sources:
-            raise SettingError("value", "a consumed tag needs value, table or rack, a message after_ms")
+            problem = f"this table has {sources[0]} already: write one of value, table and rack"
+            raise SettingError(sources[1], problem)
+        is_message = self.after_ns is not None
+        wrong_keys = self.model_fields_set & ({"rpi_ms"} if is_message else {"error", "to"})
+        if wrong_keys:
+            other_kind = "consumed tag" if is_message else "message"
+            raise SettingError(min(wrong_keys), f"only a {other_kind} has this key")
+        if not is_message and not sources:
+            raise SettingError("value", "a consumed tag needs value, table or rack; a message needs after_ms")
         if self.tag and not self.rack:
-            raise SettingError("tag", "it is a tag of another rack: give rack, too")
+            raise SettingError("tag", "this is a tag of another rack: add the key rack")
         times = [step.at_ns for step in self.table]
         if times != sorted(set(times)):
-            raise SettingError("table", "its times must rise")
+            raise SettingError("table", "each entry must be later than the entry before it")
         return self

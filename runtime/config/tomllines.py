@@ -1,8 +1,8 @@
-"""Lines of a TOML text: the line of every key path.
+"""Finds the line of every key path in a TOML text.
 
-`tomllib` gives the contents of a file without lines. This scanner reads the text
-again, after `tomllib` has found it well-formed, and keeps the line of every
-table, key and array element. It only skips values.
+`tomllib` returns the contents of a file without lines. After it has accepted the text, this
+scanner reads the text again, and stores the line of every table, key and array element. It
+skips the values.
 
     line 1   [[slot]]                     ("slot", 0)
     line 2   number = 1                   ("slot", 0, "number")
@@ -44,19 +44,19 @@ class KeyLines:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._at = 0
-        self._counted = (0, 1)
+        self._index = 0  # of the next character to read
+        self._line_index, self._line = 0, 1  # an index in the text, and its line
         self._lines: dict[KeyPath, int] = {}
-        self._elements: dict[KeyPath, int] = {}
+        self._table_counts: dict[KeyPath, int] = {}  # tables read so far of each array of tables
 
     @cached_property
     def paths(self) -> Mapping[KeyPath, int]:
-        """Every key path with its line, from 1; the text is not scanned before a line is needed."""
+        """Every key path with its line, from 1. The text is scanned at the first use."""
         self._read_document()
         return self._lines
 
     def line(self, path: KeyPath) -> int:
-        """Return the line of a key path, or of the nearest table around it; 1 without one."""
+        """Return the line of a key path, or else of the innermost table around it, or else 1."""
         while path and path not in self.paths:
             path = path[:-1]
         return self.paths.get(path, 1)
@@ -66,33 +66,33 @@ class KeyLines:
     def _read_document(self) -> None:
         table: KeyPath = ()
         self._skip(_SPACE)
-        while self._at < len(self._text):
-            if self._text[self._at] == "[":
+        while self._index < len(self._text):
+            if self._text[self._index] == "[":
                 table = self._read_header()
             else:
                 self._read_assignment(table)
             self._skip(_SPACE)
 
     def _read_header(self) -> KeyPath:
-        line, repeated = self._line_here(), self._text.startswith("[[", self._at)
-        self._at += 1 + repeated
+        line, repeated = self._line_here(), self._text.startswith("[[", self._index)
+        self._index += 1 + repeated
         keys = self._read_key()
-        self._at += 1 + repeated
+        self._index += 1 + repeated
         path: KeyPath = ()
         for key in keys[:-1]:
-            path = self._inside((*path, key))
+            path = self._last_element((*path, key))
             self._lines.setdefault(path, line)
         path = (*path, keys[-1])
         self._lines.setdefault(path, line)
         if repeated:
-            self._elements[path] = self._elements.get(path, 0) + 1
-            path = self._inside(path)
+            self._table_counts[path] = self._table_counts.get(path, 0) + 1
+            path = self._last_element(path)
             self._lines[path] = line
         return path
 
-    def _inside(self, path: KeyPath) -> KeyPath:
-        """Return the parent of keys under `path`: its last element, if it is an array of tables."""
-        count = self._elements.get(path, 0)
+    def _last_element(self, path: KeyPath) -> KeyPath:
+        """Return the path of the last table of an array of tables; for a table, its own path."""
+        count = self._table_counts.get(path, 0)
         return (*path, count - 1) if count else path
 
     def _read_assignment(self, table: KeyPath) -> None:
@@ -101,7 +101,7 @@ class KeyLines:
         for key in self._read_key():
             path = (*path, key)
             self._lines.setdefault(path, line)
-        self._at += 1  # the equals sign
+        self._index += 1  # the equals sign
         self._skip(_BLANK)
         self._read_value(path)
 
@@ -111,20 +111,20 @@ class KeyLines:
             self._skip(_BLANK)
             keys.append(self._read_key_part())
             self._skip(_BLANK)
-            if self._text[self._at] != ".":
+            if self._text[self._index] != ".":
                 return keys
-            self._at += 1
+            self._index += 1
 
     def _read_key_part(self) -> str:
-        if self._text[self._at] in "\"'":
+        if self._text[self._index] in "\"'":
             quoted = self._take(_STRING)
             return next(iter(toml_tables(f"{quoted} = 0")))
         return self._take(_BARE_KEY)
 
-    # values: skipped, except the insides of arrays and inline tables
+    # values are skipped, except the elements of arrays and the keys of inline tables
 
     def _read_value(self, path: KeyPath) -> None:
-        first_character = self._text[self._at]
+        first_character = self._text[self._index]
         if first_character == "[":
             self._read_array(path)
         elif first_character == "{":
@@ -134,38 +134,38 @@ class KeyLines:
 
     def _read_array(self, path: KeyPath) -> None:
         index = 0
-        while not self._ends("]"):
+        while not self._skip_to_end("]"):
             self._lines[(*path, index)] = self._line_here()
             self._read_value((*path, index))
             index += 1
 
     def _read_inline_table(self, path: KeyPath) -> None:
-        while not self._ends("}"):
+        while not self._skip_to_end("}"):
             self._read_assignment(path)
 
-    def _ends(self, bracket: str) -> bool:
-        """Step over the opening bracket or a comma; return whether the array or table ends here."""
+    def _skip_to_end(self, bracket: str) -> bool:
+        """Skip the opening bracket or a comma, and a closing bracket; return whether there was one."""
         self._skip(_SPACE)
-        if self._text[self._at] != bracket:
-            self._at += 1
+        if self._text[self._index] != bracket:
+            self._index += 1
             self._skip(_SPACE)
-        if self._text[self._at] != bracket:
+        if self._text[self._index] != bracket:
             return False
-        self._at += 1
+        self._index += 1
         return True
 
     def _skip(self, pattern: re.Pattern[str]) -> None:
-        match = pattern.match(self._text, self._at)
-        self._at = match.end() if match else self._at
+        match = pattern.match(self._text, self._index)
+        self._index = match.end() if match else self._index
 
     def _take(self, pattern: re.Pattern[str]) -> str:
-        match = pattern.match(self._text, self._at)
+        match = pattern.match(self._text, self._index)
         if match is None or not match[0]:
             raise ValueError(f"line {self._line_here()}: this is not TOML")
-        self._at = match.end()
+        self._index = match.end()
         return match[0]
 
     def _line_here(self) -> int:
-        counted_to, line = self._counted
-        self._counted = self._at, line + self._text.count("\n", counted_to, self._at)
-        return self._counted[1]
+        self._line += self._text.count("\n", self._line_index, self._index)
+        self._line_index = self._index
+        return self._line

@@ -122,7 +122,7 @@ def test_late_scans_say_why_and_what_to_do(page, running_rack):
         page.open(session.link)
         until(lambda: "More than 5 % of scans begin late" in page.run(LINE))
         page.click(".alert button")
-        assert "Take a lower speed, or a slower scan (scan_ms): the scans need" in page.run(OPENED)
+        assert "Use a lower speed, or a slower scan (scan_ms)." in page.run(OPENED)
         page.choose("Speed", "max")  # nothing is late then
         until(lambda: not page.run(SHOWN, ".alert"))
 

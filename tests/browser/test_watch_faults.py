@@ -51,7 +51,8 @@ def test_a_fault_in_python_is_shown_at_its_line_with_the_way_on(page, tmp_path):
         )
         until(lambda: page.run(seen))
         assert "AssertionError" in page.run("return document.querySelector('[role=alert]').textContent")
-        assert "then Branch from here" in page.run("return document.getElementById('causes').textContent")
+        causes = page.run("return document.getElementById('causes').textContent")
+        assert "then press Branch from here" in causes
         page.run("location.hash += '&scan=5'")
         page.until_scan(5, "past")  # nothing had failed yet
         assert not page.run("return document.querySelector('[role=alert]').checkVisibility()")

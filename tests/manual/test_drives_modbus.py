@@ -183,10 +183,10 @@ class TestBench:
     @pytest.mark.parametrize(
         ("request_", "says"),
         [
-            ({"new": {"axes": 2}}, "new.axes: 2 is not allowed: 1 to 1"),
+            ({"new": {"axes": 2}}, "new.axes: 2 is too many: must be 1 to 1"),
             ({"new": {"options": {"color": 1}}}, "option color: the simulated drive has no such option"),
             ({"new": {"options": {"stored": [1]}}}, "option stored"),
-            ({"axis": 2}, "axis: 2 is not allowed: 1 to 1"),
+            ({"axis": 2}, "axis: 2 does not exist: must be 1 to 1"),
             ({"env": {"home": "on"}}, "env.home: the SMD23E2 has in1, in2"),
             ({"env": {"in3": "on"}}, "env.in3: unknown key; choose from in1"),
             ({"env": {"in1": {"on_when_pos_in": [5, 1]}}}, "must not be above the last"),

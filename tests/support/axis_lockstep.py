@@ -141,7 +141,7 @@ class Lawful:
 
     def check_the_law(self) -> None:
         """Check it at the end of a scan."""
-        assert self.rests.too_long(self.cpu.now_ns, linked=self.module.linked) is None
+        assert self.rests.update(self.cpu.now_ns, linked=self.module.linked) is None
 
 
 class PythonSide(Lawful):

@@ -121,7 +121,8 @@ def scan_schema(
         messages += tags.messages()
     if extra is not None:
         field, extra_messages = extra
-        lines.append(f"{extra_messages[0][0]} {field}")
+        message_name, _ = extra_messages[0]
+        lines.append(f"{message_name} {field}")
         messages += extra_messages
     for name, fields in messages:
         lines += [SEPARATOR, f"MSG: scanrack/{name}", *fields]

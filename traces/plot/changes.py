@@ -1,4 +1,4 @@
-"""Finds the scans in which an image or the value of a signal changed: few, even in a long trace."""
+"""Finds the scans in which an image or the value of a signal changes: few, even in a long trace."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scanrack.io_images.module_words import INPUT, BitPlace, ModuleWords
+from scanrack.io_images.module_words import INPUT, ModuleWords
 
 from ..signals import Block
 
@@ -18,9 +18,9 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Changes:
-    """Values in the first scan, and in each scan in which they changed."""
+    """Values in the first scan, and in each scan in which they change."""
 
-    row: NDArray[np.int64]  # the scan's place among the scans read, from 0
+    row: NDArray[np.int64]  # index of the scan among the scans read, from 0
     time_ns: NDArray[np.int64]
     values: Array  # of a signal, in its own type; of an image, the words, a row per scan
 
@@ -30,28 +30,28 @@ class ChangeFinder:
 
     Args:
         read: returns the values in a block: one per scan, or a row of words per scan.
-        watched: number of words that are compared, from the first one; None = all values.
+        word_count: number of words that are compared, from the first word; None = all values.
     """
 
-    def __init__(self, read: Callable[[Block], Array], watched: int | None = None) -> None:
-        self._read, self._watched = read, watched
-        self._rows = 0
-        self._last: Array | None = None
+    def __init__(self, read: Callable[[Block], Array], word_count: int | None = None) -> None:
+        self._read, self._word_count = read, word_count
+        self._rows = 0  # number of scans added
+        self._last: Array | None = None  # compared values of the last scan added
         self._parts: list[Changes] = []
 
     def add(self, block: Block) -> None:
         """Add a block."""
         values = self._read(block)
-        watched = values if self._watched is None else np.ascontiguousarray(values[:, : self._watched])
-        is_different = watched[1:] != watched[:-1]
+        compared = values if self._word_count is None else np.ascontiguousarray(values[:, : self._word_count])
+        is_different = compared[1:] != compared[:-1]
         is_new = np.ones(len(values), bool)
-        is_new[0] = self._last is None or not np.array_equal(watched[0], self._last)
+        is_new[0] = self._last is None or not np.array_equal(compared[0], self._last)
         is_new[1:] = is_different if is_different.ndim == 1 else is_different.any(axis=1)
         rows = np.flatnonzero(is_new)
         if len(rows):
             self._parts.append(Changes(rows + self._rows, block.time_ns[rows], values[rows]))
         self._rows += len(values)
-        self._last = watched[-1].copy()
+        self._last = compared[-1].copy()
 
     def changes(self) -> Changes:
         """Return the changes; at least one block must have been added."""
@@ -60,13 +60,10 @@ class ChangeFinder:
 
 
 def bit_changes(slot: int, direction: str, words: ModuleWords) -> ChangeFinder:
-    """Return the finder of changes in an image, of words up to the last one with named bits."""
-    named_places = [
-        place for names in words.groups.values() for place in names.values() if _is_in(place, direction)
-    ]
-    watched = 1 + max((place.word for place in named_places), default=0)
-    return ChangeFinder(partial(Block.image, slot=slot, direction=direction), watched)
-
-
-def _is_in(at: BitPlace, direction: str) -> bool:
-    return (at.image in INPUT) == (direction in INPUT)
+    """Return the finder of changes in an image, among the words up to the last word with named bits."""
+    last_word = 0
+    for names in words.groups.values():
+        for place in names.values():
+            if (place.image in INPUT) == (direction in INPUT):
+                last_word = max(last_word, place.word)
+    return ChangeFinder(partial(Block.image, slot=slot, direction=direction), last_word + 1)

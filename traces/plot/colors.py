@@ -18,10 +18,10 @@ RAMP: tuple[str, ...] = ("#ffffff", "#56b4e9", "#cfe3f2", "#f0c05a", "#bbbbbb")
 """Colors of the ramp's states: at rest, accelerating, constant speed, decelerating, held."""
 
 BAND: tuple[str, ...] = ("#dcd6f0", "#cfe3f2", "#d5ecdc", "#f6e6bd", "#f3d9cf", "#e3e3e3")
-"""Colors of a band's values, assigned in turn in the order in which the values first appear."""
+"""Colors of a band's values, in the order in which the values first appear."""
 
 BAND_DARK: tuple[str, ...] = ("#4a3f74", "#26506b", "#285a41", "#675423", "#6a3d2d", "#4c4c4c")
-"""The same colors on a dark background."""
+"""The colors of `BAND` on a dark background."""
 
 MARKS: Mapping[str, str] = {
     "broken": "#d00000",

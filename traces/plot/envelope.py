@@ -1,7 +1,7 @@
-"""A curve of any length in bounded memory that keeps every peak.
+"""Keeps every peak of a curve of any length, in bounded memory.
 
-Scans are combined in groups, of which the least and the greatest value
-are kept. Groups double in size whenever there are too many of them:
+Scans are combined in groups. A group has the least and the greatest value of its
+scans. Two groups are joined into one when there are more than `GROUPS_MAX`:
 
     scans     o o o o o o o o o o o o
     groups    |----|----|----|----|      least, greatest; then |---------|---------|
@@ -19,7 +19,7 @@ Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 GROUPS_MAX = 16_384
-"""Maximum groups that are kept: several per pixel of the widest picture."""
+"""Maximum number of groups: several per pixel of the widest picture."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Curve:
 
     time_ns: Times  # virtual time of the first scan in each group
     low: Values  # least value in each group; NaN if it has no values
-    high: Values
+    high: Values  # greatest value in each group; NaN if it has no values
 
     def line(self) -> tuple[Values, Values]:
         """Return the points of a line through the curve: times in ns, and values, low and high in turn."""
@@ -41,9 +41,9 @@ class Envelope:
     """Receives values block by block, and keeps a bounded number of groups."""
 
     def __init__(self) -> None:
-        self._per_group = 1
+        self._per_group = 1  # scans in a group
         self._groups = _empty()
-        self._rest = _empty()  # scans that do not fill a group yet
+        self._rest = _empty()  # last scans, too few for a group
 
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
         """Add the values of a block; a value that is not finite counts as missing."""
@@ -68,7 +68,7 @@ class Envelope:
         odd = len(self._groups[0]) % 2
         last_group = tuple(column[len(column) - odd :] for column in self._groups)
         self._groups = _grouped(tuple(column[: len(column) - odd] for column in self._groups), 2)
-        # an odd group at the end is kept with the scans that do not fill a group yet
+        # a last group without a partner becomes part of the scans that are too few for a group
         self._rest = _stack(last_group, self._rest)
         self._per_group *= 2
 
@@ -80,11 +80,15 @@ def _empty() -> Columns:
     return np.empty(0, np.int64), np.empty(0), np.empty(0)
 
 
-def _stack(upper: Columns, lower: Columns) -> Columns:
-    return tuple(np.concatenate(column_pair) for column_pair in zip(upper, lower, strict=True))
+def _stack(earlier: Columns, later: Columns) -> Columns:
+    return tuple(np.concatenate(column_pair) for column_pair in zip(earlier, later, strict=True))
 
 
 def _grouped(columns: Columns, size: int) -> Columns:
-    """Return the first time, and the least and greatest value, of each `size` rows; only whole groups."""
-    time_ns, lowest, highest = (column.reshape(-1, size) for column in columns)
-    return time_ns[:, 0], np.fmin.reduce(lowest, axis=1), np.fmax.reduce(highest, axis=1)
+    """Return the first time, the least value and the greatest value of each group of `size` rows.
+
+    Args:
+        columns: times, least values and greatest values; their length is a multiple of `size`.
+    """
+    time_ns, low, high = (column.reshape(-1, size) for column in columns)
+    return time_ns[:, 0], np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)

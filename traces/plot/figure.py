@@ -1,4 +1,4 @@
-"""The chart as a PNG or SVG picture.
+"""Draws the chart as a PNG or SVG picture.
 
 inches     left                                                     right
 top        title
@@ -6,13 +6,12 @@ per slot   marks       |  v CMD-03      ^ capture on                 |
            position    |  ~~~~~~~~~                                  |
            speed       |  ~~~~~~~~~                                  |
            ramp, bits  |  one row each, the name at the left         |
-program    the same: numbers, steps and texts as bands, BOOLs
+program    marks, numbers, steps and texts as bands, BOOLs
 bottom     time axis
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +50,7 @@ TICKS_MAX = 12
 LABEL_ROWS = 3
 
 INSTANTS_MAX = 60
-"""Maximum lines through a curve for marks of the same kind."""
+"""Maximum lines through a curve for marks of one kind; with more marks, none is drawn."""
 
 SHORT_MAX = 10**7
 """Smallest value that is written with an exponent beside a tag's curve."""
@@ -60,7 +59,7 @@ FORMATS = (".png", ".svg")
 
 _STYLE = {
     "font.size": 9,
-    "svg.hashsalt": "scanrack",  # so that equal charts give equal files
+    "svg.hashsalt": "scanrack",  # equal charts make equal files
     "svg.fonttype": "none",
     "axes.unicode_minus": False,
 }
@@ -81,9 +80,10 @@ def save_figure(chart: Chart[Curve], path: Path | str) -> None:
     with matplotlib.rc_context(_STYLE):
         figure = draw(chart, figures.Figure)
         kind = path.suffix.lower()[1:]
-        silent = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
+        # without the metadata that depend on the time or on the version of matplotlib
+        metadata = {"Software": None} if kind == "png" else {"Date": None, "Creator": None}
         with new_file(path, PNG if kind == "png" else SVG, "wb") as file:
-            figure.savefig(file, format=kind, dpi=DPI, metadata=silent)
+            figure.savefig(file, format=kind, dpi=DPI, metadata=metadata)
 
 
 def draw(chart: Chart[Curve], figure_class: Any) -> Any:
@@ -106,14 +106,14 @@ def _head_height(panel: Panel[Curve]) -> float:
     return MARKS if panel.marks else HEAD
 
 
-def _curve_height(panel: Panel[Curve], place: int) -> float:
+def _curve_height(panel: Panel[Curve], curve_index: int) -> float:
     if panel.slot is None:
         return NUMBER
-    return POSITION if place == 0 and panel.ramp is not None else SPEED
+    return POSITION if curve_index == 0 and panel.ramp is not None else SPEED
 
 
 class _Canvas:
-    """Places axes on a figure, from top to bottom, all with the chart's time axis."""
+    """Adds axes with the chart's time axis to a figure of a height in inches."""
 
     def __init__(self, figure: Any, chart: Chart[Curve], height: float) -> None:
         self.figure, self.chart, self._height = figure, chart, height
@@ -148,8 +148,9 @@ def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
         text = f"■ {_GROUP_TITLES[group]}"
         figure.text(left, 1 - 0.48 / height, text, size=NAME_SIZE, color=color, va="center")
         left += (0.2 + 0.07 * len(text)) / WIDTH
-    ramps = zip(RAMP_STATES, colors.RAMP, strict=True)
-    for state, color in list(ramps)[1:] if any(panel.ramp for panel in chart.panels) else ():
+    if not any(panel.ramp for panel in chart.panels):
+        return
+    for state, color in zip(RAMP_STATES[1:], colors.RAMP[1:], strict=True):
         figure.text(left, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=color, va="center")
         figure.text(left + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
         left += (0.36 + 0.07 * len(state)) / WIDTH
@@ -166,7 +167,7 @@ _GROUP_TITLES = {
 
 
 def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
-    """Draw a panel; return the top of the next one."""
+    """Draw a panel; return the top of the next panel, inches above the lower edge of the figure."""
     _draw_marks(canvas, panel, top)
     top -= _head_height(panel)
     for curve_index, (name, curve) in enumerate(panel.curves):
@@ -194,14 +195,14 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
     axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.08)
     bottom_value, top_value = axes.get_ylim()
-    if top_value - bottom_value < 1:  # it never changes, and an axis of whole numbers needs a range
+    if top_value - bottom_value < 1:  # the value never changes, but an axis of whole numbers needs a range
         axes.set_ylim(round(bottom_value) - 1, round(top_value) + 1)
 
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:
-    """Draw a tag as steps: a value holds until the next scan."""
+    """Draw a tag as steps, because a value is in force until the next scan."""
     axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, drawstyle="steps-post")
-    axes.yaxis.set_major_formatter(lambda value, place: _short(value))
+    axes.yaxis.set_major_formatter(lambda value, _tick: _number_text(value))
     axes.locator_params(axis="y", nbins=3, integer=not fractional)
     axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.1)
@@ -211,7 +212,7 @@ def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> Non
     axes.text(left_of_values, 0.5, label, transform=axes.transAxes, ha="right", **style)
 
 
-def _short(value: float) -> str:
+def _number_text(value: float) -> str:
     """Return a value as text for an axis, in about nine characters."""
     return f"{value:,.7g}" if abs(value) < SHORT_MAX else f"{value:.4g}"
 
@@ -227,15 +228,15 @@ def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
 
 
 def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
-    """Draw the marks: a tick for each event, a label where there is room."""
+    """Draw the marks: a tick for each event, and a label if it fits."""
     axes = canvas.axes(top, _head_height(panel))
     axes.axis("off")
     axes.set_ylim(0, 1)
     for kind, color in colors.MARKS.items():
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
         axes.vlines(times, 0, 0.12, color=color, linewidth=1.0)
-    letter = LETTER / (WIDTH - LEFT - RIGHT)  # as a fraction of the axis
-    labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter, LABEL_ROWS)
+    letter_width = LETTER / (WIDTH - LEFT - RIGHT)  # as a fraction of the axis
+    labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter_width, LABEL_ROWS)
     for label in labels:
         _draw_label(axes, label, 0.16 + 0.29 * label.row)
     name = f"{panel.name}  {panel.about}"
@@ -264,8 +265,8 @@ def _draw_label(axes: Any, label: Label, height: float) -> None:
 
 
 def _draw_time(axes: Any, chart: Chart[Curve]) -> None:
-    places: Sequence[int] = time_axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
+    ticks = time_axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
     unit = time_axis.unit(chart.start_ns, chart.end_ns)
     step = time_axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)
-    axes.set_xticks(places, labels=[time_axis.label(tick, step, unit) for tick in places])
+    axes.set_xticks(ticks, labels=[time_axis.label(tick, step, unit) for tick in ticks])
     axes.set_xlabel(f"machine time, {unit}", size=NAME_SIZE, labelpad=2)

@@ -1,4 +1,4 @@
-"""Lanes of a picture: ramp, bands and bits, one row each, and the unchanged values below them."""
+"""Draws the lanes of a picture: ramp, bands and bits, one row each, and the unchanged values below them."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .panel import Panel
 from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
 
 CROWDED = PIXELS // 3
-"""Number of changes of a bit beyond which its line is thin."""
+"""A bit with this number of changes or more is drawn with a thin line."""
 
 LABEL_LETTERS = 8
-"""Minimum letters of a band's label that must fit, or the label is not drawn."""
+"""A band's label is drawn only if it fits, or if at least this number of its letters fits."""
 
 
 def rows_of(panel: Panel[Curve]) -> int:
@@ -34,13 +34,15 @@ def draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
     axes.set_ylim(rows_of(panel), 0)
     for row, lane in enumerate(rows):
         _DRAW[lane.group](axes, lane, chart, row)
-    names = [(shortened(lane.name, NAME_LETTERS), _name_color(lane)) for lane in rows]
+    names = [shortened(lane.name, NAME_LETTERS) for lane in rows]
+    name_colors = [_name_color(lane) for lane in rows]
     if panel.unchanged:
         letters = round((WIDTH - LEFT - RIGHT) / LETTER)
         _write(axes, listed(panel.unchanged, letters), chart.start_ns, len(rows))
-        names.append(("unchanged", colors.INK))
-    axes.set_yticks(np.arange(len(names)) + 0.5, labels=[name for name, _ in names])
-    for label, (_, color) in zip(axes.get_yticklabels(), names, strict=True):
+        names.append("unchanged")
+        name_colors.append(colors.INK)
+    axes.set_yticks(np.arange(len(names)) + 0.5, labels=names)
+    for label, color in zip(axes.get_yticklabels(), name_colors, strict=True):
         label.set_color(color)
         label.set_fontfamily("monospace")
         label.set_fontsize(NAME_SIZE - 0.5)
@@ -63,8 +65,8 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     levels = row + np.where(values, 0.18, 0.85)
     color = colors.LANES[lane.group]
     axes.fill_between(times, row + 0.85, levels, step="post", color=color, alpha=0.3, linewidth=0)
-    thick = 0.9 if len(times) < CROWDED else 0.3
-    axes.plot(times, levels, drawstyle="steps-post", color=color, linewidth=thick, solid_joinstyle="miter")
+    width = 0.9 if len(times) < CROWDED else 0.3
+    axes.plot(times, levels, drawstyle="steps-post", color=color, linewidth=width, solid_joinstyle="miter")
 
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:

@@ -1,4 +1,4 @@
-"""Places of the marks' labels, chosen so that no two overlap."""
+"""Places the labels of marks so that no two labels overlap."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from typing import NamedTuple
 from .marks import KINDS, Mark
 
 GAP = 2
-"""Minimum distance of two labels in a row, letters."""
+"""Minimum distance between two labels in a row, letters."""
 
 MANY = 30
 """A label that occurs more often than this is drawn once, with the number of occurrences."""
 
 
 class Label(NamedTuple):
-    """A label that is drawn."""
+    """The place of a mark's label."""
 
-    mark: Mark  # its mark
-    row: int  # 0 or more
-    before: bool  # whether it ends at its mark, instead of beginning there, for lack of space
+    mark: Mark
+    row: int  # 0 or more, from the lowest row
+    before: bool  # whether it ends at its mark because the space after the mark is too small
 
 
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
-    """Choose which marks get labels, and place these: after the mark, or before it at the right edge.
+    """Return the labels that fit. A label is after its mark, or before it at the right edge.
 
-    The most important kinds come first; within a kind, earlier marks do. Of very many marks with the same
-    label only the first is labeled, with their number.
+    Marks get their labels in the order of `KINDS`, and within a kind in their own order. Of more than `MANY`
+    marks with the same label, only the first has a label, with the number of marks.
 
     Args:
         letter: width of a letter, as a fraction of the axis' length.
@@ -52,7 +52,7 @@ def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, row
 
 
 def shortened(text: str, letters: int) -> str:
-    r"""Return a name in at most `letters` letters; it loses its beginning, since the end is more specific.
+    r"""Return the end of a name in at most `letters` letters, because the end is more specific.
 
     >>> shortened(r"\Main.Recipe[3].Time", 12), shortened("Run", 12)
     ('…ipe[3].Time', 'Run')
@@ -76,13 +76,14 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
 
 
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
-    """Yield the marks; of very many with the same label only the first, with their number."""
-    often = Counter((mark.kind, mark.label) for mark in marks)
-    labeled = set()
+    """Yield the marks; of more than `MANY` marks with the same label only the first, with their number."""
+    counts = Counter((mark.kind, mark.label) for mark in marks)
+    folded = set()
     for mark in marks:
-        key = (mark.kind, mark.label)
-        if often[key] <= MANY:
+        kind_and_label = (mark.kind, mark.label)
+        count = counts[kind_and_label]
+        if count <= MANY:
             yield mark
-        elif key not in labeled:
-            labeled.add(key)
-            yield replace(mark, label=f"{mark.label} ×{often[key]:,}")
+        elif kind_and_label not in folded:
+            folded.add(kind_and_label)
+            yield replace(mark, label=f"{mark.label} ×{count:,}")

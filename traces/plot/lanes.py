@@ -1,7 +1,6 @@
-"""Lanes of a timing chart: one per bit that changes, and one for the ramp, ordered for readability.
+"""The lanes of a timing chart: one for the ramp, and one per bit that changes.
 
-Causes are above effects: commands, then the course and the end of the motion, then errors,
-then the inputs.
+Causes are above effects: first commands, then bits of the motion and its end, then errors, then inputs.
 """
 
 from __future__ import annotations
@@ -31,12 +30,13 @@ _INPUTS = ("IN_", "INPUT_")
 
 @dataclass(frozen=True, slots=True)
 class Lane:
-    """A quantity with a few values, one at a time.
+    """A row of a chart that shows a bit, the ramp state, or the values of a tag.
 
     Attributes:
         group: one of GROUPS; "ramp" for the ramp, "band" for a band.
-        row: indexes of the scans in which it takes a new value, beginning with the first scan read.
-        value: the new values: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
+        row: indexes of the first scan and of the scans in which the value changes, from 0 = first scan read.
+        time_ns: virtual times of these scans.
+        value: values in these scans: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
     """
 
     name: str
@@ -55,10 +55,10 @@ class Lane:
 class Band(Lane):
     """A lane whose values have names, such as the steps of a sequence, or a text."""
 
-    names: Mapping[int, str] = field(default_factory=dict)  # meanings of the values
+    names: Mapping[int, str] = field(default_factory=dict)  # name or text of each value
 
     def text(self, value: int) -> str:
-        """Return the meaning of a value; an empty text is shown in quotes."""
+        """Return the name or text of a value; two quotes for an empty text."""
         return self.names.get(value, str(value)) or '""'
 
 
@@ -82,7 +82,7 @@ def _group(words: ModuleWords, name: str, image: str) -> str:
 
 
 def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[Lane]:
-    """Return a lane for every bit that a card names, inputs above outputs."""
+    """Return a lane for every named bit of a card, inputs above outputs."""
     lanes = []
     for image, changes, group in (("I", inputs, "input"), ("O", outputs, "output")):
         for names in words.groups.values():
@@ -95,19 +95,12 @@ def card_lanes(words: ModuleWords, inputs: Changes, outputs: Changes) -> list[La
 def ramp_lane(words: ModuleWords, inputs: Changes) -> Lane:
     """Return the lane of the ramp state."""
 
-    def on(name: str) -> NDArray[np.bool_]:
+    def is_on(name: str) -> NDArray[np.bool_]:
         return decode.input_bit(inputs.values, words, name)
 
-    states = np.select(
-        [
-            on("ACCELERATING"),
-            on("DECELERATING"),
-            on(decode.CW) | on(decode.CCW),
-            on("HOLD_STATE"),
-        ],
-        [ACCELERATING, DECELERATING, CONSTANT, HELD],
-        REST,
-    )
+    is_moving = is_on(decode.CW) | is_on(decode.CCW)
+    conditions = [is_on("ACCELERATING"), is_on("DECELERATING"), is_moving, is_on("HOLD_STATE")]
+    states = np.select(conditions, [ACCELERATING, DECELERATING, CONSTANT, HELD], REST)
     return _lane("ramp", "ramp", inputs, states)
 
 
@@ -120,13 +113,12 @@ def _lane(name: str, group: str, changes: Changes, values: NDArray[Any]) -> Lane
 def at_pixels(
     lane: Lane, start_ns: int, end_ns: int, pixels: int
 ) -> tuple[NDArray[np.int64], NDArray[np.integer[Any]]]:
-    """Return the times and values of a lane, without changes that are invisible at this number of pixels.
+    """Return the times and values of a lane with at most two changes per pixel.
 
-    Of the changes on one pixel, the first and the last are kept, so that even the shortest pulse is
-    visible as a stroke.
+    Of the changes on one pixel, the first and the last are kept, so that even the shortest pulse is visible.
     """
-    span = max(1, end_ns - start_ns)
-    pixel = (lane.time_ns - start_ns) * pixels // span
+    span_ns = max(1, end_ns - start_ns)
+    pixel = (lane.time_ns - start_ns) * pixels // span_ns
     is_kept = np.ones(len(pixel), bool)
     is_kept[1:-1] = (pixel[1:-1] != pixel[:-2]) | (pixel[1:-1] != pixel[2:])
     return lane.time_ns[is_kept], lane.value[is_kept]

@@ -1,7 +1,7 @@
 """Packs columns of any length into a page, as differences from scan to scan, deflated, in base64.
 
-A uniform motion differs by the same number of steps from scan to
-scan, and a time by the same number of nanoseconds: both compress well.
+At constant speed, the position changes by the same number of steps in each scan, and the time
+by the same number of nanoseconds. Such differences compress well.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Packer:
     """Packs one column, block by block.
 
     Args:
-        kind: numpy type of the values; differences of int32 wrap, and so do the sums that undo them.
-        differences: whether differences are packed; False packs the values, for values with fractions.
+        kind: numpy type of the values. Differences of int32 wrap around; so do the sums in the page.
+        differences: whether differences are packed; False = the values themselves, for floats.
     """
 
     def __init__(self, kind: DTypeLike, *, differences: bool = True) -> None:

@@ -1,7 +1,7 @@
-"""The chart as one HTML page that zooms down to single scans; it needs only a browser.
+"""Writes the chart as one HTML page that zooms to single scans.
 
-The page contains every scan, packed, so that it shows the recorded values under the pointer.
-It makes no network requests.
+The page contains every scan, packed, and shows the recorded values at the pointer. It needs only a
+browser and makes no network requests.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ SCANS_MAX = 10_000_000
 
 
 class PackedValues(NamedTuple):
-    """The values of all scans."""
+    """The values of all scans, packed."""
 
     kind: str  # type of a value in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64"
     differences: bool  # whether they are packed as differences from scan to scan
-    curve: str
+    curve: str  # the packed values, see `Packer`
 
 
 class PackedCurve:
@@ -78,17 +78,17 @@ class PackedNumbers:
         return PackedValues(self._kind, self._differences, self._packer.text())
 
 
-def _packed_as(kind: np.dtype[Any]) -> tuple[str, bool]:
-    """Return the type of values in the page, and whether summing their differences is exact."""
-    if kind.kind not in "iu":
-        return ("Float32" if kind == np.float32 else "Float64"), False
-    if kind.itemsize == 8:
-        return ("BigInt64" if kind.kind == "i" else "BigUint64"), True
+def _packed_as(dtype: np.dtype[Any]) -> tuple[str, bool]:
+    """Return the type of values in the page, and whether the sum of their differences is exact."""
+    if dtype.kind not in "iu":
+        return ("Float32" if dtype == np.float32 else "Float64"), False
+    if dtype.itemsize == 8:
+        return ("BigInt64" if dtype.kind == "i" else "BigUint64"), True
     return "Float64", True
 
 
 class TooLongError(ValueError):
-    """The trace has more scans than a page can hold."""
+    """The trace has more than SCANS_MAX scans."""
 
 
 class ScanTimes:
@@ -102,7 +102,8 @@ class ScanTimes:
         """Add a block; raise a TooLongError if there are more than SCANS_MAX scans."""
         self._scans += len(block)
         if self._scans > SCANS_MAX:
-            raise TooLongError(f"a page holds {SCANS_MAX:,} scans at most: choose some, or draw a PNG or SVG")
+            problem = f"a page can have {SCANS_MAX:,} scans at most: select fewer, or draw a PNG or SVG"
+            raise TooLongError(problem)
         self._time.add(block.time_ns)
         self._scan.add(block.scan)
 
@@ -119,16 +120,16 @@ def save_page(
     slots: Sequence[int] = (),
     tags: Sequence[str] = (),
     title: str | None = None,
-    more: Sequence[Mark] = (),
+    more_marks: Sequence[Mark] = (),
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Chart[PackedValues]:
-    """Write the chart of a trace as an HTML page, and return it; the arguments are those of `read_chart`.
+    """Write the chart of a trace as an HTML page, and return the chart. Arguments as in `read_chart`.
 
     Raises:
         TooLongError: there are more than SCANS_MAX scans.
         EmptySelectionError, NothingToPlotError, ValueError: as `read_chart`.
     """
-    clock = ScanTimes()
+    scan_times = ScanTimes()
     chart = read_chart(
         trace,
         PackedCurve,
@@ -137,26 +138,26 @@ def save_page(
         tags=tags,
         exact=PackedNumbers,
         title=title,
-        more=more,
-        watch=clock.add,
+        more_marks=more_marks,
+        on_block=scan_times.add,
         progress=progress,
     )
-    text = page(chart, clock.packed())
+    text = page(chart, scan_times.packed())
     with new_file(path, PAGE) as file:
         file.write(text)
     return chart
 
 
-def page(chart: Chart[PackedValues], clock: dict[str, str]) -> str:
-    """Return the page of a chart."""
-    data = json.dumps(_data(chart) | clock, separators=(",", ":"), ensure_ascii=False)
+def page(chart: Chart[PackedValues], scan_times: dict[str, str]) -> str:
+    """Return the page of a chart; `scan_times` are the columns of `ScanTimes`."""
+    data = json.dumps(_data(chart) | scan_times, separators=(",", ":"), ensure_ascii=False)
     web = files(__package__) / "web"
     return Template(_text(web / "page.html")).substitute(
         title=html.escape(chart.title),
         about=html.escape(time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
         style=_text(web / "page.css"),
         script="\n".join(_text(web / name) for name in SCRIPTS),
-        data=data.replace("<", "\\u003c"),  # so that no text can end the script or open a comment
+        data=data.replace("<", "\\u003c"),  # a "<" in a text could end the script or begin a comment
     )
 
 
@@ -204,7 +205,7 @@ def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
 
 
 def _lane(lane: Lane) -> dict[str, object]:
-    """Return a bit as data for the page: each listed row inverts its value."""
+    """Return a bit as data for the page: the rows in which it changes, and its first value."""
     return {
         "name": lane.name,
         "group": lane.group,
@@ -214,14 +215,14 @@ def _lane(lane: Lane) -> dict[str, object]:
 
 
 def _band(band: Band) -> dict[str, object]:
-    """Return a band as data for the page: the rows with new values, and these as indexes of its texts."""
-    codes = dict.fromkeys(band.value.tolist())
-    places = {code: index for index, code in enumerate(codes)}
+    """Return a band as data for the page: the rows in which it changes, and the indexes of its texts."""
+    text_indexes: dict[int, int] = {}  # by code
+    values = [text_indexes.setdefault(code, len(text_indexes)) for code in band.value.tolist()]
     return {
         "name": band.name,
         "rows": band.row.tolist(),
-        "values": [places[code] for code in band.value.tolist()],
-        "texts": [band.text(code) for code in codes],
+        "values": values,
+        "texts": [band.text(code) for code in text_indexes],
     }
 
 

@@ -15,7 +15,7 @@ C = TypeVar("C")
 
 @dataclass(frozen=True, slots=True)
 class Panel(Generic[C]):
-    """One module on the chart, or the tags of the program."""
+    """The part of a chart for one module, or for the tags of the program."""
 
     slot: SlotInfo | None  # the module; None for the program
     curves: Sequence[tuple[str, C]]  # names and curves from top to bottom
@@ -23,12 +23,12 @@ class Panel(Generic[C]):
     lanes: Sequence[Lane]  # the bits that change, from top to bottom
     steady: Sequence[Lane]  # the bits that do not change
     marks: Sequence[Mark]  # events of the slot; the first panel also has events of the rack
-    about: str = ""
+    about: str = ""  # text after the name in its heading
     bands: Sequence[Band] = ()  # steps and texts of the program that change
     unchanged: Sequence[tuple[str, str]] = ()  # tags that do not change, and their values
     fractional: Sequence[str] = ()  # names of the curves whose values have fractions
 
     @property
     def name(self) -> str:
-        """Its heading."""
+        """Its name in the heading."""
         return "program" if self.slot is None else f"slot {self.slot.number}"

@@ -7,13 +7,13 @@ WIDTH = 13.0
 LEFT, RIGHT = 1.75, 0.25
 TOP = 0.72
 MARKS, HEAD, POSITION, SPEED, NUMBER, LANE, AXIS, GAP = 0.62, 0.3, 1.5, 0.95, 0.55, 0.2, 0.5, 0.16
-"""Heights in inches; HEAD is for a panel without marks, and NUMBER for a tag's curve."""
+"""Heights: HEAD is for the head of a panel without marks, and NUMBER for a tag's curve."""
 
 PIXELS = round((WIDTH - LEFT - RIGHT) * DPI)
 """Pixels across the time axis."""
 
 EDGE = 0.004
-"""Margin before the first and after the last scan, as a fraction of the time axis; it shows pulses there."""
+"""Margin at either end of the time axis, as a fraction of its length; it makes pulses at the ends visible."""
 
 POINTS_PER_INCH = 72
 LABEL_SIZE, NAME_SIZE = 7.5, 8.0

@@ -1,7 +1,7 @@
 """The program's recorded tags on a chart: curves of numbers, bands of steps and texts, lanes of BOOLs.
 
-A few tags are all shown. Of many tags, those that change are shown, up to what stays legible; a user may
-choose others by name.
+If all tags fit on the chart, all are shown. Else the tags that change are shown, as many as fit. A user may
+choose other tags by name.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .marks import Mark
 from .panel import Panel
 
 CURVES_MAX, ROWS_MAX = 8, 24
-"""Maximum curves, and maximum bands and lanes, unless tags are chosen."""
+"""Maximum curves, and maximum bands and lanes, unless the user chooses the tags."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
 """The signal of scans with forced tags, or with tags set since the previous scan."""
@@ -40,13 +40,13 @@ L = TypeVar("L", bound=Lane)
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """The tags of a chart."""
+    """The tags to draw on a chart."""
 
     signals: Sequence[Signal]
     left_out: int  # number of recorded values that are not drawn
 
     def __str__(self) -> str:
-        """Return the numbers of sequences and tags, for the heading of their panel."""
+        """Return the numbers of sequences and tags as text, for the heading of the panel."""
         sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in self.signals)
         tags = len(self.signals) - sequences
         texts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
@@ -62,60 +62,55 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
 
     Args:
         selection: scans in which a tag must change to be drawn, if there are many tags.
-        patterns: names as in a query, with wildcards; none = as many tags as stay legible.
+        patterns: names as in a query, with wildcards; empty = as many tags as fit on the chart.
 
     Raises:
         UnknownSignalError: a pattern matches nothing.
-        ValueError: a pattern matches a signal that is no tag, or the patterns match more than CHOSEN_MAX
+        ValueError: a pattern matches a signal that is not a tag, or the patterns match more than CHOSEN_MAX
             tags.
     """
     tag_signals = catalog.tags
     if patterns:
         return _matching(catalog, tag_signals, patterns)
-    if len(_fitting(tag_signals)) < len(tag_signals):
-        moving_signals = _changing(trace, tag_signals, selection)
-        return Choice(shown_signals := _fitting(moving_signals), len(tag_signals) - len(shown_signals))
-    return Choice(tag_signals, 0)
+    signals = _fitting(tag_signals)
+    if len(signals) < len(tag_signals):
+        signals = _fitting(_changing(trace, tag_signals, selection))
+    return Choice(signals, len(tag_signals) - len(signals))
 
 
-def _matching(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
+def _matching(catalog: Catalog, recorded: Sequence[Signal], patterns: Sequence[str]) -> Choice:
     signals: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
         if not matches[0].name.startswith(RECORDED):
-            raise ValueError(f"{matches[0].name} is not a recorded tag: recorded are {_some(known)}")
+            tags = ", ".join([signal.title for signal in recorded[:6]] + ["..."] * (len(recorded) > 6))
+            raise ValueError(f"{matches[0].name} is not a recorded tag; recorded tags: {tags or 'none'}")
         signals |= {signal.name: signal for signal in matches}
     if len(signals) > CHOSEN_MAX:
         raise ValueError(f"{', '.join(patterns)}: {len(signals):,} tags; a chart shows {CHOSEN_MAX} at most")
-    return Choice(list(signals.values()), sum(signal.name not in signals for signal in known))
-
-
-def _some(known: Sequence[Signal]) -> str:
-    names = [signal.title for signal in known[:6]]
-    return ", ".join([*names, "..."] if len(known) > len(names) else names) or "none"
+    return Choice(list(signals.values()), sum(signal.name not in signals for signal in recorded))
 
 
 def _fitting(signals: Sequence[Signal]) -> list[Signal]:
-    """Return the first signals, as many as stay legible on a chart."""
-    most_by_kind = {True: CURVES_MAX, False: ROWS_MAX}
-    taken_count: Counter[bool] = Counter()
+    """Return, in order, the first CURVES_MAX signals with curves and the first ROWS_MAX other signals."""
+    counts: Counter[bool] = Counter()
     fitting = []
     for signal in signals:
         is_curve = signal.kind is SignalKind.NUMBER
-        taken_count[is_curve] += 1
-        if taken_count[is_curve] <= most_by_kind[is_curve]:
+        counts[is_curve] += 1
+        if counts[is_curve] <= (CURVES_MAX if is_curve else ROWS_MAX):
             fitting.append(signal)
     return fitting
 
 
 def _changing(trace: Trace, signals: Sequence[Signal], selection: Selection) -> list[Signal]:
     """Return the signals that have more than one value, in the same order."""
-    watched = {signal.name: SteadyCheck(signal) for signal in signals}
+    checks = [SteadyCheck(signal) for signal in signals]
     for block in blocks(trace, selection):
-        for curve in watched.values():
-            if curve.same:
-                curve.add(curve.signal.read(block))
-    return [signal for signal in signals if not watched[signal.name].same]
+        for check in checks:
+            if check.is_steady:
+                check.add(check.signal.read(block))
+    return [check.signal for check in checks if not check.is_steady]
 
 
 class SteadyCheck:
@@ -123,24 +118,24 @@ class SteadyCheck:
 
     def __init__(self, signal: Signal) -> None:
         self.signal = signal
-        self.same = True  # whether it has kept its value so far
-        self.first: Any = None  # this value; None before the first block
+        self.is_steady = True  # whether all added values are equal
+        self.first: Any = None  # the first value; None before the first block
 
     def add(self, values: NDArray[Any]) -> None:
         """Add the values of a block."""
         if self.first is None:
             self.first = values[0]
-        equal = values == self.first
+        is_equal = values == self.first
         if values.dtype.kind == "f":
-            equal |= np.isnan(values) & np.isnan(self.first)
-        self.same = self.same and bool(equal.all())
+            is_equal |= np.isnan(values) & np.isnan(self.first)
+        self.is_steady = self.is_steady and bool(is_equal.all())
 
 
-class TagTracks(Generic[C]):
-    """Gathers the contents of the tags' panel.
+class TagReader(Generic[C]):
+    """Collects the contents of the tags' panel, block by block.
 
     Args:
-        outside: the signal that tags are forced or set from outside; it gets a lane if it is ever true.
+        outside: the signal `FROM_OUTSIDE`; it gets a lane if it is ever true.
         maker: returns a new maker of curves for values of the tags' own types.
     """
 
@@ -150,59 +145,61 @@ class TagTracks(Generic[C]):
         number_signals = [signal for signal in choice.signals if signal.kind is SignalKind.NUMBER]
         other_signals = [signal for signal in choice.signals if signal.kind is not SignalKind.NUMBER]
         self._curves = [(SteadyCheck(signal), maker()) for signal in number_signals]
-        self._steps = [(signal, ChangeFinder(signal.read)) for signal in other_signals]
+        self._finders = [(signal, ChangeFinder(signal.read)) for signal in other_signals]
 
     def add(self, block: Block) -> None:
         """Add a block."""
         for check, curve in self._curves:
             values = check.signal.read(block)
             curve.add(block.time_ns, values)
-            if check.same:
+            if check.is_steady:
                 check.add(values)
-        for finder in (self._outside, *(finder for _, finder in self._steps)):
+        self._outside.add(block)
+        for _, finder in self._finders:
             finder.add(block)
 
-    def panel(self, happened: Sequence[Mark]) -> Panel[C]:
+    def panel(self, tag_marks: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
-        moving_curves = [(check.signal, curve) for check, curve in self._curves if not check.same]
-        rows = [_lane(signal, finder.changes()) for signal, finder in self._steps]
-        bands, steady_bands = _parted(row for row in rows if isinstance(row, Band))
-        lanes, steady_lanes = _parted(row for row in rows if not isinstance(row, Band))
+        changing_curves = [(check.signal, curve) for check, curve in self._curves if not check.is_steady]
+        rows = [_lane(signal, finder.changes()) for signal, finder in self._finders]
+        bands, steady_bands = _split_by_change(row for row in rows if isinstance(row, Band))
+        lanes, steady_lanes = _split_by_change(row for row in rows if not isinstance(row, Band))
         outside = _bit("from outside", self._outside.changes())
         return Panel(
             None,
-            [(_title(signal), curve.curve()) for signal, curve in moving_curves],
+            [(_title(signal), curve.curve()) for signal, curve in changing_curves],
             None,
             [outside, *lanes] if outside.value.any() else lanes,
             steady_lanes,
-            happened,
+            tag_marks,
             str(self._choice),
             bands,
             self._unchanged(steady_bands, steady_lanes),
-            [_title(signal) for signal, _ in moving_curves if not signal.bits],
+            [_title(signal) for signal, _ in changing_curves if not signal.bits],
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
         """Return the tags that keep one value, with the value as text."""
+        steady_checks = (check for check, _ in self._curves if check.is_steady)
         return [
             *((band.name, band.text(int(band.value[0]))) for band in bands),
             *((lane.name, "on" if lane.value[0] else "off") for lane in lanes),
-            *((_title(curve.signal), _number(curve)) for curve, _ in self._curves if curve.same),
+            *((_title(check.signal), _number_text(check)) for check in steady_checks),
         ]
 
 
-def _parted(rows: Iterable[L]) -> tuple[list[L], list[L]]:
-    """Return the lanes that change, and the others."""
-    moving_rows: list[L] = []
+def _split_by_change(rows: Iterable[L]) -> tuple[list[L], list[L]]:
+    """Return the lanes that change, and the lanes that do not."""
+    changing_rows: list[L] = []
     steady_rows: list[L] = []
     for row in rows:
-        (steady_rows if row.steady else moving_rows).append(row)
-    return moving_rows, steady_rows
+        (steady_rows if row.steady else changing_rows).append(row)
+    return changing_rows, steady_rows
 
 
-def _number(steady: SteadyCheck) -> str:
+def _number_text(check: SteadyCheck) -> str:
     """Return the value of an unchanged number as text, integers with all digits."""
-    return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
+    return str(check.first) if check.signal.bits else f"{check.first:.9g}"
 
 
 def _lane(signal: Signal, changes: Changes) -> Lane:
@@ -217,5 +214,5 @@ def _bit(name: str, changes: Changes) -> Lane:
 
 
 def _title(signal: Signal) -> str:
-    """Return a tag's full name; for a bit or a condition, its name in the trace."""
+    """Return a tag's full name; for a signal without a full name, its name in the trace without a prefix."""
     return signal.title or signal.name.partition(".")[2]

@@ -1,4 +1,4 @@
-"""Ticks of a time axis in suitable units."""
+"""Ticks and labels of a time axis."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ STEPS_NS: tuple[int, ...] = (
 
 
 def tick_step(start_ns: int, end_ns: int, most: int) -> int:
-    """Return the smallest distance between ticks, ns, that gives at most `most` ticks.
+    """Return the smallest distance between ticks, ns, with at most `most` ticks after the first.
 
     >>> tick_step(0, 2_000_000_000, 10), tick_step(0, 7_200_000_000_000, 10)
     (200000000, 900000000000)
     """
-    span = end_ns - start_ns
-    return next((step for step in STEPS_NS if span // step <= most), STEPS_NS[-1])
+    span_ns = end_ns - start_ns
+    return next((step for step in STEPS_NS if span_ns // step <= most), STEPS_NS[-1])
 
 
 def ticks(start_ns: int, end_ns: int, most: int) -> list[int]:

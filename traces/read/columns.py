@@ -85,9 +85,9 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
 
 
 def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
-    names = slot.words
-    images = (("out", names.outputs), ("in", names.inputs))
-    return np.dtype([(direction, [(word, "<i2") for word in words]) for direction, words in images])
+    outputs = [(word, "<i2") for word in slot.words.outputs]
+    inputs = [(word, "<i2") for word in slot.words.inputs]
+    return np.dtype([("out", outputs), ("in", inputs)])
 
 
 @dataclass(frozen=True, slots=True)

@@ -217,13 +217,13 @@ def module_text(
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
     names, named_bits = slot.words.named(direction), _named_bits(slot.words, direction)
-    word_changes = [
-        risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
-        for word, bits in named_bits.items()
-        if before[word] != after[word]
-    ]
-    word_texts = _plain_words(slot.words, direction, named_bits.keys(), before, after)
-    return ", ".join(filter(None, [*word_changes, word_texts]))
+    texts: list[str] = []
+    for word, bits in named_bits.items():
+        if before[word] != after[word]:
+            names_before = _names_on(names[word], bits, before[word])
+            texts.append(risen_and_fallen(names_before, _names_on(names[word], bits, after[word])))
+    texts.append(_plain_words(slot.words, direction, named_bits.keys(), before, after))
+    return ", ".join(filter(None, texts))
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:

@@ -24,22 +24,24 @@ EVENTS = 8
 
 def short_text(trace: Trace) -> str:
     """Return a trace as short text for a terminal: `<Trace 'feeder': scans 0 to 19,999>`."""
-    first_scan, last_scan = trace.edge(last=False), trace.edge(last=True)
+    first_row, last_row = trace.edge(last=False), trace.edge(last=True)
     name = trace.head.metadata.get("name", "")
-    if first_scan is None or last_scan is None:
+    if first_row is None or last_row is None:
         return f"<Trace {name!r}: no scan>"
-    return f"<Trace {name!r}: scans {int(first_scan['scan'][0]):,} to {int(last_scan['scan'][0]):,}>"
+    (first_scan,), (last_scan,) = first_row["scan"], last_row["scan"]
+    return f"<Trace {name!r}: scans {int(first_scan):,} to {int(last_scan):,}>"
 
 
 def as_html(trace: Trace) -> str:
     """Return a trace as HTML of at most about 20 kB, however long the trace is."""
     name = trace.head.metadata.get("name") or "trace"
-    first_scan, last_scan = trace.edge(last=False), trace.edge(last=True)
-    if first_scan is None or last_scan is None:
+    first_row, last_row = trace.edge(last=False), trace.edge(last=True)
+    if first_row is None or last_row is None:
         return card(name, line("no scan"))
-    scans = int(last_scan["scan"][0]) - int(first_scan["scan"][0]) + 1
-    length = seconds(int(last_scan["log_time"][0]) - int(first_scan["log_time"][0]))
-    return card(name, line(f"{scans:,} scans, {length} s"), _position_curve(trace), _events(trace))
+    (first_scan,), (last_scan,) = first_row["scan"], last_row["scan"]
+    (first_ns,), (last_ns,) = first_row["log_time"], last_row["log_time"]
+    text = f"{int(last_scan) - int(first_scan) + 1:,} scans, {seconds(int(last_ns) - int(first_ns))} s"
+    return card(name, line(text), _position_curve(trace), _events(trace))
 
 
 def _position_curve(trace: Trace) -> str:

@@ -72,7 +72,7 @@ def dtype_of(t: T) -> Any:
     """Return the element type of a term's array."""
     if t.kind == INT:
         return object if is_wide(t) else np.int64
-    return np.bool_ if t.kind == BOOL else np.float32 if t.kind == F32 else np.float64
+    return {BOOL: np.bool_, F32: np.float32}.get(t.kind, np.float64)
 
 
 def _function(t: T) -> Callable[..., Array]:

@@ -137,9 +137,8 @@ class Questioning:
     def answers(self, known_run: KnownRun | None) -> Answers:
         """Answer all questions; return the findings in the order of the questions."""
         answers, decider = Answers(), self._decider
-        answers.counts.update(
-            rule for rule, _, _ in dict.fromkeys(question.key for question in self._questions)
-        )
+        unique_keys = dict.fromkeys(question.key for question in self._questions)
+        answers.counts.update(rule for rule, _, _ in unique_keys)
         self._listener.begun(sum(answers.counts.values()))
         decider.scan_at_random(FIRST_SCANS)
         decider.find_impossible()

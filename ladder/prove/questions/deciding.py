@@ -96,9 +96,7 @@ class TruthDecider:
         self.spent: Counter[str] = Counter()
         self._random = _RandomScans(self.system, [truth for truth in rules if truth.op != "const"])
         self._with_invariants = False
-        self._undecided: set[tuple[bool, T]] = (
-            set()
-        )  # tried without invariants: whether in `system`, condition
+        self._undecided: set[tuple[bool, T]] = set()  # without invariants: whether in `system`, condition
         self._without_invariants: set[bool] = set()  # systems that have no invariants
 
     @property

@@ -131,26 +131,25 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
-    """Yield pairs of coils; of coils with the same power, perhaps thousands, only neighbors are paired."""
-    by_kind: dict[object, list[int]] = {}
-    kinds: list[object] = []
+    """Yield pairs of coils. Of coils with the same power, perhaps thousands, only neighbors are paired."""
+    numbers_by_power: dict[object, list[int]] = {}
+    powers: list[object] = []  # of each coil; the coil's number if it has none or several
     for number, coil in enumerate(coils):
         states = {(passage.active, passage.power) for passage in problem.machine.passages.get(coil.site, ())}
-        kinds.append(next(iter(states)) if len(states) == 1 else number)
-        by_kind.setdefault(kinds[-1], []).append(number)
-    following = {first: second for numbers in by_kind.values() for first, second in pairwise(numbers)}
-    for number, kind in enumerate(kinds):
-        later = [
-            later_number
-            for other_kind, numbers in by_kind.items()
-            if other_kind != kind
-            for later_number in numbers
-            if later_number > number
-        ]
-        if number in following:
-            later.append(following[number])
-        for paired in sorted(later):
-            yield coils[number], coils[paired]
+        powers.append(next(iter(states)) if len(states) == 1 else number)
+        numbers_by_power.setdefault(powers[-1], []).append(number)
+    neighbors = {
+        first: second for numbers in numbers_by_power.values() for first, second in pairwise(numbers)
+    }
+    for number, power in enumerate(powers):
+        others: list[int] = []
+        for other_power, numbers in numbers_by_power.items():
+            if other_power != power:
+                others += [other for other in numbers if other > number]
+        if number in neighbors:
+            others.append(neighbors[number])
+        for other in sorted(others):
+            yield coils[number], coils[other]
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:

@@ -81,8 +81,10 @@ def term_of(value: Any, kind: str | None = None) -> T:
 
 def alike(a: Any, b: Any) -> tuple[T, T]:
     """Return the terms of two numbers in a common kind: whole, or a float kind that holds both."""
-    kinds = {_kind(a), _kind(b)} - {INT, BOOL}
-    kind = INT if not kinds else F32 if kinds == {F32} else F64
+    float_kinds = {_kind(a), _kind(b)} - {INT, BOOL}
+    kind = INT
+    if float_kinds:
+        kind = F32 if float_kinds == {F32} else F64
     return term_of(a, kind), term_of(b, kind)
 
 

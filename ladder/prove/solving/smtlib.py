@@ -41,7 +41,9 @@ class Script:
         """Return a literal."""
         if isinstance(sort, int):
             return Text(f"(_ bv{value & (1 << sort) - 1} {sort})", sort)
-        return Text(("true" if value else "false") if sort == BOOL else _float(value, sort), sort)
+        if sort == BOOL:
+            return Text("true" if value else "false", sort)
+        return Text(_float(value, sort), sort)
 
     def apply(self, op: str, args: Sequence[Text | str], indices: Sequence[int] = ()) -> Text:
         """Define a name for the result of an operation, and return it."""

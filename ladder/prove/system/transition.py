@@ -157,7 +157,9 @@ class System:
 
     def role(self, name: str) -> str:
         """Return the role of a variable: `state`, `held` or `free`."""
-        return "state" if name in self.next else "held" if name in self.held else "free"
+        if name in self.next:
+            return "state"
+        return "held" if name in self.held else "free"
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
         """Return the variables that decide terms in any number of scans, the most direct ones first."""

@@ -223,11 +223,11 @@ class Session:
         oldest = {
             slot.number: Firmware.parse(slot.needs_firmware)
             for slot in slots
-            if slot.number in coverage.given
+            if slot.number in coverage.words
         }
         profile = profile_in(slots, None)
         never = unfired(
-            {rule for rule, count in self._state.rules.items() if count}, coverage.given, oldest, profile
+            {rule for rule, count in self._state.rules.items() if count}, coverage.words, oldest, profile
         )
         page = self.folder / COVERAGE
         partly = (
@@ -250,7 +250,7 @@ class Session:
         """Run the program without disturbances; report values that may differ between identical runs."""
         uses = NondeterminismSources()
         failures = undisturbed(
-            uses.watching(self._bench),
+            uses.recording_bench(self._bench),
             self.base or Scenario(),
             self._state.found,
             confirm=Confirmation(self.setup),
@@ -282,7 +282,7 @@ class Session:
 
     def _shrink_remaining(self) -> Iterator[Scenario]:
         """Shrink the failures that a killed session left; yield the scenarios that no longer fail."""
-        for file, recipe in self._memory.left():
+        for file, recipe in self._memory.unshrunk_failures():
             if recipe.broken and recipe.broken not in self._bench.names:
                 continue  # this session does not have the invariant
             failures = undisturbed(

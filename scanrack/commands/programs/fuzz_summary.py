@@ -83,7 +83,7 @@ def summary_row(
         "never_tested": sorted(_untried(others, state)),
         "goals": {goal.name: state.greatest.get(goal.name, goal.name in state.applied) for goal in searched},
         "rules": dict(state.rules),
-        "rules_never_fired": {unfired.rule.id: unfired.says for unfired in never},
+        "rules_never_fired": {unfired.rule.id: unfired.sentence for unfired in never},
     }
 
 
@@ -128,7 +128,7 @@ def never_fired(never: Collection[UnfiredRule]) -> str:
     """Return the error rules that never fired, by reason; the coverage page has the reason of each."""
     lines = []
     for why, words in WORDS.items():
-        rules = [unfired.rule.id for unfired in never if unfired.why is why]
+        rules = [unfired.rule.id for unfired in never if unfired.reason is why]
         if rules:
             text = f"{words}: {', '.join(rules)}"
             lines += wrap(text, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
@@ -172,7 +172,7 @@ def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> st
     shown = "; ".join(gap.text for gap in gaps[:MOST_GAPS])
     unlisted = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
     proved = f" ({dead:,} proved never to be)" if dead else ""
-    covered = f"{count:,} of {coverage.total:,} {coverage.what}"
+    covered = f"{count:,} of {coverage.total:,} {coverage.unit}"
     return (
         f"looked at     {state.runs:,} runs of {seconds:g} s; {covered}\n"
         f"not reached   {shown or 'nothing'}{unlisted}{proved}\n"

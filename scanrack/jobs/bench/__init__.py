@@ -5,8 +5,7 @@
     line.slot[1].press("estop", "100 ms")
     assert line["Trouble"], line.why("Trouble")
 
-It is made for tests that read like a story. If a condition stays false, the error shows the state of the
-bench.
+A test can read like a story. If a condition does not become true, the error shows the state of the bench.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A rack under test."""
+"""The bench: a rack under test."""
 
 from __future__ import annotations
 
@@ -61,9 +61,7 @@ class ObservedLogic(Protocol):
 
 
 Condition = Callable[["Bench"], Any] | str
-"""The condition that ends a run: a function of the bench, or a tag that becomes true. With a Python program,
-it is a function or a bit of an image.
-"""
+"""The condition that ends a run: a function of the bench, or a name as in `bench[name]`."""
 
 
 class Bench:
@@ -73,16 +71,16 @@ class Bench:
         slot: the modules, by slot number.
         events: the events, oldest first.
         recorder: the recorder; None without a recording.
-        load: reloads a Python program; None if its file is unknown.
-        read: the tags that `bench[tag]` has read since the latest scan, oldest first.
+        load: reloads a Python program; None without its file.
+        read: the tags that `bench[tag]` has read since the latest scan, in order.
 
     Args:
         logic: the program; a ladder program runs under a debugger for tags, forces and `why`.
-        listeners: creates further listeners of the rack, such as a recorder.
-        watched: the rack's watchdog ends endless logic. Without it, a test can stay at a breakpoint for any
-            time.
+        listeners: returns further listeners of the rack, such as a recorder.
+        watched: whether the rack's watchdog ends endless logic. Without it, a test can stay at a breakpoint
+            for any time.
         load: reloads a Python program, so that `why` can name its lines.
-        editions: keeps the files of edits for the recording; None without one.
+        versions: stores the files of edits for the recording; None without files.
     """
 
     def __init__(
@@ -93,11 +91,11 @@ class Bench:
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
         load: Load | None = None,
-        editions: ProgramVersions | None = None,
+        versions: ProgramVersions | None = None,
     ) -> None:
         self.spec = spec
-        self._editions, self._edits = editions, 0
-        self._order: dict[str, str] = {}  # describes the current edit, if its files are known
+        self._versions, self._edits = versions, 0
+        self._edit_fields: dict[str, str] = {}  # event fields of the edit that runs now, if it has files
         self.load = load
         self.logic: Any = logic
         self._observed = isinstance(logic, ObservedLogic)
@@ -110,7 +108,9 @@ class Bench:
         self.read: dict[str, None] = {}
         self._journal = Journal(rack)
         recorders = [*listeners(rack), watching(self._journal, logic)]
-        self._followers = [recorder for recorder in recorders if isinstance(recorder, WatchesSequences)]
+        self._sequence_watchers = [
+            recorder for recorder in recorders if isinstance(recorder, WatchesSequences)
+        ]
         self.cpu = events.cpu = build_cpu(
             spec,
             logic,
@@ -120,7 +120,7 @@ class Bench:
         )
         self._fields = Fields(lambda: self.logic)
         if self._observed or isinstance(logic, Logic):
-            report_external_tags(self._desk, self.cpu)
+            report_external_tags(self._settable, self.cpu)
         records = {slot.number: slot.record for slot in spec.slot}
         self.slot = Slots(
             (number, SlotBench(slot, records[number], self.run_for, lambda: self.now_ns))
@@ -136,7 +136,7 @@ class Bench:
 
     @property
     def now_ns(self) -> int:
-        """Virtual time of the latest scan, ns since power-up; 0 before the first."""
+        """Virtual time of the latest scan, ns since power-up; 0 before the first scan."""
         return max(self.cpu.now_ns - self.cpu.period_ns, 0)
 
     @property
@@ -157,53 +157,55 @@ class Bench:
         """
         self._run(scans, lambda: self.stops)
 
-    def _run(self, scans: int, over: Callable[[], object]) -> None:
-        self._events.over = over
+    def _run(self, scans: int, is_over: Callable[[], object]) -> None:
+        """Run scans until `is_over` returns true after a scan."""
+        self._events.is_over = is_over
         try:
             self.cpu.run(scans)
         finally:
-            self._events.over = bool
+            self._events.is_over = bool
             self.read.clear()
 
     def run_for(self, time: str) -> None:
         """Run for a machine time with a unit, such as "2 s", rounded up to whole scans.
 
         Raises:
-            ValueError: not a time.
+            ValueError: `time` is not a time.
             CpuFault: the program faults the CPU.
         """
         self.scan(-(-parse_duration(time) // self.cpu.period_ns))
 
     def run_until(self, condition: Condition, within: str = "10 s") -> None:
-        """Run until a condition holds; do nothing if it already does.
+        """Run until a condition is true; do nothing if it is true already.
 
         Args:
-            condition: a function of the bench, or the address of a tag.
+            condition: a function of the bench, or the name of a tag or a bit.
 
         Raises:
-            NotReachedError: the condition does not hold in time; the message shows the bench.
+            NotReachedError: the condition does not become true in time; the message shows the bench.
             ValueError: `within` is not a time, or the tag is unknown.
             CpuFault: the program faults the CPU.
         """
         scans = -(-parse_duration(within) // self.cpu.period_ns)
-        if not self._holds(condition):
-            self._run(scans, lambda: self.stops or self._holds(condition))
-        if not self.stops and not self._holds(condition):
+        if not self._is_true(condition):
+            self._run(scans, lambda: self.stops or self._is_true(condition))
+        if not self.stops and not self._is_true(condition):
             name = condition if isinstance(condition, str) else _name(condition)
             raise NotReachedError(f"{name} has not become true within {within}.\n{self}", self.read)
         self.read.clear()
 
-    def _holds(self, condition: Condition) -> bool:
+    def _is_true(self, condition: Condition) -> bool:
         return bool(self[condition] if isinstance(condition, str) else condition(self))
 
-    def _in_image(self, address: str) -> int:
-        place = self._place(address)
-        slot = self.slot[place.slot]
-        word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
-        return word if place.bit is None else word >> place.bit & 1
+    def _image_value(self, text: str) -> int:
+        """Return the value of the word or bit at an address."""
+        address = self._address(text)
+        slot = self.slot[address.slot]
+        word = (slot.inputs if address.image == "I" else slot.outputs)[address.word]
+        return word if address.bit is None else word >> address.bit & 1
 
     def program_mode(self) -> None:
-        """Turn the CPU's key to program: the logic rests, and outputs are not sent."""
+        """Turn the CPU's key to program: the logic does not run, and outputs are not sent."""
         self.cpu.mode = CpuMode.PROGRAM
 
     def run_mode(self) -> None:
@@ -214,7 +216,7 @@ class Bench:
 
     @property
     def program(self) -> Any:
-        """The ladder program under its debugger, with breakpoints, truth, pictures and cross reference.
+        """The ladder program under its debugger, with its tags, breakpoints and pictures.
 
         Raises:
             ValueError: the program is a Python function.
@@ -229,8 +231,8 @@ class Bench:
         Edit the program's file, and pass its rack file: `bench.edit("feeder.toml")`. The recording then has
         the edited files, and `scanrack replay --into session` repeats the edit. A program that a test
         creates, such as `read_program(path)` or an instance of a subclass of `Logic`, has no files. A rerun
-        then reports what is missing. The next scan is recorded with an event of kind "edit": new, changed and
-        dropped tags or fields.
+        then reports the missing files. The next scan is recorded with an event of kind "edit", which lists
+        new, changed and dropped tags or fields.
 
         Args:
             program: path of the rack file, whose program is loaded again; or a ladder program; or an instance
@@ -248,24 +250,25 @@ class Bench:
         if not isinstance(self.logic, Logic):
             return self.program.edit(program)
         if not isinstance(program, Logic):
-            raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
-        edit_result = continue_as(self.logic, program, restart, self._fields, self._followers)
+            name = type(program).__name__
+            raise ValueError(f"{name} is not allowed: must be an instance of a subclass of Logic")
+        edit_result = continue_as(self.logic, program, restart, self._fields, self._sequence_watchers)
         self._announce_edit(type(program).__name__, edit_result)
         return edit_result
 
     def _edit_files(self, rack: str, restart: SequenceOf[str]) -> Any:
         """Continue with the program of a rack file; record its files with the event, as in a session."""
-        if self._editions is None:
-            raise ValueError(f"{rack}: this bench has no files: give the program itself")
-        self._editions.forget()
+        if self._versions is None:
+            raise ValueError(f"{rack}: this bench has no files: pass the program itself")
+        self._versions.forget()
         job = load_job(rack)
-        edition, number = version_of(job), self._edits + 1
-        self._editions.keep(number, edition, job)
-        self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
+        version, number = version_of(job), self._edits + 1
+        self._versions.keep(number, version, job)
+        self._edit_fields = {"order": text_of(Edit(number, version.program, ", ".join(restart)))}
         try:
             edit_result = self.edit(job.logic, restart)
         finally:
-            self._order = {}
+            self._edit_fields = {}
         self._edits = number
         return edit_result
 
@@ -273,22 +276,22 @@ class Bench:
         self._announce_edit(self.logic.program.name, edit)
 
     def _announce_edit(self, name: str, edit: Any) -> None:
-        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit), **self._order}))
+        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit), **self._edit_fields}))
 
     def __getitem__(self, tag: str) -> Any:
         """Return the current value of a tag, a bit or word of an image, or a value of a Python program.
 
         Raises:
-            ValueError: an unknown name.
+            ValueError: the name is unknown.
         """
         self.read[tag] = None
         if self._is_image(tag) and not (self._observed and tag in self.program.tags):
-            return self._in_image(tag)
+            return self._image_value(tag)
         if self._observed:
             return self.program.tags[tag]
         address = self._names.addresses.get(self._names.own(tag))
         if address is not None:
-            return self._in_image(address)
+            return self._image_value(address)
         namespace = namespace_of(self.logic)
         (value,) = named_values(namespace, [tag])
         return eval(value.source, namespace)
@@ -296,58 +299,55 @@ class Bench:
     def __setitem__(self, tag: str, value: object) -> None:
         """Set a tag of a ladder program, or a field of a `Logic` program, before the next scan.
 
-        If it is a field, the next scan is recorded with an event of kind "set", so that a replay sets it as
-        well.
+        A field is recorded with the next scan, as an event of kind "set", so that a replay sets it again.
 
         Raises:
-            ValueError: an unknown name, or the value does not fit.
+            ValueError: the name is unknown, or the value does not fit.
         """
-        self._desk.tags[tag] = value
+        self._settable.tags[tag] = value
         if isinstance(self.logic, Logic):
             field_value = self._fields[tag]
             with suppress(ValueError):  # NaN and infinities are not JSON and are not recorded
-                order = {"order": text_of(Write(tag, field_value))}
-                self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {field_value!r}", order))
+                fields = {"order": text_of(Write(tag, field_value))}
+                self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {field_value!r}", fields))
 
     @property
-    def _desk(self) -> Any:
-        """The tags or fields of the program, which can be set and forced."""
+    def _settable(self) -> Any:
+        """The fields of a `Logic` program, or the ladder program; both can set and force values by name."""
         return self._fields if isinstance(self.logic, Logic) else self.program
 
     def check(self, *tags: str) -> None:
         """Check tags and addresses before a run; raise ValueError for an unknown name."""
         for tag in tags:
-            if self._observed and not self._is_image(tag):
+            if self._is_image(tag):
+                continue
+            if self._observed:
                 _ = self.program.tags[tag]
-            elif not self._is_image(tag) and not self._is_declared(tag):
+            elif not self._names.declares(tag):
                 named_values(namespace_of(self.logic), [tag])
-
-    def _is_declared(self, name: str) -> bool:
-        return self._names.declares(name)
 
     @cached_property
     def _names(self) -> Names:
         return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot})
 
     def why(self, tag: str | None = None) -> str:
-        """Explain a value in at most six lines: since when it holds, how, and why, see `chain`.
+        """Explain a value in at most six lines: when it began, how, and why, see `chain`.
 
-        A Python program is loaded again and runs on its recorded inputs, with the scan in question traced.
-        The program on the bench is not affected.
+        A Python program is loaded again and runs on its recorded inputs, with the lines of the latest scan
+        traced. The program on the bench is not affected.
 
         Args:
             tag: a tag of a ladder program; an address of an image; a value of a Python program, such as
-                `line.step`. None = the condition for which each module waits, and the latest change of its
-                output words.
+                `line.step`. None = what each module waits for, and the latest change of its output words.
 
         Raises:
-            ValueError: an unknown name, or no scan has run.
+            ValueError: the name is unknown, or no scan has run.
         """
         why = self._why()
         return why.rack() if tag is None else why.explain(tag)[0]
 
     def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Return the answer of `why` and its chain; `deep` puts all of the chain into the text."""
+        """Return the text of `why` and the chain of causes; with `deep`, the text has the whole chain."""
         return self._why().explain(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
@@ -355,17 +355,21 @@ class Bench:
 
         Args:
             tag: see `why`.
-            deep: whether to include Add-On Instruction rungs.
+            deep: whether to include rungs of Add-On Instructions.
 
         Raises:
-            ValueError: an unknown name, or no scan has run.
+            ValueError: the name is unknown, or no scan has run.
         """
         return self._why().chain(tag, deep=deep)
 
     def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
-        """Return the smallest sets of inputs that would give a ladder program's tag a value.
+        """Return the smallest sets of inputs with which a ladder program's tag would get a value.
 
-        Each set is tested by running a copy of the program with it from the latest scan.
+        Each set is tested on a copy of the program, which runs from the latest scan.
+
+        Args:
+            requested: the value as text; None = the other value of a bit.
+            scans: number of scans within which the value must change.
         """
         return self._why().suggest_inputs(tag, requested, scans)
 
@@ -377,43 +381,44 @@ class Bench:
     def force(self, address: str, value: int) -> None:
         """Force a bit or word of an image, a tag, or a field of a `Logic` program to a value.
 
-        A name for part of an image, such as an alias, counts as its address. Forces of images are recorded.
+        An alias of a bit or word forces the image. Forces of images are recorded.
 
         Raises:
-            ValueError: an unknown name, or the value does not fit.
+            ValueError: the name is unknown, or the value does not fit.
         """
-        image = self._image(address)
-        if image is not None:
-            self.cpu.forces.set(image, value)
+        image_address = self._image_address(address)
+        if image_address is not None:
+            self.cpu.forces.set(image_address, value)
         else:
-            self._desk.force(address, value)
+            self._settable.force(address, value)
 
     def unforce(self, address: str) -> None:
-        """Release a force; raise ValueError if there is none."""
-        image = self._image(address)
-        if image is not None:
-            self.cpu.forces.remove(image)
+        """Release a force; raise ValueError if the address is not forced."""
+        image_address = self._image_address(address)
+        if image_address is not None:
+            self.cpu.forces.remove(image_address)
         else:
-            self._desk.unforce(address)
+            self._settable.unforce(address)
 
-    def _is_image(self, address: str) -> bool:
+    def _is_image(self, text: str) -> bool:
+        """Return whether a text is the address of a word or bit of an image."""
         try:
-            self._place(address)
+            self._address(text)
         except ValueError:
             return False
         return True
 
-    def _place(self, address: str) -> Address:
-        return parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+    def _address(self, text: str) -> Address:
+        return parse_address(text, {slot.number: slot.words for slot in self.spec.slot})
 
-    def _image(self, name: str) -> str | None:
-        """Return the address of the image word or bit to which a name refers; None for any other name."""
+    def _image_address(self, name: str) -> str | None:
+        """Return the address of the image word or bit with a name; None if the name means something else."""
         if self._is_image(name):
-            return str(self._place(name))
-        address_text: str | None = (
-            self._desk.address_of(name) if self._observed or isinstance(self.logic, Logic) else None
-        )
-        return address_text
+            return str(self._address(name))
+        if not (self._observed or isinstance(self.logic, Logic)):
+            return None
+        address: str | None = self._settable.address_of(name)
+        return address
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:
@@ -424,7 +429,7 @@ class Bench:
 
     @property
     def rules(self) -> SequenceOf[str]:
-        """Ids of the manual's rules that have fired, in the order of firing."""
+        """Ids of the manual's rules that have fired, in order of time."""
         return [event.name for event in self.events if event.kind == "rule"]
 
     def __str__(self) -> str:

@@ -13,11 +13,11 @@ from scanrack.runtime.loop.listeners import QuietListener
 
 @dataclass(frozen=True, slots=True)
 class BenchEvent:
-    """One event of `bench.events`.
+    """An event of `bench.events`.
 
     Attributes:
         scan: number of the scan that reported it.
-        now_ns: its time, ns since power-up.
+        now_ns: time of the event, ns since power-up.
         slot: slot number of the module; 0 for the CPU.
         kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
         name: the rule's id, the move's kind, the input's name; the topic for the CPU.
@@ -32,20 +32,26 @@ class BenchEvent:
     text: str
 
     def __str__(self) -> str:
-        where = f"slot {self.slot}" if self.slot else "CPU"
-        return f"scan {self.scan:,}, {seconds(self.now_ns)} s, {where}: {self.text}"
+        source = f"slot {self.slot}" if self.slot else "CPU"
+        return f"scan {self.scan:,}, {seconds(self.now_ns)} s, {source}: {self.text}"
 
 
 class EventLog(QuietListener):
-    """A listener that keeps events, and ends a run on request."""
+    """A listener that stores events, and ends a run.
+
+    Attributes:
+        events: the events, oldest first.
+        is_over: called after every scan; the run ends if it returns true.
+        cpu: the CPU to stop.
+    """
 
     def __init__(self) -> None:
-        self.events: list[BenchEvent] = []  # the events, oldest first
-        self.over: Callable[[], object] = bool  # called after every scan; returns whether the run is over
+        self.events: list[BenchEvent] = []
+        self.is_over: Callable[[], object] = bool
         self.cpu: Cpu
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Keep an event."""
+        """Store an event."""
         slot = fields.get("slot", 0)
         text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
         kind = str(fields.get("kind", topic.strip("/")))
@@ -56,5 +62,5 @@ class EventLog(QuietListener):
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Stop the CPU if the run is over."""
-        if self.over():
+        if self.is_over():
             self.cpu.stop()

@@ -1,4 +1,4 @@
-"""A question about a run, and its scan: by time, by number, or by a bit that becomes true."""
+"""A question about a run, and the scan that it is about."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scanrack.traces.replay import PackedTrace
 
 
 class NotReachedError(AssertionError):
-    """A condition did not come true in time; the message shows the bench.
+    """A condition did not become true in time; the message shows the bench.
 
     Attributes:
         tags: the tags that the condition read.
@@ -24,40 +24,40 @@ class NotReachedError(AssertionError):
 
 @dataclass(frozen=True, slots=True)
 class ScanChoice:
-    """The chosen scan of a question; the last scan by default.
+    """The scan of a question, by one of three fields; without a field, the last scan.
 
     Raises:
-        ValueError: more than one field is given, or `at` is neither a time nor a number.
+        ValueError: more than one field is set, or `at` is neither a time nor a number.
     """
 
     at: str | None = None  # a time with a unit, such as "1.5 s", or the number of a scan
-    scans: int | None = None
-    until: str | None = None  # the bit that must become true: a tag, or an address in an image
+    scans: int | None = None  # number of scans from power-up
+    until: str | None = None  # a tag or an address of a bit; the first scan in which it is true
 
     def __post_init__(self) -> None:
         options = (("--at", self.at), ("--scans", self.scans), ("--until", self.until))
         names = [name for name, value in options if value is not None]
         if len(names) > 1:
-            raise ValueError(f"{' and '.join(names)} say the same thing: give one of them")
+            raise ValueError(f"{' and '.join(names)} exclude each other: use one of them")
         if self.at is not None and self.number is None:
             parse_time(self.at)
 
     @property
     def number(self) -> int | None:
-        """The number of the scan, if `at` is one."""
+        """The number of the scan, if `at` is a number."""
         return int(self.at) if self.at is not None and self.at.strip().isdecimal() else None
 
     def scans_from_power_up(self, period_ns: int) -> int | None:
-        """Return how many scans a rack must run to reach the choice; None if this depends on the run."""
+        """Return the number of scans from power-up to the chosen scan; None if it depends on the run."""
         if self.scans is not None:
             return self.scans
         if self.number is not None:
             return self.number + 1
-        # the scan at exactly that time is included
+        # + 1 because the scan at exactly that time is included
         return None if self.at is None else parse_time(self.at) // period_ns + 1
 
     def row(self, recording: PackedTrace) -> int:
-        """Return the row of a recording for `at`; `until` is ignored.
+        """Return the chosen row of a recording; `until` is ignored.
 
         Raises:
             ValueError: the recording has no such scan.
@@ -67,11 +67,12 @@ class ScanChoice:
         if self.number is not None:
             row = bisect_right(recording.numbers, self.number) - 1
             if row < 0 or recording.numbers[row] != self.number:
-                raise _missing(recording, f"scan {self.number:,}")
+                raise _missing_scan(recording, f"scan {self.number:,}")
         elif self.at is not None:
             row = bisect_right(recording.times, parse_time(self.at)) - 1
         if not 0 <= row < rows:
-            raise _missing(recording, f"{self.scans} scans" if self.at is None else f"a scan by {self.at}")
+            choice = f"{self.scans} scans" if self.at is None else f"a scan by {self.at}"
+            raise _missing_scan(recording, choice)
         return row
 
 
@@ -82,9 +83,9 @@ class Question:
     what: str | None  # see `Bench.why`
     moment: ScanChoice
     deep: bool = False  # whether the chain also includes rungs of add-on instructions
-    want: str | None = None  # the required value; the answer then also says how `what` could get it
+    want: str | None = None  # a value for `what`; the answer then also explains how it could get this value
 
 
-def _missing(recording: PackedTrace, moment: str) -> ValueError:
+def _missing_scan(recording: PackedTrace, choice: str) -> ValueError:
     first, last = recording.numbers[0], recording.numbers[-1]
-    return ValueError(f"the trace does not have {moment}: it has scans {first:,} to {last:,}")
+    return ValueError(f"the trace does not have {choice}: it has scans {first:,} to {last:,}")

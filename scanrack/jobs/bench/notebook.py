@@ -1,4 +1,4 @@
-"""Shows a bench in a notebook: scan, module status, the program with its power, the last events."""
+"""Shows a bench in a notebook: scan, module status, last events, and the rungs with their power."""
 
 from __future__ import annotations
 
@@ -14,13 +14,18 @@ if TYPE_CHECKING:
 
 EVENTS = 5
 RUNGS = 20
-"""Largest numbers of events and of rungs that are shown."""
+"""Maximum numbers of shown events and rungs."""
 
 
 def as_html(
     name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], events: Sequence[object], logic: Any
 ) -> str:
-    """Return a bench as HTML: its slots with named words, the last events, the program."""
+    """Return a bench as HTML: its slots with named words, the last events, the program.
+
+    Args:
+        name: title of the bench.
+        now: text of its scan and time.
+    """
     parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
     parts.append(rows([str(event)] for event in events[-EVENTS:]))
     return card(name, *parts, _rungs(logic))
@@ -28,12 +33,12 @@ def as_html(
 
 def _slot(slot: SlotBench, names: ModuleWords) -> str:
     """Return a slot as HTML: its status, and its words by name."""
-    own = getattr(slot.status, "_repr_html_", None)
-    status = line(str(slot.status)) if own is None else own()
-    images = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
+    status_html = getattr(slot.status, "_repr_html_", None)
+    status = line(str(slot.status)) if status_html is None else status_html()
+    words = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
     table = (
-        (f"in {input_name}", f"{value:,}", f"out {other}", f"{sent_value:,}")
-        for input_name, value, other, sent_value in images
+        (f"in {input_name}", f"{input_word:,}", f"out {output_name}", f"{output_word:,}")
+        for input_name, input_word, output_name, output_word in words
     )
     return line(f"slot {slot.number}") + status + rows(table)
 
@@ -44,7 +49,7 @@ def _rungs(logic: Any) -> str:
         return ""
     from scanrack.ladder.draw import captions_of, routines_svg
 
-    first = logic.routine_now(logic.program.routines[0].name)
+    routine = logic.routine_now(logic.program.routines[0].name)
     captions = captions_of(logic.program)
-    truths = {first.name: logic.truth(first.name)}
-    return routines_svg([(first, list(first.numbers)[:RUNGS])], truths=truths, captions=captions)
+    truths = {routine.name: logic.truth(routine.name)}
+    return routines_svg([(routine, list(routine.numbers)[:RUNGS])], truths=truths, captions=captions)

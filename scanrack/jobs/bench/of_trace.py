@@ -32,15 +32,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class TraceAnswer:
-    """An answer, the number of its scan, reasons to doubt it, and the program lines that it names."""
+    """An answer to a question about a trace."""
 
-    scan: int
-    now_ns: int
+    scan: int  # number of the scan that the answer is about
+    now_ns: int  # virtual time of the scan
     text: str
-    notes: tuple[str, ...] = ()
-    lines: tuple[Line, ...] = ()
-    chain: CauseLink | None = None  # chain of causes; None without a question
-    remedies: Remedies | None = None  # what would give the required value; None without one
+    notes: tuple[str, ...] = ()  # reasons to doubt the answer
+    lines: tuple[Line, ...] = ()  # lines of the program that the answer names
+    chain: CauseLink | None = None  # chain of causes; None for a question without a tag
+    remedies: Remedies | None = None  # inputs that would set the required value; None without a value
 
 
 def why_of_trace(
@@ -54,9 +54,9 @@ def why_of_trace(
     """Answer a question about a trace.
 
     Args:
-        trace: if it lacks its program, the answer comes from its images alone.
-        trust: run any Python that came with the trace; otherwise only files that equal those in the current
-            folder.
+        trace: a trace; without its program, only its images explain a value.
+        folder: folder into which to unpack the files of the trace.
+        trust: whether to run any Python in the trace; else only files that equal files in the current folder.
         more: scans of a growing trace that are not yet written.
 
     Raises:
@@ -66,12 +66,12 @@ def why_of_trace(
     """
     recording = PackedTrace.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
-        return _of_images(recording, question)
+        return _answer_from_images(recording, question)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
-        return _of_ladder(recording, job, question, snapshots_of(trace))
+        return _answer_from_ladder(recording, job, question, snapshots_of(trace))
     load = _load_of(trace, job, folder, trust=trust)
-    return _of_images(recording, question, job.spec, load)
+    return _answer_from_images(recording, question, job.spec, load)
 
 
 def lines_of_trace(
@@ -83,21 +83,23 @@ def lines_of_trace(
 ) -> ExecutedLines:
     """Return the lines of a trace's Python program that were executed in a range of scans.
 
-    The program is run, so it must be trusted. For `more` and errors, see `why_of_trace`.
+    The program runs, so the user must trust it. For `folder`, `more` and errors, see `why_of_trace`.
 
     Args:
-        latest: orders that may not be written yet, each with the scan before which it acts and its text.
+        scans: first and last scan.
+        latest: actions of an operator that may not be written yet, each as the scan before which it takes
+            effect, and its text.
     """
     from ..why.program_rerun import executed_lines
 
     (first, last), recording = scans, PackedTrace.of(trace, more)
-    orders_recorded = {(event.scan, event.fields.get("order")) for event in recording.events}
-    orders = [
-        TraceEvent(now_ns, 0, ORDERS.name, {"order": text})
-        for now_ns, text in latest
-        if (now_ns, text) not in orders_recorded
+    recorded_actions = {(event.scan, event.fields.get("order")) for event in recording.events}
+    new_events = [
+        TraceEvent(scan, 0, ORDERS.name, {"order": text})
+        for scan, text in latest
+        if (scan, text) not in recorded_actions
     ]
-    recording = replace(recording, events=(*recording.events, *orders))
+    recording = replace(recording, events=(*recording.events, *new_events))
     job = job_of(trace, folder, trust=True)
     rows = range(bisect_left(recording.numbers, first), bisect_right(recording.numbers, last))
     if not rows:
@@ -107,38 +109,46 @@ def lines_of_trace(
 
 def _load_of(trace: Trace, job: LoadedRack, folder: Path, *, trust: bool) -> Load:
     """Return a loader for a trace's Python program and its edits."""
-    from ..record.order_repeater import orders_of  # imports the modules of a session, which rungs do not need
+    from ..record.order_repeater import orders_of  # slow to import, and ladder programs do not need it
     from ..record.program_versions import versions_of
     from ..why.traced_run import Load
 
-    editions = versions_of(trace, orders_of(trace.events()), job, folder / "edits", trust=trust)
+    versions = versions_of(trace, orders_of(trace.events()), job, folder / "edits", trust=trust)
     return Load(
         job.program,
         lambda: job_of(trace, folder, trust=trust).logic,
-        lambda number: editions.again(number).logic,
+        lambda number: versions.again(number).logic,
     )
 
 
-def _of_images(
+def _answer_from_images(
     recording: PackedTrace, question: Question, spec: RackSpec | None = None, load: Load | None = None
 ) -> TraceAnswer:
-    moment, first = question.moment, Why(recording, 0, spec, load)
-    row = moment.row(recording) if moment.until is None else _reached(moment, first.first_on(moment.until))
+    choice = question.moment
+    if choice.until is None:
+        row = choice.row(recording)
+    else:
+        row = _row_of(choice.until, Why(recording, 0, spec, load).first_on(choice.until))
     return _answer(Why(recording, row, spec, load), question)
 
 
-def _of_ladder(
+def _answer_from_ladder(
     recording: PackedTrace, job: LoadedRack, question: Question, snapshots: Mapping[int, str]
 ) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
-    moment = _without_images(question, Why(recording, 0, job.spec, None), debugger)
-    until = moment.until
-    last = len(recording.scans) - 1 if until is not None else moment.row(recording)
-    rungs_run = run_rungs(recording, job.spec, debugger, last, until, snapshots)
-    row = _reached(moment, rungs_run.row if rungs_run.met or until is None else None)
+    choice = _without_images(question, Why(recording, 0, job.spec, None), debugger)
+    last_row = choice.row(recording) if choice.until is None else len(recording.scans) - 1
+    rungs_run = run_rungs(recording, job.spec, debugger, last_row, choice.until, snapshots)
+    row = rungs_run.row
+    if choice.until is not None:
+        row = _row_of(choice.until, row if rungs_run.met else None)
     why = Why(recording, row, job.spec, None, debugger)
-    return _answer(why, question, [*rungs_run.notes, *_departed(why, rungs_run.departs)])
+    notes = [*rungs_run.notes]
+    if rungs_run.departs is not None:
+        begin = why.past.when(rungs_run.departs)
+        notes.append(f"run again on the recorded inputs, the program writes other words from {begin} on")
+    return _answer(why, question, notes)
 
 
 def _without_images(question: Question, images: Why, debugger: Debugger) -> ScanChoice:
@@ -148,35 +158,28 @@ def _without_images(question: Question, images: Why, debugger: Debugger) -> Scan
         ValueError: a tag is unknown; raised before the run.
         NotReachedError: the bit of the question does not become true.
     """
-    moment = question.moment
-    for tag in (question.what, moment.until):
+    choice = question.moment
+    for tag in (question.what, choice.until):
         if tag is not None and not images.is_address(tag):
             _ = debugger.tags[tag]
-    if moment.until is None or not images.is_address(moment.until):
-        return moment
-    row = _reached(moment, images.first_on(moment.until))
+    if choice.until is None or not images.is_address(choice.until):
+        return choice
+    row = _row_of(choice.until, images.first_on(choice.until))
     return ScanChoice(at=str(images.recording.numbers[row]))
 
 
-def _departed(why: Why, row: int | None) -> list[str]:
-    """Return a note about the program's deviation from the recording in a row; [] if it did not deviate."""
+def _row_of(bit: str, row: int | None) -> int:
+    """Return the row in which a bit comes on; raise NotReachedError for None."""
     if row is None:
-        return []
-    when = why.past.when(row)
-    return [f"run again on the recorded inputs, the program writes other words from {when} on"]
-
-
-def _reached(moment: ScanChoice, row: int | None) -> int:
-    if row is None:
-        raise NotReachedError(f"{moment.until} does not come on in the trace", filter(None, [moment.until]))
+        raise NotReachedError(f"{bit} does not come on in the trace", [bit] if bit else [])
     return row
 
 
 def _answer(why: Why, question: Question, notes: Sequence[str] = ()) -> TraceAnswer:
-    scans, row, subject, want = why.recording, why.row, question.what, question.want
-    text, chain = (why.rack(), None) if subject is None else why.explain(subject, deep=question.deep)
+    scans, row, tag, value = why.recording, why.row, question.what, question.want
+    text, chain = (why.rack(), None) if tag is None else why.explain(tag, deep=question.deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
-    remedies = None if subject is None or want is None else why.suggest_inputs(subject, want)
+    remedies = None if tag is None or value is None else why.suggest_inputs(tag, value)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
 
 
@@ -184,6 +187,8 @@ def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
     """Yield the lines of a Python program that a chain names."""
     from ..why.source.lines import Line
 
-    for step in chain.path if load is not None else ():
-        if load is not None and step.site is not None and step.site.file and step.site.line:
+    if load is None:
+        return
+    for step in chain.path:
+        if step.site is not None and step.site.file and step.site.line:
             yield Line(str(load.folder / step.site.file), step.site.line, step.site.routine)

@@ -24,7 +24,7 @@ from .bench import Bench
 
 
 class BenchObserver:
-    """Observes every bench that is opened while it is set in `OBSERVER`; this base class does nothing."""
+    """Observes every bench that opens while it is set in `OBSERVER`; this base class does nothing."""
 
     def loading(self) -> AbstractContextManager[object]:
         """Return a context in which programs are loaded."""
@@ -36,19 +36,19 @@ class BenchObserver:
 
 
 OBSERVER: ContextVar[BenchObserver] = ContextVar("OBSERVER", default=BenchObserver())  # noqa: B039 - it has no state
-"""The observer of all benches that are opened."""
+"""The observer of all benches."""
 
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
     """Open a rack with its program on a bench, powered up but not yet scanned.
 
-    A ladder program runs under a debugger: its values can be explained and forced, and it can be stopped. A
-    Python program is loaded again, so that no state of an earlier bench remains.
+    A ladder program runs under a debugger, which explains and forces values and has breakpoints. A Python
+    program is loaded again, so that no state of an earlier bench remains.
 
     Args:
         rack: path of the rack file, TOML or Python.
         record: path of the recording, which `Bench.close` completes; None = no recording.
-        watched: the rack's watchdog ends endless logic.
+        watched: whether the rack's watchdog ends endless logic.
 
     Raises:
         ValueError: the rack or program is unusable; the message has file, line, key and allowed values.
@@ -56,9 +56,8 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
     """
     with OBSERVER.get().loading():
         job = load_job(str(rack))
-    return bench_of(
-        job, None if record is None else Path(record), watched=watched, load=loading(job, str(rack))
-    )
+    recording = None if record is None else Path(record)
+    return bench_of(job, recording, watched=watched, load=loading(job, str(rack)))
 
 
 def loading(job: LoadedRack, rack: str) -> Load | None:
@@ -72,32 +71,33 @@ def loading(job: LoadedRack, rack: str) -> Load | None:
     return Load(job.program, lambda: load_job(rack).logic)
 
 
-def with_edits(load: Load, editions: ProgramVersions) -> Load:
-    """Return a loader for the first program of a bench and its edits, from their files at that time."""
+def with_edits(load: Load, versions: ProgramVersions) -> Load:
+    """Return a loader for the first program of a bench and its edits, from the stored files."""
 
-    def logic() -> ScanLogic:
-        return editions.again(0).logic if editions.edited else load.logic()
+    def load_first() -> ScanLogic:
+        return versions.again(0).logic if versions.edited else load.logic()
 
-    return replace(load, logic=logic, edited=lambda number: editions.again(number).logic)
+    return replace(load, logic=load_first, edited=lambda number: versions.again(number).logic)
 
 
 def bench_of(
     job: LoadedRack, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
     """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
-    recorders: list[ScanListener] = []
-    editions = ProgramVersions(job.folder)
+    recorders: list[ScanListener] = []  # the recorder, if there is a recording
+    versions = ProgramVersions(job.folder)
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         if record is not None:
-            recorders.append(watching(RecordsEdits(recorder_for(job, rack, record, logic), editions), logic))
+            recorder = RecordsEdits(recorder_for(job, rack, record, logic), versions)
+            recorders.append(watching(recorder, logic))
         return [*recorders, *OBSERVER.get().listeners(job, logic)]
 
     if load is not None:
-        editions.begin(version_of(job))
-        load = with_edits(load, editions)
+        versions.begin(version_of(job))
+        load = with_edits(load, versions)
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
-    bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load, editions=editions)
-    editions.follow(job)
-    bench.recorder = next(iter(recorders), None)
+    bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load, versions=versions)
+    versions.follow(job)
+    bench.recorder = recorders[0] if recorders else None
     return bench

@@ -1,6 +1,7 @@
-"""Finds what an owner could have done in a recorded run to give a tag another value, by trying it on copies.
+"""Finds an owner's actions that would have set a tag to another value in a recorded run.
 
-The rack runs again up to the scan in question, with the orders of the session, see `why.acts`.
+The rack runs again up to the scan, with the recorded actions of the session. Then each action is tried on a
+copy, see `why.acts`.
 """
 
 from __future__ import annotations
@@ -33,11 +34,11 @@ def acts_in_trace(
     *,
     trust: bool,
 ) -> Iterator[Acts]:
-    """Yield up to `MOST_ANSWERS` actions of an owner after a scan of a recording; see `every_act`.
+    """Yield up to `MOST_ANSWERS` sets of actions after a scan of a recording; see `every_act`.
 
     Args:
         folder: folder into which to unpack the files of the trace.
-        orders: orders of the session up to that scan.
+        orders: the recorded actions of the session.
 
     Raises:
         ValueError: the name is unknown, or the program was edited before that scan.
@@ -45,16 +46,16 @@ def acts_in_trace(
     """
     edits = [event.scan for event in trace.events() if is_edit(event) and event.scan <= scan]
     if edits:
-        raise ValueError(f"the program was edited before scan {edits[0]:,}: ask before that scan")
+        raise ValueError(f"the program was edited in scan {edits[0]:,}: choose an earlier scan")
     job = job_of(trace, folder, trust=trust)
     ladder = isinstance(job.logic, LadderLogic)
     load = None if ladder else Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
     bench = bench_of(job, None, watched=True, load=load)
     bench.check(tag)
-    hands = OperatorActions(bench.cpu, bench.cpu.rack, settable_tags(bench.logic))
-    for number, order in sorted(orders, key=lambda each: each.scan):
-        if number <= scan:
-            bench.scan(number - bench.scans)
-            hands.act(order, number * bench.cpu.period_ns, number)
+    operator = OperatorActions(bench.cpu, bench.cpu.rack, settable_tags(bench.logic))
+    for action_scan, action in sorted(orders, key=lambda applied: applied.scan):
+        if action_scan <= scan:
+            bench.scan(action_scan - bench.scans)
+            operator.act(action, action_scan * bench.cpu.period_ns, action_scan)
     bench.scan(scan + 1 - bench.scans)
     yield from islice(every_act(bench, bench.chain(tag), tag, value), MOST_ANSWERS)

@@ -45,7 +45,7 @@ class SlotBench:
 
     @property
     def shaft(self) -> int:
-        """True position of the shaft, steps from its place at power-up. The module may report another."""
+        """True position of the shaft, steps from its position at power-up. The module may report another."""
         shaft, *_ = self._device.figures()
         return int(shaft)
 
@@ -103,23 +103,23 @@ class SlotBench:
         self._announce(FaultKind.POWER_CYCLE, begins=True)
 
     def inject(self, how: str | None) -> None:
-        """Inject a fault into the module, or end it (None).
+        """Inject a fault into the module, or end its fault.
 
         Args:
-            how: "link-lost", "removed", "fatal-error" or "asic-lost".
+            how: "link-lost", "removed", "fatal-error" or "asic-lost"; None = end the fault.
 
         Raises:
             ValueError: the fault is unknown, or the module has no faults.
         """
-        names = {trouble_type.value: trouble for trouble_type, trouble in TROUBLES.items()}
-        if how is not None and how not in names:
-            raise ValueError(f"no fault {how!r}; choose from {', '.join(names)}")
+        troubles = {kind.value: trouble for kind, trouble in TROUBLES.items()}
+        if how is not None and how not in troubles:
+            raise ValueError(f"no fault {how!r}; choose from {', '.join(troubles)}")
         if not hasattr(self._device, "inject"):
-            raise ValueError(f"slot {self.number}: this module can't be made to fail")
+            raise ValueError(f"slot {self.number}: faults can't be injected into this module")
         if how is None and self._device.trouble is TROUBLES[FaultKind.FATAL_ERROR]:
-            self._device.power_cycle()
+            self._device.power_cycle()  # the only end of a fatal error
         else:
-            self._device.inject(None if how is None else names[how])
+            self._device.inject(None if how is None else troubles[how])
         self._announce(None if how is None else FaultKind(how), begins=how is not None)
 
     def _announce(self, fault: FaultKind | None, *, begins: bool) -> None:

@@ -1,1 +1,1 @@
-"""The benches of `scanrack drive`: one module or controller in virtual time, with JSON in and out."""
+"""The benches of `scanrack drive`: a module or controller in virtual time, with JSON requests and replies."""

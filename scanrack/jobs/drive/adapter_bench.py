@@ -1,4 +1,4 @@
-"""The benches of `scanrack drive` for adapters: image benches with a line and a simulated controller."""
+"""The bench of `scanrack drive` for adapters: an image bench with a line and a simulated controller."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class LinkFault(Strict):
 
 
 class AdapterRequest(Request):
-    """One request to an adapter; `wiring` has no effect: no controller counts its own steps."""
+    """A request to an adapter. `wiring` has no effect, because no controller counts its own steps."""
 
     link: Literal["down", "up"] | LinkFault | None = None
     device: Literal["power_cycle"] | None = None
@@ -39,7 +39,7 @@ class AdapterBench(ImageBench):
     requests = AdapterRequest
     module: SimulatedAdapter[Any]
 
-    def _befall(self, request: Request) -> None:
+    def _act_on_line(self, request: Request) -> None:
         assert isinstance(request, AdapterRequest)
         line = self.module.controller.line
         if request.link == "down":

@@ -1,4 +1,4 @@
-"""The `scanrack drive` bench for cards that define their own words: images in and out, inputs by name."""
+"""The bench of `scanrack drive` for cards: images in and out, inputs by name."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class CardOptions(Strict):
 
 
 class CardRequest(Strict):
-    """One request to a card; `out` may have fewer words than the module, the others are 0."""
+    """A request to a card. `out` may have fewer words than the module; the other words are 0."""
 
     new: CardOptions | None = None
     power_cycle: Literal[True] | None = None
@@ -35,7 +35,7 @@ class CardRequest(Strict):
 
 
 class CardBench:
-    """One card on the bench, driven request by request."""
+    """A card on the bench."""
 
     def __init__(self, record: ModuleRecord) -> None:
         self._record = record
@@ -49,7 +49,7 @@ class CardBench:
         except ValueError as error:
             raise RequestError(f"new: {error}") from None
         if self._record.follows(options.options):
-            raise RequestError("new: options.cam: no other slot on this bench")
+            raise RequestError("new: options.cam: this bench has no other slot")
         self.words = self._record.words(options.options)
         self.scan_ns = int(options.scan_ms * NS_PER_MS)
         self.now_ns = self.scan = 0
@@ -57,7 +57,7 @@ class CardBench:
         self._inputs = self.module.update(0, self._outputs)
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; return the reply that `drive` prints.
+        """Carry out the request in a line; return the reply that `drive` prints.
 
         Raises:
             RequestError: a value is illegal; nothing has changed, except that the bench may be new.
@@ -78,29 +78,31 @@ class CardBench:
         return self._reply() | ({"changes": changes} if request.changes else {})
 
     def _set_inputs(self, levels: dict[str, int]) -> None:
-        input_signals = self.words.groups.get("input", {})
-        for name in levels:
-            if name not in input_signals or not isinstance(self.module, NamedInputs):
-                raise RequestError(
-                    f"inputs.{name}: unknown key; choose from {', '.join(input_signals) or 'none'}"
-                )
-            self.module.set_input(name, bool(levels[name]))
+        names = self.words.groups.get("input", {})
+        for name, level in levels.items():
+            if name not in names or not isinstance(self.module, NamedInputs):
+                raise RequestError(f"inputs.{name}: unknown key; choose from {', '.join(names) or 'none'}")
+            self.module.set_input(name, bool(level))
 
     def _run(self, scans: int) -> list[list[Any]]:
-        """Run exchange periods; return the times and contents of changed input images."""
-        changes: list[list[Any]] = []
-        before = list(self._inputs)
-        for step in range(max(scans, 1)):
-            if scans:
-                self.now_ns += self.scan_ns
-                self.scan += 1
+        """Run exchange periods; return the times and contents of changed input images.
+
+        Without a period, the module is updated at the current time, and no change is returned.
+        """
+        if not scans:
             self._inputs = self.module.update(self.now_ns, self._outputs)
-            if step < scans and list(self._inputs) != before:
-                before = list(self._inputs)
-                changes.append([time_ms(self.now_ns), before])
+        changes: list[list[Any]] = []
+        latest_words = list(self._inputs)
+        for _ in range(scans):
+            self.now_ns += self.scan_ns
+            self.scan += 1
+            self._inputs = self.module.update(self.now_ns, self._outputs)
+            if list(self._inputs) != latest_words:
+                latest_words = list(self._inputs)
+                changes.append([time_ms(self.now_ns), latest_words])
         return changes
 
-    def _on(self, group: str, image: Image) -> list[str]:
+    def _energized(self, group: str, image: Image) -> list[str]:
         places = self.words.groups.get(group, {})
         return [name for name, place in places.items() if image.bit(place.word, place.bit)]
 
@@ -111,7 +113,7 @@ class CardBench:
             "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
             "in": list(self._inputs),
-            "bits": self._on("input", self._inputs),
-            "outputs": self._on("output", self._outputs),
+            "bits": self._energized("input", self._inputs),
+            "outputs": self._energized("output", self._outputs),
             "events": events,
         }

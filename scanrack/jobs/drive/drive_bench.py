@@ -1,4 +1,4 @@
-"""The bench of `scanrack drive` for networked drives: Modbus TCP frames in and out, in virtual time."""
+"""The bench of `scanrack drive` for networked drives: Modbus TCP requests and replies in virtual time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .requests import Milliseconds, RequestError, Span, Strict, bytes_of, read
 
 
 class SwitchRange(Strict):
-    """The range of the shaft's steps from power-up in which an input is on."""
+    """The range of shaft positions in which an input is on, steps from the position at power-up."""
 
     on_when_pos_in: Span
 
@@ -26,7 +26,7 @@ Level = Literal["on", "off"] | SwitchRange
 
 
 class DriveEnv(Strict):
-    """New conditions around an axis; an input that the model lacks is refused."""
+    """New levels of an axis' inputs, and new conditions; None = unchanged."""
 
     in1: Level | None = None
     in2: Level | None = None
@@ -51,7 +51,7 @@ class DriveNew(Strict):
 
 
 class DriveRequest(Strict):
-    """One request."""
+    """A request to a stack of drives."""
 
     new: DriveNew | None = None
     power_cycle: Literal[True] | None = None
@@ -63,7 +63,7 @@ class DriveRequest(Strict):
 
 
 class DriveBench:
-    """A stack of drives on the bench, driven request by request."""
+    """A stack of drives on the bench."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -71,7 +71,7 @@ class DriveBench:
 
     def _renew(self, new: DriveNew) -> None:
         if new.axes > self.model.axes:
-            raise RequestError(f"new.axes: {new.axes} is not allowed: 1 to {self.model.axes}")
+            raise RequestError(f"new.axes: {new.axes} is too many: must be 1 to {self.model.axes}")
         try:
             axes = [DriveUnit(self.model, options=new.options) for _ in range(new.axes)]
         except ValueError as error:
@@ -79,7 +79,7 @@ class DriveBench:
         self.axes, self.registers, self.now_ns = axes, DriveRegisters(axes), 0
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; return the reply that `drive` prints.
+        """Carry out the request in a line; return the reply that `drive` prints.
 
         Raises:
             RequestError: the request is illegal; nothing has changed.
@@ -88,38 +88,39 @@ class DriveBench:
         frame = None if request.tx is None else _frame(request.tx)
         axes = len(self.axes) if request.new is None else request.new.axes
         if request.axis > axes:
-            raise RequestError(f"axis: {request.axis} is not allowed: 1 to {axes}")
+            raise RequestError(f"axis: {request.axis} does not exist: must be 1 to {axes}")
         self._set(request)
-        reply: dict[str, Any] = {} if frame is None else {"rx": self._answer_to(frame)}
+        reply: dict[str, Any] = {} if frame is None else {"rx": self._reply_to(frame)}
         self.now_ns += int(request.for_ms * NS_PER_MS)
         for axis in self.axes:
             axis.advance(self.now_ns)
         if request.observe is not None:
             reply["values"] = {name: _observed(self.axes[request.axis - 1], name) for name in request.observe}
-        reply["events"] = [event.text for driven in self.axes for event in driven.events]
+        reply["events"] = [event.text for axis in self.axes for event in axis.events]
         for axis in self.axes:
             axis.events.clear()
         return {"t_ms": time_ms(self.now_ns), **reply}
 
-    def _answer_to(self, frame: bytes) -> str | None:
-        """Return the bytes that answer a frame; None without an answer."""
-        answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
-        return None if answer is None else answer.hex(" ")
+    def _reply_to(self, frame: bytes) -> str | None:
+        """Return the drives' reply to a frame in hex; None if they do not reply."""
+        reply = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
+        return None if reply is None else reply.hex(" ")
 
     def _set(self, request: DriveRequest) -> None:
-        """Create the drives and their wiring as specified in a request."""
+        """Apply the parts of a request that precede its frame: fresh stack, power cycle, conditions."""
         levels = {} if request.env is None else self._levels(request.env)
         if request.new is not None:
             self._renew(request.new)
-        for axis in self.axes if request.power_cycle else ():
-            axis.power_cycle()
+        if request.power_cycle:
+            for axis in self.axes:
+                axis.power_cycle()
         if request.env is not None:
-            _surround(self.axes[request.axis - 1], request.env, levels)
+            _set_env(self.axes[request.axis - 1], request.env, levels)
 
     def _levels(self, env: DriveEnv) -> dict[str, Level]:
-        """Return the inputs that a request sets; refuse inputs that the model lacks."""
+        """Return the levels that a request sets, by input; raise RequestError if the model lacks an input."""
         names = self.model.input_names
-        levels = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
+        levels = {name: getattr(env, name) for name in INPUTS if getattr(env, name) is not None}
         for name in levels:
             if name not in names:
                 raise RequestError(f"env.{name}: the {self.model.title} has {', '.join(names)}")
@@ -130,7 +131,7 @@ INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
 
 
 def _frame(text: str) -> bytes:
-    """Return the frame of a request, b"" if no drive would answer it; raise RequestError for illegal text."""
+    """Return the frame in a request, b"" if a drive ignores its bytes; RequestError for illegal text."""
     try:
         frames, surplus = split_frames(bytes_of(text))
     except NotModbusError:
@@ -138,7 +139,8 @@ def _frame(text: str) -> bytes:
     return frames[0] if len(frames) == 1 and not surplus else b""
 
 
-def _surround(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:
+def _set_env(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:
+    """Set the inputs of an axis and the conditions of its drive."""
     for name, level in levels.items():
         bit = axis.terminals[axis.model.input_names.index(name)]
         if isinstance(level, SwitchRange):

@@ -1,7 +1,7 @@
-"""The bench for image targets of `scanrack drive`: a module, its 8 + 8 words, its discrete inputs.
+"""The bench of `scanrack drive` for modules with 8 + 8 words and discrete inputs.
 
-Time runs in whole exchange periods. The words and levels at the start of a period act during the period. The
-input image is the module's image at its end.
+Time runs in whole exchange periods. The words and levels at the start of a period are in effect during the
+period. The input image is the module's image at the end of the period.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ NS_PER_MS = 1_000_000
 
 
 class BenchModule(Module, Protocol):
-    """A module on the bench: its machine, and a method to call after an input has changed."""
+    """A module with a machine."""
 
     machine: Machine
 
     def look_again(self) -> None:
-        """Make the module read its inputs at the next tick."""
+        """Make the module read its inputs at the next tick; called after a change of an input."""
 
 
 class ImageBench:
-    """One module on the bench, driven request by request.
+    """A module on the bench.
 
     Attributes:
         requests: the model of a request.
@@ -59,10 +59,10 @@ class ImageBench:
         self.scan = 0
         self._wired = options.machine.wired
         self._outputs = Image()
-        self._image = module.update(0, self._outputs)
+        self._inputs = module.update(0, self._outputs)
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; return the reply that `drive` prints.
+        """Carry out the request in a line; return the reply that `drive` prints.
 
         Raises:
             RequestError: the request is illegal; nothing has changed.
@@ -73,7 +73,7 @@ class ImageBench:
             self._renew(request.new)
         if request.power_cycle:
             self.module.power_cycle()
-        self._befall(request)
+        self._act_on_line(request)
         if request.plc_mode is not None:
             self.module.plc_run(request.plc_mode == "run")
         if request.out is not None:
@@ -83,7 +83,7 @@ class ImageBench:
         if request.encoder is not None:
             self._turn(request.encoder, scans)
         if scans == 0:
-            self._image = self.module.update(self.now_ns, self._outputs)
+            self._inputs = self.module.update(self.now_ns, self._outputs)
         changes: list[list[Any]] = []
         met = self._run(scans, request.until, changes if request.changes else None)
         reply = self._reply()
@@ -93,14 +93,15 @@ class ImageBench:
             reply["changes"] = changes
         return reply
 
-    def _befall(self, request: Request) -> None:
-        """Apply further parts of a request before the words; subclasses override this."""
+    def _act_on_line(self, request: Request) -> None:
+        """Apply the faults of a request to the module's line; for subclasses with a line."""
 
     def _check(self, request: Request) -> None:
-        for name in self._wired if request.new is None else request.new.machine.wired:
+        wired = self._wired if request.new is None else request.new.machine.wired
+        for name in wired:
             if getattr(request.inputs, name) is not None:
                 raise RequestError(
-                    f"inputs.{name}: this input follows the machine's switch; set the others only"
+                    f"inputs.{name}: a switch of the machine operates this input: remove the key"
                 )
 
     def _set_inputs(self, request: Request) -> None:
@@ -114,59 +115,66 @@ class ImageBench:
         if encoder.counts:
             machine.turn_encoder(encoder.counts, self.now_ns, self.now_ns + scans * self.scan_ns)
         for offset in encoder.markers_ms:
-            machine.marker_at(self.now_ns + max(1, int(offset * NS_PER_MS)))  # the current instant is over
+            machine.marker_at(self.now_ns + max(1, int(offset * NS_PER_MS)))  # the module has passed now_ns
         self.module.look_again()
 
     def _run(self, scans: int, until: Until | None, changes: list[list[Any]] | None) -> bool:
-        """Run up to `scans` exchange periods; return whether `until` was met."""
-        met = scans == 0 and until is not None and self._satisfies(until)
-        before = self._image.raw.tobytes()
+        """Run up to `scans` exchange periods; return whether the status bits became as in `until`.
+
+        Args:
+            changes: receives the time and contents of each changed input image; None = they are not needed.
+        """
+        latest_bytes = self._inputs.raw.tobytes()
         for _ in range(scans):
             self.now_ns += self.scan_ns
             self.scan += 1
-            self._image = self.module.update(self.now_ns, self._outputs)
-            image = self._image.raw.tobytes()
-            if image != before:
-                before = image
+            self._inputs = self.module.update(self.now_ns, self._outputs)
+            image_bytes = self._inputs.raw.tobytes()
+            if image_bytes != latest_bytes:
+                latest_bytes = image_bytes
                 if changes is not None:
-                    changes.append([time_ms(self.now_ns), list(self._image)])
-            if until is not None and self._satisfies(until):
+                    changes.append([time_ms(self.now_ns), list(self._inputs)])
+            if until is not None and self._is_met(until):
                 self.module.machine.let_go(self.now_ns)
                 self.module.look_again()
                 return True
-        return met
+        return scans == 0 and until is not None and self._is_met(until)
 
-    def _satisfies(self, until: Until) -> bool:
-        names = set(self._profile.status_names(self._image[0] & 0xFFFF, self._image[1] & 0xFFFF))
+    def _status_names(self) -> list[str]:
+        return self._profile.status_names(self._inputs[0] & 0xFFFF, self._inputs[1] & 0xFFFF)
+
+    def _is_met(self, until: Until) -> bool:
+        names = set(self._status_names())
         return names.issuperset(until.set) and names.isdisjoint(until.clear)
 
     def _reply(self) -> dict[str, Any]:
-        words = list(self._image)
-        configuring = bool(words[0] & StatusMsw.MODE_CONFIG.value)
-        values = [
-            None if configuring else join_reported(words[index], words[index + 1]) for index in (2, 4, 6)
-        ]
+        words = list(self._inputs)
+        is_configuring = bool(words[0] & StatusMsw.MODE_CONFIG.value)
+        position, encoder, captured = (
+            None if is_configuring else join_reported(words[index], words[index + 1]) for index in (2, 4, 6)
+        )
         return {
             "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
             "in": words,
-            "bits": self._profile.status_names(words[0] & 0xFFFF, words[1] & 0xFFFF),
-            "position": values[0],
-            "encoder": values[1],
-            "captured": values[2],
+            "bits": self._status_names(),
+            "position": position,
+            "encoder": encoder,
+            "captured": captured,
             "rules": self._rules(),
         }
 
     def _rules(self) -> list[str]:
-        errors = {name for name, mask in self._profile.masks.items() if mask & self._profile.error_bits}
-        ids = [event.name for event in self.module.events if _names_one_of(errors, event)]
+        """Return the ids of the rules that have set an error bit since the last reply."""
+        error_names = {name for name, mask in self._profile.masks.items() if mask & self._profile.error_bits}
+        ids = [event.name for event in self.module.events if _sets_error(event, error_names)]
         self.module.events.clear()
         return ids
 
 
-def _names_one_of(errors: Set[str], event: Event) -> bool:
+def _sets_error(event: Event, error_names: Set[str]) -> bool:
     bits: JsonValue = event.fields.get("bits")
-    return event.kind == "rule" and isinstance(bits, list) and not errors.isdisjoint(bits)
+    return event.kind == "rule" and isinstance(bits, list) and not error_names.isdisjoint(bits)
 
 
 def time_ms(now_ns: int) -> int | float:

@@ -56,7 +56,7 @@ PIN_FORMS = (
 
 
 class Pcl601Env(Strict):
-    """New states of pins and voltages."""
+    """New states of pins and voltages; None = unchanged."""
 
     in1: Any = None
     in2: Any = None
@@ -78,20 +78,22 @@ class Pcl601Env(Strict):
     @model_validator(mode="before")
     @classmethod
     def _last_of_input_1(cls, data: Any) -> Any:
-        """Keep the last of two keys that set input 1."""
-        both = [key for key in data if key in ("in1", "in1_volts")] if isinstance(data, dict) else []
-        return {key: data[key] for key in data if key not in both[:-1]} if both else data
+        """Remove the first of two keys that set input 1."""
+        if not isinstance(data, dict) or not {"in1", "in1_volts"} <= data.keys():
+            return data
+        first_key = next(key for key in data if key in ("in1", "in1_volts"))
+        return {key: value for key, value in data.items() if key != first_key}
 
     @field_validator(*INPUTS, mode="before")
     @classmethod
     def _pin(cls, value: Any, field: ValidationInfo) -> Contact:
-        if (field.field_name, value) == ("in1", "open"):
+        if (field.field_name, value) == ("in1", "open"):  # an open input 1 reads as grounded
             return GROUND
         return pin_state(value, LEVELS, FOLLOWERS, PIN_FORMS)
 
 
 def _target(options: Pcl601BenchOptions) -> WireTarget[Pcl601Env]:
-    """Return a controller with access to its pins; raise ValueError if its program does not assemble."""
+    """Return a controller on the bench; raise ValueError if its program does not assemble."""
     encoder = EncoderModel(**options.encoder.model_dump()) if options.encoder is not None else None
     digits = int(options.thumbwheel) if options.thumbwheel is not None else None
     device = Pcl601(options.address, encoder, Wiring(options.sw2 == "TWS", digits))

@@ -40,11 +40,11 @@ class Pmc006Env(Strict):
     ext2: Any = None
     fset: Any = None
     gpio8: Any = None
-    """This has no effect, since the pin is an output."""
+    """No effect, because the pin is an output."""
 
     @field_validator("*")
     @classmethod
-    def _understood(cls, value: Any) -> bool | Contact:
+    def _pin(cls, value: Any) -> bool | Contact:
         if isinstance(value, dict):
             value = {key: position for key, position in value.items() if (key, position) != ("else", "low")}
         return pin_state(value, LEVELS, FOLLOWERS, FORMS)
@@ -54,7 +54,7 @@ PINS = {"ext1": Pin.EXT1, "ext2": Pin.EXT2, "fset": Pin.FSET}
 
 
 def _target(options: Pmc006BenchOptions) -> WireTarget[Pmc006Env]:
-    """Return a controller with access to its pins; raise ValueError for a wrong program or address."""
+    """Return a controller on the bench; raise ValueError for a wrong program or address."""
     try:
         program = assemble(options.program or "")
     except ValueError as error:

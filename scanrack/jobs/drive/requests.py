@@ -1,6 +1,6 @@
-"""Requests of `scanrack drive`: the keys for image targets, and errors for all targets.
+"""Requests of `scanrack drive`: the keys for modules with 8 + 8 words, and errors for all targets.
 
-Numbers are read as decimals, so that times are exact.
+Numbers with fractions are read as decimals, so that times are exact.
 """
 
 from __future__ import annotations
@@ -42,16 +42,16 @@ class Strict(BaseModel):
 def _ordered(span: tuple[int | None, int | None]) -> tuple[int | None, int | None]:
     first, last = span
     if first is not None and last is not None and first > last:
-        raise ValueError("the first end of the range must not be above the last")
+        raise ValueError("the first position of the range must not be above the last position")
     return span
 
 
 Span = Annotated[tuple[Steps | None, Steps | None], AfterValidator(_ordered)]
-"""A closed range of steps; null is open-ended."""
+"""First and last position of a range, steps; null = no limit."""
 
 
 class SwitchRanges(Strict):
-    """Closed ranges of the physical step count at which an input is energized."""
+    """The ranges of shaft positions in which inputs are energized."""
 
     capture: Span | None = None
     external: Span | None = None
@@ -62,7 +62,7 @@ class SwitchRanges(Strict):
 
     @property
     def wired(self) -> dict[str, tuple[int | None, int | None]]:
-        """The ranges of the inputs that have a switch, by input."""
+        """The ranges by input; only inputs with a switch."""
         return {name: span for name, span in self if span is not None}
 
 
@@ -95,10 +95,10 @@ class ImageBenchOptions(Strict):
 
 
 class Encoder(Strict):
-    """A hand turns the encoder during this request."""
+    """Turns of the encoder by hand during a request."""
 
-    counts: Steps = 0
-    markers_ms: list[Milliseconds] = []
+    counts: Steps = 0  # evenly spread over the request's time
+    markers_ms: list[Milliseconds] = []  # times of marker pulses after the begin of the request
 
 
 class Until(Strict):
@@ -109,7 +109,7 @@ class Until(Strict):
 
     @field_validator("set", "clear")
     @classmethod
-    def _known(cls, names: list[str], info: ValidationInfo) -> list[str]:
+    def _are_status_bits(cls, names: list[str], info: ValidationInfo) -> list[str]:
         profile: Profile = info.context or WORDS_3601
         for name in names:
             if name not in profile.masks:
@@ -120,7 +120,7 @@ class Until(Strict):
 
 
 class Request(Strict):
-    """One request to an image target."""
+    """A request to a module with 8 + 8 words."""
 
     new: ImageBenchOptions | None = None
     power_cycle: Literal[True] | None = None
@@ -139,9 +139,12 @@ class Request(Strict):
                 raise ValueError(
                     "encoder: counts are spread over the request's time, so for_ms must be above 0"
                 )
-            late = [str(marker_ms) for marker_ms in self.encoder.markers_ms if marker_ms > self.for_ms]
-            if late:
-                raise ValueError(f"encoder.markers_ms: {', '.join(late)} is beyond for_ms = {self.for_ms}")
+            late_markers = [
+                str(marker_ms) for marker_ms in self.encoder.markers_ms if marker_ms > self.for_ms
+            ]
+            if late_markers:
+                late_text = ", ".join(late_markers)
+                raise ValueError(f"encoder.markers_ms: {late_text} is beyond for_ms = {self.for_ms}")
         return self
 
 
@@ -154,11 +157,11 @@ def bytes_of(text: str) -> bytes:
     try:
         return bytes.fromhex(text)
     except ValueError:
-        raise RequestError(f'tx: "{text[:60]}" is not allowed: bytes in hex are') from None
+        raise RequestError(f'tx: "{text[:60]}" is not allowed: must be bytes in hex') from None
 
 
 def read(line: str, model: type[Model], profile: Profile = WORDS_3601) -> Model:
-    """Read one line.
+    """Return the request in a line.
 
     Args:
         profile: profile of the module, with the names of its status bits.
@@ -182,16 +185,16 @@ def _no_constant(name: str) -> Any:
     raise ValueError(f"{name} is not a number")
 
 
-def _table(model: type[BaseModel], place: tuple[str, ...]) -> type[BaseModel] | None:
-    """Return the model of the object at a place in a request; None if the value there has no single model."""
-    for name in place:
+def _model_at(model: type[BaseModel], path: tuple[str, ...]) -> type[BaseModel] | None:
+    """Return the model of the object at a path in a request; None if the value there has no single model."""
+    for name in path:
         if name not in model.model_fields:
             return None
-        kind = model.model_fields[name].annotation
-        inner = [type_ for type_ in (kind, *get_args(kind)) if hasattr(type_, "model_fields")]
-        if len(inner) != 1:
+        annotation = model.model_fields[name].annotation
+        models = [kind for kind in (annotation, *get_args(annotation)) if hasattr(kind, "model_fields")]
+        if len(models) != 1:
             return None
-        model = inner[0]
+        model = models[0]
     return model
 
 
@@ -199,9 +202,9 @@ def _explain(fault: Any, model: type[BaseModel]) -> str:
     """Return a validation error as one line of text: key, value, allowed values."""
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
-        table = _table(model, fault["loc"][:-1])
-        choices_text = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
-        return f"{key}: unknown key{choices_text}"
+        table = _model_at(model, fault["loc"][:-1])
+        choices = "" if table is None else f"; choose from {', '.join(table.model_fields)}"
+        return f"{key}: unknown key{choices}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = fault.get("ctx", {}).get("error") or fault["msg"]
     return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"

@@ -19,14 +19,15 @@ from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
 
 Answer = Callable[[str], dict[str, Any]]
-"""Answers a line of a session; raises RequestError if the line is illegal."""
+"""Returns the reply to a line with a request; raises RequestError if the request is illegal."""
 
 
 def module_bench(record: ModuleRecord) -> Answer:
     """Return a fresh bench for a kind of module."""
     if Trait.LINE in record.traits:
         return AdapterBench(partial(on_bench, record)).answer
-    if is_stepper(words := record.words({})):
+    words = record.words({})
+    if is_stepper(words):
         return ImageBench(partial(on_bench, record), words).answer
     return CardBench(record).answer
 

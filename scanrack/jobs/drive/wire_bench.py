@@ -1,13 +1,13 @@
-"""The bench for wire targets of `scanrack drive`: a controller, its serial line, its pins.
+"""The bench of `scanrack drive` for controllers: a controller, its serial line, its pins.
 
-A target (`WireTarget`) has the controller, its signals and its environment. The bench has the common parts:
-the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A target's file
+A target (`WireTarget`) has the controller, its signals and its environment. The bench has everything else:
+the order of the keys, the bytes on the line at the line's speed, time, marks, replies. A target's module
 defines
 
-    the options of `new` and the table of `env`     two `Strict` models
+    the options of `new` and the table of `env`       two `Strict` models
     a function that makes a target from the options   raises ValueError for illegal options
 
-and puts `WireBench(make, New, env)` into the table of `drive`.
+and adds `WireBench(make, New, env)` to `targets.BENCHES`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from decimal import Decimal
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
-from scanrack.runtime.line.wire import ControllerDevice, LineFormat, SerialBus
+from scanrack.runtime.line.wire import ControllerDevice, SerialBus
 from scanrack.runtime.loop.events import JsonValue
 
 from .image_bench import NS_PER_MS, time_ms
@@ -35,13 +35,13 @@ MARKED = "position_minus_mark:"
 class WireTarget(Generic[Env]):
     """A controller on the bench.
 
-    All functions are called with the bus's current time; the device has been advanced to it.
+    The bench advances the device to the current time before it calls one of the functions.
     """
 
     device: ControllerDevice
-    signals: Mapping[str, Callable[[], JsonValue]]  # signals that can be observed, except marks
-    set_env: Callable[[int, Env], None]  # sets pins and voltages; a key is None if the request lacks it
-    silence_ns: int  # how long the bench waits for a reply after the last byte, ns
+    signals: Mapping[str, Callable[[], JsonValue]]  # functions that return the observable signals, by name
+    set_env: Callable[[int, Env], None]  # sets pins and voltages at a time, ns; None = unchanged
+    silence_ns: int  # maximum wait for a reply after the last byte sent, ns
     quiet_ns: Callable[[], int] = lambda: 0  # returns the required silence before a frame, ns
     has_reset: bool = False  # whether it has a reset button, which cycles the power
 
@@ -49,7 +49,16 @@ class WireTarget(Generic[Env]):
 def pin_state(
     value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
 ) -> PinState:
-    """Return the state of a pin for a requested value: a level, or one that follows the position."""
+    """Return the state of a pin for a requested value: a level, or a state that follows the position.
+
+    Args:
+        levels: states by name.
+        followers: functions that return the state for a position, by key.
+        forms: allowed values, for the message.
+
+    Raises:
+        ValueError: the value has none of the forms.
+    """
     if isinstance(value, str) and value in levels:
         return levels[value]
     if isinstance(value, dict) and len(value) == 1:
@@ -60,7 +69,7 @@ def pin_state(
 
 
 class WireRequest(Strict, Generic[New, Env]):
-    """One request to a wire target."""
+    """A request to a controller."""
 
     new: New | None = None
     power_cycle: Literal[True] | None = None
@@ -74,15 +83,15 @@ class WireRequest(Strict, Generic[New, Env]):
     observe: list[str] | None = None
 
     @model_validator(mode="after")
-    def _one_thing_is_sent(self) -> WireRequest[New, Env]:
+    def _has_one_kind_of_bytes(self) -> WireRequest[New, Env]:
         if self.tx is not None and self.tx_text is not None:
-            raise ValueError("give tx or tx_text, not both")
+            raise ValueError("send tx or tx_text, not both")
         if self.char_gap_ms and self.tx_text is None:
-            raise ValueError("char_gap_ms: allowed with tx_text only")
+            raise ValueError("char_gap_ms: only allowed with tx_text")
         return self
 
     def bytes_to_send(self) -> bytes | None:
-        """Return the bytes to send, or None; raise RequestError for illegal bytes."""
+        """Return the bytes to send; None = nothing; raise RequestError for illegal bytes."""
         if self.tx is not None:
             data = bytes_of(self.tx)
         elif self.tx_text is not None:
@@ -93,17 +102,17 @@ class WireRequest(Strict, Generic[New, Env]):
         else:
             return None
         if not data:
-            raise RequestError("tx: at least one byte is needed")
+            raise RequestError("tx: must have at least one byte")
         return data
 
 
 class WireBench(Generic[New, Env]):
-    """One controller on the bench, driven request by request.
+    """A controller on the bench.
 
     Args:
         make: creates a target from the options of a fresh bench; raises ValueError for illegal options.
-        new: model of the options, all of which have defaults.
-        env: model of the controller's environment; every key defaults to None.
+        new: model of the options; all options have defaults.
+        env: model of the controller's environment; the default of every key is None.
     """
 
     def __init__(self, make: Callable[[New], WireTarget[Env]], new: type[New], env: type[Env]) -> None:
@@ -117,17 +126,17 @@ class WireBench(Generic[New, Env]):
         self._marks: dict[str, int] = {}
 
     def answer(self, line: str) -> dict[str, Any]:
-        """Carry out one line of requests; return the reply that `drive` prints.
+        """Carry out the request in a line; return the reply that `drive` prints.
 
         Raises:
             RequestError: the request is illegal; nothing has changed.
         """
         request = read(line, self._model)
         data = request.bytes_to_send()
-        fresh = self._checked(request)
-        if fresh is not None:
-            self._renew(fresh)
-        self._touch(request)
+        new_target = self._check(request)
+        if new_target is not None:
+            self._renew(new_target)
+        self._set(request)
         reply: dict[str, Any] = {}
         if data is not None:
             received = self._exchange(data, int(request.char_gap_ms * NS_PER_MS))
@@ -138,32 +147,34 @@ class WireBench(Generic[New, Env]):
             reply["values"] = {name: self._value(name) for name in request.observe}
         return {"t_ms": time_ms(self.bus.now_ns), **reply}
 
-    def _checked(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
-        """Check a request; return the target of a fresh bench if it requests one, else None."""
+    def _check(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
+        """Return the target of a fresh bench; None to continue with the bench.
+
+        Raises:
+            RequestError: the request is illegal.
+        """
         try:
-            fresh = None if request.new is None else self._make(request.new)
+            new_target = None if request.new is None else self._make(request.new)
         except ValueError as error:
             raise RequestError(f"new: {error}") from None
         if request.reset and not self.target.has_reset:
-            raise RequestError("reset: this controller has no reset button; power_cycle is allowed")
-        marks = {MARKED + name for name in (*(() if fresh else self._marks), request.mark or "")}
-        signal_names = marks.union(self.target.signals)
+            raise RequestError("reset: this controller has no reset button; use power_cycle")
+        marks = () if new_target else tuple(self._marks)
+        signal_names = {*self.target.signals, *(MARKED + mark for mark in (*marks, request.mark or ""))}
         for name in request.observe or ():
             if name not in signal_names:
-                choices_text = ", ".join((*self.target.signals, MARKED + "NAME"))
-                raise RequestError(
-                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {choices_text}'
-                )
-        return fresh
+                choices = ", ".join((*self.target.signals, MARKED + "NAME"))
+                problem = f'observe: "{name}" is not a signal, or its mark is not set'
+                raise RequestError(f"{problem}; choose from {choices}")
+        return new_target
 
-    def _touch(self, request: WireRequest[New, Env]) -> None:
-        """Apply manual changes before any byte is sent."""
+    def _set(self, request: WireRequest[New, Env]) -> None:
+        """Apply the parts of a request that precede its bytes: power, pins, a mark."""
         now_ns = self.bus.now_ns
         self.bus.run_until(now_ns)
-        if request.power_cycle:
-            self.target.device.power_cycle(now_ns)
-        if request.reset:
-            self.target.device.power_cycle(now_ns)
+        for is_cycled in (request.power_cycle, request.reset):
+            if is_cycled:
+                self.target.device.power_cycle(now_ns)
         if request.env is not None:
             self.target.set_env(now_ns, request.env)
         self.bus.run_until(now_ns)
@@ -171,25 +182,21 @@ class WireBench(Generic[New, Env]):
             self._marks[request.mark] = self.target.device.motor_position
 
     def _exchange(self, data: bytes, gap_ns: int) -> bytes:
-        """Send bytes; run until the reply has arrived or the silence limit is reached."""
+        """Send bytes with a gap after each byte; return the reply, b"" if none begins in `silence_ns`."""
         bus, target = self.bus, self.target
         if bus.quiet_since_ns is not None:
             bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns()))
         bus.take()
-        sent_ns = bus.send(data, self._format, gap_ns)
+        sent_ns = bus.send(data, target.device.line_format, gap_ns)
         bus.run_until(sent_ns)
-        silent_ns = sent_ns + target.silence_ns
+        deadline_ns = sent_ns + target.silence_ns
         while not (bus.heard and bus.is_idle):
             due_ns = bus.next_event_ns()
-            if due_ns is None or (due_ns > silent_ns and bus.is_idle):
-                bus.run_until(silent_ns)
+            if due_ns is None or (due_ns > deadline_ns and bus.is_idle):
+                bus.run_until(deadline_ns)
                 break
             bus.run_until(due_ns)
         return bus.take()
-
-    @property
-    def _format(self) -> LineFormat:
-        return self.target.device.line_format
 
     def _value(self, name: str) -> JsonValue:
         if name.startswith(MARKED):

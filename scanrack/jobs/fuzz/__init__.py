@@ -12,8 +12,8 @@
         "at most 5 s from emergency stop to zero speed"
         return not now.slot[1].moving
 
-Random scenarios run one after the other, each on a new rack with a new logic. `shrink` reduces a scenario
-that breaks an invariant.
+A search runs random scenarios one after the other, each on a new rack with a new logic. Module `shrink`
+reduces a scenario that breaks an invariant.
 """
 
 from .invariants.goals import maximize, sometimes

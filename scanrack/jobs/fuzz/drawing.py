@@ -1,4 +1,4 @@
-"""Provides scenarios as a Hypothesis strategy, for tests of a program; `scanrack fuzz` does not use it."""
+"""Provides scenarios as a Hypothesis strategy for tests of a program. `scanrack fuzz` does not use it."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def scenarios(
     """Return a strategy of scenarios for a rack.
 
     Args:
-        scans: length of a run, including all events.
-        kinds: kinds of random events; impossible ones are ignored.
-        base: a scenario to vary: some of its parts are kept, and others are added.
+        scans: length of a run.
+        kinds: kinds of random events. Impossible kinds are ignored.
+        base: scenario to vary. Some of its parts are kept, and others are added.
     """
-    chance = st.randoms(use_true_random=False)
-    return chance.map(lambda random: Draws(spec, scans, kinds, random).scenario(base=base))
+    randoms = st.randoms(use_true_random=False)
+    return randoms.map(lambda random: Draws(spec, scans, kinds, random).scenario(base=base))

@@ -1,4 +1,4 @@
-"""Locks the folder of a campaign: it has only the campaign's files, and one campaign at a time uses it."""
+"""Locks the folder of a campaign, so that only one campaign at a time writes to it."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from scanrack.traces.files.locking import could_lock
 from scanrack.traces.files.newfile import naming, new_file
 
 OF_A_CAMPAIGN = FileKind("a file of a campaign", lambda _content: True)
-"""Any file in a folder that `locked` has accepted."""
+"""Any file in a campaign's folder."""
 
 STATE_NAME = "state.json"
 """Name of the campaign's state file."""
 
 NAME = ".lock"
-"""Name of the lock file; it stays after the campaign and then has no meaning."""
+"""Name of the lock file. It stays after the campaign, unlocked."""
 
 
 @contextmanager
@@ -28,19 +28,21 @@ def locked(folder: Path) -> Iterator[None]:
     The operating system releases the lock when the process dies.
 
     Raises:
-        OwnedError: the folder has files that are not of a campaign.
-        ValueError: another process holds the lock.
+        OwnedError: the folder has files but is not the folder of a campaign.
+        ValueError: another process has locked the folder.
         OSError: the folder or its file can't be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     if any(folder.iterdir()) and not any((folder / name).exists() for name in (NAME, STATE_NAME)):
-        raise OwnedError(f"{folder} has files in it that are not of a campaign: give --out another folder")
+        raise OwnedError(f"{folder} has files of another kind: use another folder with --out")
     with (folder / NAME).open("a+b", buffering=0) as file:
         if not could_lock(file.fileno()):
             file.seek(0)
+            process = file.read().decode("ascii", "replace")
+            owner = f" (process {process})" if process.isdecimal() else ""
             raise ValueError(
-                f"{folder}: another campaign{_of(file.read().decode('ascii', 'replace'))} is at work there: "
-                "wait for its end, or give --out another folder"
+                f"{folder}: another campaign{owner} uses this folder: wait until it ends, or use another "
+                "folder with --out"
             )
         with naming(folder / NAME):  # a full disk
             file.truncate(0)
@@ -61,7 +63,3 @@ def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
     with new_file(path, OF_A_CAMPAIGN, used=used) as file:
         file.write(text)
     return path
-
-
-def _of(owner: str) -> str:
-    return f" (process {owner})" if owner.isdecimal() else ""

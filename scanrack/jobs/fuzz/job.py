@@ -48,12 +48,12 @@ RESERVE = 100
 """Number of recorded scans after a failure."""
 
 AROUND_NS = 200_000_000
-"""Time before and after the failure that the chart shows first, ns."""
+"""Time before and after the failure in the initial view of the chart, ns."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The rack and the settings of a search, in a form that can be sent to a worker."""
+    """The rack and the settings of a search. They can be sent to a worker."""
 
     rack: str
     invariants: tuple[Path, ...]
@@ -76,7 +76,7 @@ class Setup:
 
 @cache
 def bench_of(setup: Setup) -> TrialBench:
-    """Return the bench of a setup; a worker creates it only once.
+    """Return the bench of a setup. A worker creates it only once.
 
     Raises:
         ValueError: the rack, the program or an invariant is unusable.
@@ -98,7 +98,7 @@ def bench_of(setup: Setup) -> TrialBench:
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
-"""Variable in which a Python program states the oldest firmware that it supports."""
+"""Variable of a Python program with the oldest firmware that it supports."""
 
 
 def with_needed_firmware(job: LoadedRack) -> RackSpec:
@@ -108,16 +108,15 @@ def with_needed_firmware(job: LoadedRack) -> RackSpec:
         ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
     modules = [module for module in list(sys.modules.values()) if _is_loaded_from(module, job.program)]
-    named = next((vars(module)[NEEDS_FIRMWARE] for module in modules if NEEDS_FIRMWARE in vars(module)), None)
-    if named is None:
+    versions = [vars(module)[NEEDS_FIRMWARE] for module in modules if NEEDS_FIRMWARE in vars(module)]
+    if not versions or versions[0] is None:
         return job.spec
     try:
-        needed = Firmware.parse(str(named))
+        needed = Firmware.parse(str(versions[0]))
     except ValueError as error:
-        raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {named!r}: {error}") from None
-    return job.spec.model_copy(
-        update={"slot": tuple(_slot_with_need(slot, needed, job) for slot in job.spec.slot)}
-    )
+        raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {versions[0]!r}: {error}") from None
+    slots = tuple(_slot_with_need(slot, needed, job) for slot in job.spec.slot)
+    return job.spec.model_copy(update={"slot": slots})
 
 
 def _is_loaded_from(module: ModuleType, program: Path) -> bool:
@@ -128,7 +127,7 @@ def _is_loaded_from(module: ModuleType, program: Path) -> bool:
 def _slot_with_need(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
     if Firmware.parse(slot.firmware) < needed:
         raise ValueError(
-            f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
+            f"{job.program}: {NEEDS_FIRMWARE} is {needed}, but slot {slot.number} has "
             f"firmware {slot.firmware}"
         )
     needed = max(needed, Firmware.parse(slot.needs_firmware))
@@ -141,17 +140,16 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     Raises:
         InvariantError: a file can't be used, or two files have invariants with the same name.
     """
-    chosen = {name: STANDARD[name] for name in setup.checks}
-    origin: dict[str, Path] = {}
+    invariants = {name: STANDARD[name] for name in setup.checks}
+    file_of: dict[str, Path] = {}
     for file in dict.fromkeys(setup.invariants):
         for invariant in load_invariants(file):
-            if invariant.name in origin:
-                raise InvariantError(
-                    f"{file}: {invariant.name} is in {origin[invariant.name]}, too: give it another name"
-                )
-            origin[invariant.name] = file
-            chosen[invariant.name] = invariant
-    return list(chosen.values())
+            name = invariant.name
+            if name in file_of:
+                raise InvariantError(f"{file}: {name} is also in {file_of[name]}; rename one of them")
+            file_of[name] = file
+            invariants[name] = invariant
+    return list(invariants.values())
 
 
 def logic_factory(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
@@ -173,12 +171,12 @@ class _FunctionMaker:
     def __init__(self, address: str, folder: Path) -> None:
         self._address, self._folder = address, folder
         self._program: LoadedProgram | None = None
-        self._elsewhere: set[str] = set()  # names of modules that are not in the folder
+        self._outside_modules: set[str] = set()  # names of modules that are not in the folder
 
     def __call__(self) -> ScanLogic:
-        if sys.modules.keys() - self._elsewhere:
+        if sys.modules.keys() - self._outside_modules:
             forget_imported(self._folder)
-            self._elsewhere = set(sys.modules)
+            self._outside_modules = set(sys.modules)
         with branches_noted():
             if self._program is not None:
                 return executed_again(self._program)
@@ -196,75 +194,72 @@ def write_failure(
     job: LoadedRack,
     setup: Setup,
     bench: TrialBench,
-    found: Counterexample,
+    failure: Counterexample,
     folder: Path,
     has_time: Callable[[], bool] = lambda: True,
 ) -> bool:
-    """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
+    """Write the report, scenario, rack file, trace, drive scripts and chart of a failure.
 
     Args:
         has_time: returns whether there is time left to find the point of no return.
 
     Returns:
-        Whether there was enough time.
+        Whether there was enough time to find it.
 
     Raises:
         OSError: a file can't be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     files_in_use = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
-    scans = min(bench.scans, found.broken.scan + RESERVE)
+    scans = min(bench.scans, failure.broken.scan + RESERVE)
     scenario = write_text(
-        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", files_in_use
+        folder / "scenario.json", json.dumps(failure.scenario.to_json(), indent=1) + "\n", files_in_use
     )
     check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
     commands = []
     if job.rack_file.suffix == ".toml":
-        text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
+        text = rack_text(job.rack_file, bench.spec, failure.scenario, scans, folder)
         rack_file = write_text(folder / "rack.toml", text, files_in_use)
         job = load_job(str(rack_file))
         commands.append(shlex.join(["scanrack", "run", str(rack_file)]))
-        if found.scenario.tears:
-            commands.append("(without the inputs that come in the middle of a scan: no rack file has them)")
-        if found.scenario.orders:
-            commands.append("(without what an operator's panel writes: no rack file has it)")
-    commands += _record(job, bench, found.scenario, scans, folder)
-    late = find_point_of_no_return(bench, found, has_time=has_time)
+        if failure.scenario.tears:
+            commands.append("(without input changes in the middle of a scan: a rack file can't have them)")
+        if failure.scenario.orders:
+            commands.append("(without tags that an operator writes: a rack file can't have them)")
+    commands += _record(job, bench, failure.scenario, scans, folder)
+    point = find_point_of_no_return(bench, failure, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
-        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
-    chart = _draw_chart(found, late, folder)
-    write_text(folder / "report.txt", report(found, late, cause, chart, commands, check), files_in_use)
-    return late is not None
+        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), failure.broken)
+    chart = _draw_chart(failure, point, folder)
+    write_text(folder / "report.txt", report(failure, point, cause, chart, commands, check), files_in_use)
+    return point is not None
 
 
-def _draw_chart(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
-    """Draw the trace as a page; return its path and a link to the failure."""
-    broken, page = found.broken, folder / "chart.html"
+def _draw_chart(failure: Counterexample, point: PointOfNoReturn | None, folder: Path) -> list[str]:
+    """Draw the trace as a page; return its path and a link to the part around the failure."""
+    broken, page = failure.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
-    if late is not None and late.is_clear and late.scan < broken.scan:
-        marks.append(Mark(late.now_ns, None, "broken", "inevitable", "\n".join(late.lines)))
+    if point is not None and point.is_clear and point.scan < broken.scan:
+        marks.append(Mark(point.now_ns, None, "broken", "inevitable", "\n".join(point.lines)))
     with open_trace(folder / "trace.mcap") as trace:
-        save_page(trace, page, title=broken.sentence, more=marks)
-    around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
-    return [
-        str(page),
-        "{}#from={:.3f}&to={:.3f}".format(page.resolve().as_uri(), *(ns / 1e9 for ns in around)),
-    ]
+        save_page(trace, page, title=broken.sentence, more_marks=marks)
+    begin_s, end_s = max(0, broken.now_ns - AROUND_NS) / 1e9, (broken.now_ns + AROUND_NS) / 1e9
+    return [str(page), f"{page.resolve().as_uri()}#from={begin_s:.3f}&to={end_s:.3f}"]
 
 
 def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
-    """Record a scenario as a trace and `scanrack drive` scripts; return replay commands and obstacles."""
+    """Record a scenario as a trace and `scanrack drive` scripts; return the drive commands and notes."""
     scripts: dict[int, DriveScript] = {}
     lines = []
 
     def listeners(spec: RackSpec, rack: Rack, logic: ScanLogic) -> Iterable[ScanListener]:
         for slot in spec.slot:
-            why = obstacle(spec, slot)
-            if why is None:
+            feature = obstacle(spec, slot)
+            if feature is None:
                 scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
                 yield scripts[slot.number]
             else:
-                lines.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
+                lines.append(f"(no drive script for slot {slot.number}: the bench doesn't support {feature})")
         trace, orders = folder / "trace.mcap", bool(scenario.orders)
         yield watching(recorder_for(job, rack, trace, logic, orders=orders, keep=0), logic)
 
@@ -275,15 +270,15 @@ def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, 
         lines.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
         if script.by_level:
             inputs = ", ".join(map(input_name, script.by_level))
-            lines.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
+            lines.append(f"(the script sets {inputs}, up to one scan later than the machine)")
     return lines
 
 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
     """Run one scenario and show the program's output; return each failure once."""
     failures: list[Counterexample] = []
-    keys_found: set[str] = set()
-    while (broken := bench.run(scenario, without=keys_found, aloud=not keys_found).broken) is not None:
+    known_keys: set[str] = set()
+    while (broken := bench.run(scenario, without=known_keys, aloud=not known_keys).broken) is not None:
         failures.append(Counterexample(scenario, broken, 1))
-        keys_found.add(broken.key)
+        known_keys.add(broken.key)
     return failures

@@ -1,4 +1,4 @@
-"""A cache with one entry: a search has one program and needs the same facts about it in every run."""
+"""A cache with one entry. A search has one program and needs the same facts about it in every run."""
 
 from __future__ import annotations
 
@@ -8,17 +8,19 @@ from typing import TypeVar
 
 from scanrack.ladder.state.lowered import LoweredProgram
 
-Answer = TypeVar("Answer")
+Facts = TypeVar("Facts")
 
 
-def remember_last(compute: Callable[[LoweredProgram], Answer]) -> Callable[[LoweredProgram], Answer]:
-    """Return a function that computes its answer again only when the program differs from the last one."""
-    last: list[tuple[LoweredProgram, Answer]] = []
+def remember_last(compute: Callable[[LoweredProgram], Facts]) -> Callable[[LoweredProgram], Facts]:
+    """Return a function that computes its result again only for another program than the last one."""
+    last_programs: list[LoweredProgram] = []  # at most one, with its facts in `last_facts`
+    last_facts: list[Facts] = []
 
     @wraps(compute)
-    def remembered(lowered: LoweredProgram) -> Answer:
-        if not last or last[0][0] is not lowered:
-            last[:] = [(lowered, compute(lowered))]
-        return last[0][1]
+    def remembered(lowered: LoweredProgram) -> Facts:
+        if not last_programs or last_programs[0] is not lowered:
+            last_facts[:] = [compute(lowered)]
+            last_programs[:] = [lowered]
+        return last_facts[0]
 
     return remembered

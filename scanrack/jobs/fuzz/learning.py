@@ -1,4 +1,4 @@
-"""Makes scenarios from recordings, with their rack and program."""
+"""Extracts scenarios from recordings, with their rack and program."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """A scenario made from a trace, and the rack on which it runs."""
+    """A scenario from a trace, and its rack."""
 
     rack: Path  # path of a rack file without timed events
     scenario: Scenario  # the timed events
@@ -38,21 +38,21 @@ class LearnedScenario(NamedTuple):
 
 
 def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
-    """Yield the actions on the inputs; of real hardware, they are derived from status bits."""
+    """Yield the changes of the inputs in time order. For real hardware, they are derived from status bits."""
     live = {slot.number for slot in spec.slot if slot.is_live}
-    noted = [stimulus for stimulus in recorded_stimuli(recording) if stimulus.slot not in live]
-    level_changes = [level for level in recorded_levels(recording) if level.slot in live]
-    yield from sorted([*noted, *level_changes], key=lambda each: each.at_ns)
+    recorded = [stimulus for stimulus in recorded_stimuli(recording) if stimulus.slot not in live]
+    derived = [stimulus for stimulus in recorded_levels(recording) if stimulus.slot in live]
+    yield from sorted([*recorded, *derived], key=lambda stimulus: stimulus.at_ns)
 
 
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """Return the stimuli of a recording or a `watch` session as a scenario for any rack.
 
-    The files in the trace are not used, so it does not need to be trusted. Incidents of its rack file are
-    left out.
+    The files in the trace are not used, so the trace need not be trusted. The scenario is without the
+    incidents of the rack file.
 
     Raises:
-        ValueError: the trace can't be read, or its events do not belong to the rack.
+        ValueError: the trace can't be read, or its events do not fit the rack.
         OSError: the trace can't be read.
     """
     bare = spec.model_copy(update={"incident": ()})
@@ -63,17 +63,17 @@ def scenario_of(path: Path, spec: RackSpec) -> Scenario:
 
 
 def _scenario_in(trace: Trace, recording: PackedTrace, spec: RackSpec) -> Scenario:
-    """Return the stimuli of a trace, and the orders if it is of a session, as a scenario for a rack."""
+    """Return the stimuli of a trace and the orders of a session as a scenario for a rack."""
     orders = orders_of(trace.events()) if is_session(trace) else []
     end_ns = recording.times[-1] + spec.scan_ns
     return with_orders(recorded_scenario(_stimuli(recording, spec), spec, end_ns), orders, spec, end_ns)
 
 
 def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
-    """Extract the rack file and program of a trace, and make a scenario from its stimuli.
+    """Extract the rack file and program of a trace, and a scenario with its stimuli.
 
-    A controller on a real port is simulated; its inputs change when their status bits changed.
-    The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
+    A controller on a real port becomes simulated. Its inputs change at the recorded changes of their status
+    bits. The files of the trace, `NAME-recorded.toml` and `scenario.json` are written to the folder.
 
     Raises:
         ValueError: the trace can't be read, or has no TOML rack file.
@@ -84,7 +84,7 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
         job = job_of(trace, folder, trust=trust)
         program = folder / trace.head.metadata["program_file"]
         if job.rack_file.suffix != ".toml":
-            raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
+            raise ValueError(f"{path}: the rack file is {job.rack_file.name}; it must be a TOML file")
         scenario = _scenario_in(trace, recording, job.spec)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
     text = bare_rack_text(job.rack_file, relative(program, rack.parent))
@@ -96,24 +96,28 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
     """Return the scenario of a recording.
 
-    Signals of stations are left out: the machine produces them again. Injected faults come from the rack
-    file, which has their exact values.
+    Signals of stations are left out, since the machine produces them again. Injected faults are those of the
+    rack file, which has their exact values.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
-    made_again = {(slot.number, station.input) for slot in spec.slot for station in slot.machine.stations}
-    by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
+    station_inputs = {(slot.number, station.input) for slot in spec.slot for station in slot.machine.stations}
+    stimuli_by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
     for stimulus in stimuli:
-        if stimulus.slot in machines and (stimulus.slot, stimulus.input) not in made_again:
-            by_input[stimulus.slot, stimulus.input].append(stimulus)
-    presses = [press for of_input in by_input.values() for press in _presses(of_input, machines, end_ns)]
+        if stimulus.slot in machines and (stimulus.slot, stimulus.input) not in station_inputs:
+            stimuli_by_input[stimulus.slot, stimulus.input].append(stimulus)
+    presses: list[Press] = []
+    for (slot, _), input_stimuli in stimuli_by_input.items():
+        presses += _presses(input_stimuli, machines[slot], end_ns)
     presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
     return Scenario(presses=tuple(presses), incidents=spec.incidents)
 
 
-def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
-    """Yield the presses of one input. Each level lasts until the next; a released button is not a press."""
-    ends = [stimulus.at_ns for stimulus in stimuli[1:]] + [end_ns]
-    for level, until_ns in zip(stimuli, ends, strict=True):
-        fed = machines[level.slot].fed_inputs & level.input.value
-        if (level.energized or (fed and level.energized is False)) and until_ns > level.at_ns:
-            yield Press(level.slot, level.input, level.energized, level.at_ns, until_ns - level.at_ns)
+def _presses(stimuli: Sequence[Stimulus], machine: MachineSpec, end_ns: int) -> Iterator[Press]:
+    """Yield the presses of one input. Each level lasts until the next. A released button is not a press."""
+    end_times_ns = [stimulus.at_ns for stimulus in stimuli[1:]] + [end_ns]
+    for stimulus, until_ns in zip(stimuli, end_times_ns, strict=True):
+        is_fed = machine.fed_inputs & stimulus.input.value
+        is_press = stimulus.energized or (is_fed and stimulus.energized is False)
+        if is_press and until_ns > stimulus.at_ns:
+            for_ns = until_ns - stimulus.at_ns
+            yield Press(stimulus.slot, stimulus.input, bool(stimulus.energized), stimulus.at_ns, for_ns)

@@ -1,14 +1,14 @@
 """Finds a program's sources of nondeterminism: chance, the clock, threads, its process.
 
-    a call of                                     counts as
+    call                                          source
     random.random and similar, without a seed     chance
     random.SystemRandom, secrets, os.urandom      chance
     time.*, datetime.now, today                   the clock
     threading.Thread.start                        threads
     os.environ, os.getpid, open, id, hash         state of the process
 
-A profile function sees the calls while the program is loaded and while it is called. It sees only executed
-code, and not the order of a set. It can explain a difference between two runs, but can't rule one out.
+A profile function records the calls while the program is loaded and called. It records only executed code,
+and not the order of a set. It can explain a difference between two runs, but it can't rule out a difference.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ MODULES = {
     "pathlib": PROCESS,
     "genericpath": PROCESS,
 }
-"""Sources by the module of the called function."""
+"""Source by the module of the called function."""
 
 NAMES = {
     ("builtins", "id"): PROCESS,
@@ -56,7 +56,7 @@ NAMES = {
     ("posix", "urandom"): CHANCE,
     ("os", "urandom"): CHANCE,
 }
-"""Sources of single functions; these override the module's source."""
+"""Source by module and function. It overrides the module's source."""
 
 DETERMINISTIC = {
     "time": {"strftime", "strptime", "mktime", "gmtime", "asctime"},
@@ -71,60 +71,65 @@ DETERMINISTIC = {
 """Deterministic functions of these modules."""
 
 PATH_READS = {"open", "read_text", "read_bytes", "exists", "is_file", "is_dir", "stat", "iterdir", "glob"}
-"""Methods of a path that read the file system; other methods use only its text."""
+"""Methods of a path that read the file system. Other methods use only its text."""
 
 
 class NondeterminismSources:
-    """The observed sources of a program's nondeterminism."""
+    """The recorded sources of a program's nondeterminism.
+
+    Attributes:
+        seen: the first place that uses each source, such as "line.py:12".
+    """
 
     def __init__(self) -> None:
-        self.seen: dict[str, str] = {}  # the first place that uses each source, such as "line.py:12"
-        self._seeded = False
+        self.seen: dict[str, str] = {}
+        self._is_seeded = False  # whether the program has set the seed of module `random`
 
     def __str__(self) -> str:
-        return " and ".join(f"{source} ({where})" for source, where in sorted(self.seen.items()))
+        return " and ".join(f"{source} ({place})" for source, place in sorted(self.seen.items()))
 
     @contextmanager
-    def noticing(self) -> Iterator[None]:
-        """Observe the calls of the user's code within the context."""
-        before = sys.getprofile()
-        sys.setprofile(self._notice)
+    def recording(self) -> Iterator[None]:
+        """Record the calls of the user's code within the context."""
+        previous_profiler = sys.getprofile()
+        sys.setprofile(self._profile)
         try:
             yield
         finally:
-            sys.setprofile(before)
+            sys.setprofile(previous_profiler)
 
-    def watching(self, bench: TrialBench) -> TrialBench:
-        """Return a bench that observes its program while it is loaded and called."""
+    def recording_bench(self, bench: TrialBench) -> TrialBench:
+        """Return a bench that records the calls of its program while it is loaded and called."""
 
         def fresh_logic() -> ScanLogic:
-            with self.noticing():
+            with self.recording():
                 return _CallRecorder(bench.fresh_logic(), self)
 
         return replace(bench, fresh_logic=fresh_logic)
 
-    def _notice(self, frame: FrameType, event: str, arg: Any) -> None:
+    def _profile(self, frame: FrameType, event: str, arg: Any) -> None:
+        """Record the source of a call in the user's code; called by the interpreter."""
         if event == "c_call" and is_the_users(frame.f_code.co_filename):
-            self._note(frame, self._builtin(arg))
+            self._record(frame, self._builtin_source(arg))
         elif event == "call" and (caller := frame.f_back) and is_the_users(caller.f_code.co_filename):
-            self._note(caller, self._function(frame))
+            self._record(caller, self._function_source(frame))
 
-    def _note(self, frame: FrameType, what: str | None) -> None:
-        if what is not None:
-            where = f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}"
-            self.seen.setdefault(what, where)
+    def _record(self, caller: FrameType, source: str | None) -> None:
+        if source is not None:
+            place = f"{Path(caller.f_code.co_filename).name}:{caller.f_lineno}"
+            self.seen.setdefault(source, place)
 
-    def _builtin(self, function: Callable[..., Any]) -> str | None:
+    def _builtin_source(self, function: Callable[..., Any]) -> str | None:
         """Return the source that a C function uses, or None."""
         owner = getattr(function, "__self__", None)
         name = getattr(function, "__name__", "")
         if isinstance(owner, Random):
-            return self._random(owner, name)
+            return self._random_source(owner, name)
         if isinstance(owner, type) and owner.__module__ == "datetime":
             return CLOCK if name in ("now", "today", "utcnow") else None
-        return _of_module(getattr(function, "__module__", None) or "", name)
+        return _module_source(getattr(function, "__module__", None) or "", name)
 
-    def _function(self, frame: FrameType) -> str | None:
+    def _function_source(self, frame: FrameType) -> str | None:
         """Return the source that a Python function uses, or None."""
         module, name = str(frame.f_globals.get("__name__", "")), frame.f_code.co_name
         if module.startswith("pathlib."):  # a package since Python 3.13
@@ -133,37 +138,41 @@ class NondeterminismSources:
         if owner is os.environ:
             return PROCESS
         if isinstance(owner, Random):
-            return self._random(owner, name, given=frame.f_locals.get("x", frame.f_locals.get("a")))
+            seed = frame.f_locals.get("x", frame.f_locals.get("a"))  # parameters of __init__ and seed
+            return self._random_source(owner, name, seed)
         if module == "pathlib" and name not in PATH_READS:
             return None
-        return _of_module(module, name)
+        return _module_source(module, name)
 
-    def _random(self, owner: Random, name: str, given: object = None) -> str | None:
-        """Return the source of a random generator's call; None if it has its own seed."""
-        if name in ("seed", "__init__"):
-            self._seeded = self._seeded or (name == "seed" and given is not None)
-            return CHANCE if given is None else None
-        shared = owner is MODULE_GENERATOR and not self._seeded
-        return CHANCE if shared or type(owner).__name__ == "SystemRandom" else None
+    def _random_source(self, generator: Random, method: str, seed: object = None) -> str | None:
+        """Return the source that a method of a random generator uses; None if the generator has a seed."""
+        if method in ("seed", "__init__"):
+            self._is_seeded = self._is_seeded or (method == "seed" and seed is not None)
+            return CHANCE if seed is None else None
+        is_unseeded = generator is MODULE_GENERATOR and not self._is_seeded
+        return CHANCE if is_unseeded or type(generator).__name__ == "SystemRandom" else None
 
 
 class _CallRecorder(LogicWrapper):
-    """A logic whose calls are observed."""
+    """Records the sources of a logic's nondeterminism while it is called."""
 
-    def __init__(self, logic: ScanLogic, uses: NondeterminismSources) -> None:
+    def __init__(self, logic: ScanLogic, sources: NondeterminismSources) -> None:
         super().__init__(logic)
-        self._uses = uses
+        self._sources = sources
 
     def __call__(self, scan: Any) -> None:
         """Call the logic."""
-        with self._uses.noticing():
+        with self._sources.recording():
             self._logic(scan)
 
 
-def _of_module(module: str, name: str) -> str | None:
+def _module_source(module: str, name: str) -> str | None:
+    """Return the source that a function of a module uses, or None."""
     if (module, name) in NAMES:
         return NAMES[module, name]
-    return None if name in DETERMINISTIC.get(module, ()) or name.startswith("<") else MODULES.get(module)
+    if name in DETERMINISTIC.get(module, ()) or name.startswith("<"):  # such as <genexpr>
+        return None
+    return MODULES.get(module)
 
 
 MODULE_GENERATOR: Random = random.random.__self__  # type: ignore[attr-defined]

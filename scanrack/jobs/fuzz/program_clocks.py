@@ -1,12 +1,12 @@
-"""Finds the values of a ladder program that follow the time.
+"""Finds the values of a ladder program that change with time.
 
 Inputs, memory and time determine a scan. `clocks_of` returns the clocks of a program in which only timers
-read the time. A timer is *even* if it can count while nothing else changes. That is so if other instructions
-only read its bits, copy its count, or compare the count with constants.
+read the time. A timer is *even* if it can count while nothing else changes. This requires that other
+instructions only read its bits, copy its count, or compare the count with constants.
 
     XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
-    GRT(Cycle.ACC,700)OTE(Late)    changes between a count of 700 and one of 701
-    XIC(Lost)MOV(Cycle.ACC,Since)  has run if Since is the count
+    GRT(Cycle.ACC,700)OTE(Late)    changes between counts of 700 and 701
+    XIC(Lost)MOV(Cycle.ACC,Since)  has run if Since equals the count
 """
 
 from __future__ import annotations
@@ -30,13 +30,14 @@ _FAMILIES = (
 )
 
 EVEN = frozenset(_FAMILIES.split(" "))
-"""Families of instructions that depend only on their operands and count time in milliseconds."""
+"""Families of instructions that depend only on their operands and on time in milliseconds."""
 
 TIMERS = frozenset(
     block.name for block in (timing.TON, timing.TOF, timing.RTO, blocks.TONR, blocks.TOFR, blocks.RTOR)
 )
 
 MEMBERS = ("ACC", "~last_ns", "PRE", "TT")
+"""Members of a timer, in the order of the first fields of `EvenTimer`."""
 
 COMPARISONS = tuple(
     comparison.run
@@ -49,8 +50,11 @@ class EvenTimer:
     """The members and uses of an even timer.
 
     Attributes:
-        last: virtual time of its last count, ns.
-        constants: constants with which the count is compared.
+        count: accumulated value, ms.
+        last: virtual time of the last count, ns.
+        preset: preset value, ms.
+        counting: the timing bit.
+        constants: constants to which the count is compared.
         copies: tags that only a MOV of the count writes.
     """
 
@@ -67,6 +71,7 @@ class ProgramClocks:
     """The clocks of a program.
 
     Attributes:
+        timers: the even timers.
         scanned: time of the latest scan of a controller with tasks, ns; None without tasks.
     """
 
@@ -76,14 +81,13 @@ class ProgramClocks:
 
 @remember_last
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
-    """Return the clocks of a program; None if it reads the time in another way, or calls Python."""
+    """Return the clocks of a program; None if it also reads the time without timers, or calls Python."""
     schedule = lowered.schedule
     if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
         return None
     if schedule is not None and schedule.called:
         return None  # a periodic or event task
-    mentions = cross_reference(lowered).mentions
-    timers = tuple(_even_timers(mentions))
+    timers = tuple(_even_timers(cross_reference(lowered).mentions))
     return ProgramClocks(timers, None if schedule is None else schedule.previous_scan)
 
 
@@ -94,13 +98,14 @@ def _steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
 
 
 def _is_even(step: LoweredStep) -> bool:
+    """Return whether an instruction belongs to an even family."""
     family = getattr(step.spec.run, "__module__", "").rpartition(".instructions.")[2]
     return step.name == ADD_ON or family in EVEN
 
 
 @dataclass(slots=True)
 class _Uses:
-    """How a program uses the count of a timer."""
+    """The uses of a timer's count in a program; see `EvenTimer`."""
 
     constants: set[int] = field(default_factory=set)
     copies: list[Leaf] = field(default_factory=list)
@@ -108,29 +113,29 @@ class _Uses:
 
 
 def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
-    """Yield the even timers that are not in arrays, including those in add-on instruction instances."""
+    """Yield the even timers outside arrays, including timers in instances of add-on instructions."""
     writes_by_path: dict[str, int] = defaultdict(int)
     for mention in mentions:
         writes_by_path[_path(mention)] += mention.writes
     timers = {_path(timer): timer.where for timer in mentions if _is_single_timer(timer)}
-    uses = _uses_of(timers, mentions)
+    uses_by_path = _uses_of(timers, mentions)
     for path, group in timers.items():
-        use = uses[path]
-        if use.even and all(_is_written_once(leaf, writes_by_path) for leaf in use.copies):
+        uses = uses_by_path[path]
+        if uses.even and all(_is_written_once(leaf, writes_by_path) for leaf in uses.copies):
             assert isinstance(group, Group)
             count, last, preset, counting = (group.member(name).leaf for name in MEMBERS)
-            yield EvenTimer(count, last, preset, counting, frozenset(use.constants), tuple(use.copies))
+            yield EvenTimer(count, last, preset, counting, frozenset(uses.constants), tuple(uses.copies))
 
 
 def _uses_of(timers: Iterable[str], mentions: Iterable[Mention]) -> dict[str, _Uses]:
-    """Return how a program uses the counts of its timers, by path."""
+    """Return the uses of the timers' counts, by path of the timer."""
     uses = {path: _Uses() for path in timers}
-    by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
+    mentions_by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
     for mention in mentions:
-        by_step[id(mention.step), mention.instance].append(mention)
-    for together in by_step.values():
-        for mention in together:
-            _note_use(mention, together, uses)
+        mentions_by_step[id(mention.step), mention.instance].append(mention)
+    for step_mentions in mentions_by_step.values():
+        for mention in step_mentions:
+            _note_use(mention, step_mentions, uses)
     return uses
 
 
@@ -140,44 +145,53 @@ def _path(mention: Mention) -> str:
 
 def _is_single_timer(mention: Mention) -> bool:
     """Return whether a timer instruction names a timer that is not an array element."""
-    where = mention.where
-    named = mention.step is not None and mention.step.name in TIMERS
-    return named and isinstance(where, Group) and not where.indices
+    operand = mention.where
+    is_timer = mention.step is not None and mention.step.name in TIMERS
+    return is_timer and isinstance(operand, Group) and not operand.indices
 
 
-def _is_written_once(leaf: Leaf, written: dict[str, int]) -> bool:
+def _is_written_once(leaf: Leaf, writes_by_path: dict[str, int]) -> bool:
     """Return whether only one instruction writes a tag, by itself or as part of a structure."""
-    path = leaf.path.upper()
-    return sum(count for name, count in written.items() if path == name or path.startswith(f"{name}.")) == 1
+    return sum(count for path, count in writes_by_path.items() if _is_within(leaf.path.upper(), path)) == 1
 
 
-def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses]) -> None:
-    """Record a mention of timers.
+def _is_within(path: str, outer_path: str) -> bool:
+    """Return whether a path is a path or one of its members."""
+    return path == outer_path or path.startswith(f"{outer_path}.")
+
+
+def _note_use(mention: Mention, step_mentions: list[Mention], uses: dict[str, _Uses]) -> None:
+    """Add a mention of a timer, or of a structure with timers, to the uses.
 
     Args:
-        together: all mentions of its instruction.
+        step_mentions: all mentions of the same instruction.
     """
     path, step = _path(mention), mention.step
     assert step is not None
     if isinstance(mention.where, Group):
         if step.name in (*TIMERS, timing.RES.name, ADD_ON):
             return
-        for timer, use in uses.items():
-            use.even = use.even and not (timer == path or timer.startswith(f"{path}."))
-    elif path.endswith(".ACC") and (timer_uses := uses.get(path.removesuffix(".ACC"))) is not None:
-        _note_count(mention.where, step, together, timer_uses)
+        for timer_path, timer_uses in uses.items():
+            timer_uses.even = timer_uses.even and not _is_within(timer_path, path)
+    elif path.endswith(".ACC") and path.removesuffix(".ACC") in uses:
+        _note_count(mention.where, step, step_mentions, uses[path.removesuffix(".ACC")])
 
 
-def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
-    """Record a mention of a timer's count."""
+def _note_count(count: Place, step: LoweredStep, step_mentions: list[Mention], uses: _Uses) -> None:
+    """Add a mention of a timer's count to its uses."""
     constants = [operand.value for operand in step.operands if isinstance(operand, Constant)]
-    is_simple = place.bit is None and all(map(_is_plain, step.operands))
+    is_simple = count.bit is None and all(map(_is_plain, step.operands))
     if is_simple and step.spec.run in COMPARISONS and list(map(type, constants)) == [int]:
-        use.constants.add(int(constants[0]))
-    elif is_simple and step.spec.run is move.MOV.run and len(together) == 2 and _is_copy(together[1]):
-        use.copies.append(together[1].where.leaf)  # type: ignore[union-attr]  # a place, see `_is_copy`
+        uses.constants.add(int(constants[0]))
+    elif (
+        is_simple
+        and step.spec.run is move.MOV.run
+        and len(step_mentions) == 2
+        and _is_copy_target(step_mentions[1])
+    ):
+        uses.copies.append(step_mentions[1].where.leaf)  # type: ignore[union-attr]  # see `_is_copy_target`
     else:
-        use.even = False
+        uses.even = False
 
 
 def _is_plain(operand: object) -> bool:
@@ -185,7 +199,9 @@ def _is_plain(operand: object) -> bool:
     return isinstance(operand, Constant) or (isinstance(operand, Place) and not operand.can_fault)
 
 
-def _is_copy(target: Mention) -> bool:
-    where = target.where
-    single = isinstance(where, Place) and not where.indices and where.bit is None
-    return single and target.writes and not target.reads and where.leaf.type is DINT  # type: ignore[union-attr]
+def _is_copy_target(mention: Mention) -> bool:
+    """Return whether a mention writes a whole DINT that is not an array element."""
+    operand = mention.where
+    if not isinstance(operand, Place) or operand.indices or operand.bit is not None:
+        return False
+    return mention.writes and not mention.reads and operand.leaf.type is DINT

@@ -1,4 +1,4 @@
-"""The coverage of a campaign: instructions that passed power, branches that were taken."""
+"""The coverage of a campaign: instructions that passed power, or branches that were taken."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from operator import or_
 from pathlib import Path
+from typing import NamedTuple
 
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import Reading, lines_of
@@ -18,7 +19,7 @@ from .aim.corpus import Feature
 from .aim.probe import noting
 
 LARGE = 1 << 30
-"""Stands for a number of instructions of which only the size is recorded, see `aim.probe.SMALL`."""
+"""Used for a number of instructions if only its size is recorded, see `aim.probe.SMALL`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +28,7 @@ class Gap:
 
     Attributes:
         text: the instruction or line, with its place.
-        number: index of an instruction in `LoweredProgram.sites`; None for a branch of a Python program.
+        number: index of the instruction in `LoweredProgram.sites`; None for a branch of a Python program.
     """
 
     text: str
@@ -39,12 +40,12 @@ class ProgramReach:
     """Instructions that passed power in some run, or branches that were taken.
 
     Attributes:
-        what: name of the counted things.
-        total: their number.
-        gaps: the instructions or branches that were not reached, in program order.
+        unit: phrase for the counted instructions or branches.
+        total: number of instructions or branches.
+        gaps: the instructions or branches that no run has reached, in program order.
     """
 
-    what: str
+    unit: str
     total: int
     gaps: tuple[Gap, ...]
 
@@ -56,55 +57,66 @@ def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
         seen: the changes in all runs, see `aim.corpus.Corpus`.
     """
     if isinstance(job.logic, LadderLogic):
-        return _of_rungs(job.logic, seen)
-    return _of_python(job.program, seen)
+        return _ladder_reach(job.logic, seen)
+    return _python_reach(job.program, seen)
 
 
-def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
+def _ladder_reach(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
     lowered = logic.compile().lowered
-    passed = dict(_instructions(logic, lowered, *_noted(seen)))
-    sites = lowered.sites
-    gaps = (
-        Gap(f"{sites[number].instruction} in {sites[number].routine}, {sites[number].place}", number)
-        for number, true in passed.items()
-        if not true
-    )
-    return ProgramReach("instructions of the program had power", len(passed), tuple(gaps))
+    passed_by_site = dict(_instructions(logic, lowered, _notes_in(seen)))
+    gaps: list[Gap] = []
+    for number, has_passed in passed_by_site.items():
+        if not has_passed:
+            site = lowered.sites[number]
+            gaps.append(Gap(f"{site.instruction} in {site.routine}, {site.place}", number))
+    return ProgramReach("instructions of the program had power", len(passed_by_site), tuple(gaps))
 
 
-def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
+def _python_reach(program: Path, seen: Collection[Feature]) -> ProgramReach:
     lines = branch_lines(program.read_bytes(), program.name)
-    taken_lines = bytearray(len(lines))
+    taken = bytearray(len(lines))
     for group, kind in seen:
         if group == "path" and isinstance(kind, bytes) and len(kind) == len(lines):
-            taken_lines = bytearray(map(or_, taken_lines, kind))
-    gaps = [Gap(f"{program.name}:{line}") for line, was in zip(lines, taken_lines, strict=True) if not was]
+            taken = bytearray(map(or_, taken, kind))
+    gaps = [
+        Gap(f"{program.name}:{line}") for line, is_taken in zip(lines, taken, strict=True) if not is_taken
+    ]
     return ProgramReach("branches of the program were taken", len(lines), tuple(gaps))
 
 
-def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int]]]:
-    """Return the largest count at each place of the notes, and the truths of lines that record truths."""
-    counts: dict[int, int] = {}
-    truths: dict[int, set[int]] = {}
+class _Notes(NamedTuple):
+    """The notes of the probe in all runs.
+
+    Attributes:
+        counts: largest number of instructions that passed power, by index of the note.
+        powered: indices of the instructions that passed power, by index of a line with a note for each.
+    """
+
+    counts: dict[int, int]
+    powered: dict[int, set[int]]
+
+
+def _notes_in(seen: Collection[Feature]) -> _Notes:
+    notes = _Notes({}, {})
     for group, kind in seen:
         match group, kind:
-            case "path", (_, int() as place, tuple() as true):
-                truths.setdefault(place, set()).update(index for index, is_true in enumerate(true) if is_true)
-            case "path", (_, int() as place, int() as count):
-                counts[place] = max(counts.get(place, -1), count)
-            case "size", (0, int() as place, *_):
-                counts[place] = LARGE
-    return counts, truths
+            case "path", (_, int() as note, tuple() as truth):
+                powered = {index for index, is_true in enumerate(truth) if is_true}
+                notes.powered.setdefault(note, set()).update(powered)
+            case "path", (_, int() as note, int() as count):
+                notes.counts[note] = max(notes.counts.get(note, -1), count)
+            case "size", (0, int() as note, *_):
+                notes.counts[note] = LARGE
+    return notes
 
 
-def _instructions(
-    logic: LadderLogic, lowered: LoweredProgram, counts: Mapping[int, int], truths: Mapping[int, set[int]]
-) -> Iterator[tuple[int, bool]]:
-    """Yield each instruction of the program's own lines, and whether it passed power."""
+def _instructions(logic: LadderLogic, lowered: LoweredProgram, notes: _Notes) -> Iterator[tuple[int, bool]]:
+    """Yield the site of each instruction in the user's own lines, and whether it passed power."""
     readings = noting(lowered).readings
-    for place, _routine, line in own_lines(logic, lowered):
+    for number, _routine, line in own_lines(logic, lowered):
+        powered = notes.powered.get(number, ())
         for index, step in enumerate(steps_of(line.nodes)):
-            yield step.site, index in truths.get(place, ()) or _passed_power(readings[place], index, counts)
+            yield step.site, index in powered or _passed_power(readings[number], index, notes.counts)
 
 
 def own_lines(
@@ -117,8 +129,10 @@ def own_lines(
             yield index_of[routine.name.upper(), line.number], routine, line
 
 
-def _passed_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:
-    if at >= len(reading):
-        return True  # nothing is recorded here, so no gap is reported
-    place, above, further = reading[at]
-    return counts.get(place, -1) > above and all(counts.get(other, -1) > least for other, least in further)
+def _passed_power(reading: Reading, index: int, counts: Mapping[int, int]) -> bool:
+    """Return whether an instruction of a line passed power: all its counts must be above their limits."""
+    if index >= len(reading):
+        return True  # nothing is recorded for this instruction, so no gap is reported
+    first_note, first_limit, further = reading[index]
+    limits = ((first_note, first_limit), *further)
+    return all(counts.get(note, -1) > limit for note, limit in limits)

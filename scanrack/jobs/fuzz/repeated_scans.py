@@ -5,9 +5,10 @@
     memory before   M     M                   M, or a timer is done now
     memory after    M
 
-If a scan leaves the memory as it was and the inputs stay the same, the scans after it do the same. Only even
-timers count (`program_clocks`). They are advanced by k scans, and all of these come before anything depends
-on a count. The invariants must also keep their answers (`invariants.Watch`).
+If a scan does not change the memory and the inputs stay the same, the next scans do not change it either.
+Only even timers may count in these scans (`program_clocks`). They are advanced by k scans, and the skipped
+scans end before anything depends on a count. The results of the invariants must also stay the same
+(`invariants.Watch`).
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from types import CellType
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.run.engine import Engine
@@ -27,132 +28,150 @@ from .program_clocks import EvenTimer, ProgramClocks
 NS_PER_MS = 1_000_000
 
 LEAST = 3
-"""Fewest scans that are worth skipping."""
+"""Minimum number of scans to skip."""
 
 SameUntil = Callable[[bool], int]
-"""Takes whether timers count; returns the instant until which all invariants have the same answer, ns."""
+"""Returns the instant until which all invariants have the same result, ns. Argument: whether timers count."""
 
-Clocks = list[tuple[int, int]]
-"""The count of each timer, and the time of its latest count."""
+
+class Clock(NamedTuple):
+    """The state of a timer."""
+
+    count_ms: int
+    last_ns: int  # time of the latest count
 
 
 class RepeatedScans:
     """Finds the scans of one run that repeat the previous one, as a `runtime.loop.scans_ahead.RepeatFinder`.
 
     Args:
-        period_ns: time from scan to scan, ns: whole milliseconds, so that a running timer counts in each
-        scan.
-        stops: numbers of scans that are always run, in ascending order.
+        period_ns: time from scan to scan, ns. It is whole milliseconds, so a running timer counts in each
+            scan.
+        stops: numbers of scans that must run, in ascending order.
+        same_until_ns: see `SameUntil`.
     """
 
     def __init__(
-        self, engine: Engine, clocks: ProgramClocks, period_ns: int, stops: Sequence[int], until: SameUntil
+        self,
+        engine: Engine,
+        clocks: ProgramClocks,
+        period_ns: int,
+        stops: Sequence[int],
+        same_until_ns: SameUntil,
     ) -> None:
-        self._period_ns, self._stops, self._until = period_ns, stops, until
-        self._minor, self._memory = engine.fault_log.minor, engine.memory
+        self._period_ns, self._stops, self._same_until_ns = period_ns, stops, same_until_ns
+        self._minor_faults, self._memory = engine.fault_log.minor, engine.memory
         self._scanned = clocks.scanned
-        self._timers = [timer for timer in clocks.timers if self._has(timer)]
-        self._plain: list[CellType] = []
-        self._bytes: list[TagBytes] = []
-        self._lists: list[tuple[list[Any], list[int]]] = []
-        self._sort_cells([*self._moved_leaves()])
-        self._kept: tuple[Any, ...] = ()
-        self._kept_clocks: Clocks = []
+        self._timers = [timer for timer in clocks.timers if self._is_movable(timer)]
+        self._plain_cells: list[CellType] = []
+        self._tag_bytes: list[TagBytes] = []
+        self._lists: list[tuple[list[Any], list[int]]] = []  # each with the indices of its clocks
+        self._sort_cells([*self._clock_leaves()])
+        self._saved_memory: tuple[Any, ...] = ()
+        self._saved_clocks: list[Clock] = []
 
-    def _moved_leaves(self) -> Iterator[Leaf]:
+    def _clock_leaves(self) -> Iterator[Leaf]:
         """Yield the variables that change with time."""
         for timer in self._timers:
             yield from (timer.count, timer.last)
         if self._scanned is not None:
             yield self._scanned
 
-    def _sort_cells(self, moved: list[Leaf]) -> None:
-        """Sort the cells of the memory by kind: plain values, bytes, and lists with the places of clocks."""
-        layout, idents = self._memory.layout, {leaf.ident for leaf in moved}
-        spots = [spot for leaf in moved if (spot := layout.spot(leaf)) is not None]
+    def _sort_cells(self, clock_leaves: list[Leaf]) -> None:
+        """Sort the cells of the memory by kind: plain values, bytes, and lists."""
+        layout, clock_idents = self._memory.layout, {leaf.ident for leaf in clock_leaves}
+        spots = [spot for leaf in clock_leaves if (spot := layout.spot(leaf)) is not None]
         for ident, cell in self._memory.cells.items():
             value = cell.cell_contents
             if isinstance(value, list):
                 self._lists.append((value, [spot.at(0) for spot in spots if spot.ident == ident]))
             elif isinstance(value, TagBytes):
-                self._bytes.append(value)
-            elif not isinstance(value, memoryview) and ident not in idents:  # the scan loop compares images
-                self._plain.append(cell)
+                self._tag_bytes.append(value)
+            elif isinstance(value, memoryview):
+                pass  # the scan loop compares images
+            elif ident not in clock_idents:
+                self._plain_cells.append(cell)
 
-    def _has(self, timer: EvenTimer) -> bool:
-        """Return whether a timer's members are variables or elements of a list."""
+    def _is_movable(self, timer: EvenTimer) -> bool:
+        """Return whether a timer can be advanced: its members are variables or elements of a list."""
         layout, cells = self._memory.layout, self._memory.cells
         spots = [(leaf, layout.spot(leaf)) for leaf in (timer.count, timer.last, *timer.copies)]
         return all(leaf.ident in cells if spot is None else not spot.view for leaf, spot in spots)
 
-    def _state(self) -> tuple[Any, ...]:
-        """Return the program's memory without its clocks."""
-        lists = [[*values] for values, _ in self._lists]
-        for values, (_, clocks) in zip(lists, self._lists, strict=True):
-            for place in clocks:
-                values[place] = 0
-        plain = [cell.cell_contents for cell in self._plain]
-        minor_faults = self._minor[-1] if self._minor else None
-        return plain, lists, [byte.saved() for byte in self._bytes], minor_faults
+    def _memory_without_clocks(self) -> tuple[Any, ...]:
+        lists = []
+        for values, clock_indices in self._lists:
+            copied_values = [*values]
+            for index in clock_indices:
+                copied_values[index] = 0
+            lists.append(copied_values)
+        plain_values = [cell.cell_contents for cell in self._plain_cells]
+        last_minor_fault = self._minor_faults[-1] if self._minor_faults else None
+        return plain_values, lists, [tag_bytes.saved() for tag_bytes in self._tag_bytes], last_minor_fault
 
-    def _clocks(self) -> Clocks:
+    def _read_clocks(self) -> list[Clock]:
         read = self._memory.read
-        return [(int(read(timer.count)), int(read(timer.last))) for timer in self._timers]
+        return [Clock(int(read(timer.count)), int(read(timer.last))) for timer in self._timers]
 
     def keep(self) -> None:
         """Save the program's memory before the next scan."""
-        self._kept, self._kept_clocks = self._state(), self._clocks()
+        self._saved_memory, self._saved_clocks = self._memory_without_clocks(), self._read_clocks()
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many scans repeat the latest one, and advance the clocks by them."""
-        if self._state() != self._kept:
+        """Return how many of the next scans repeat the latest scan, and advance the clocks by them.
+
+        Args:
+            scan: number of the next scan.
+            most: maximum number of scans.
+        """
+        if self._memory_without_clocks() != self._saved_memory:
             return 0
-        place = bisect_left(self._stops, scan)
-        if place < len(self._stops):
-            most = min(most, self._stops[place] - scan)
-        clocks = self._clocks()
-        counting = clocks != self._kept_clocks
-        if counting:
-            most = min(most, self._until_seen(clocks, now_ns))
+        stop_index = bisect_left(self._stops, scan)
+        if stop_index < len(self._stops):
+            most = min(most, self._stops[stop_index] - scan)
+        clocks = self._read_clocks()
+        is_counting = clocks != self._saved_clocks
+        if is_counting:
+            most = min(most, self._scans_without_effect(clocks, now_ns))
         if most >= LEAST:
-            most = min(most, (self._until(counting) - now_ns) // self._period_ns)
+            most = min(most, (self._same_until_ns(is_counting) - now_ns) // self._period_ns)
         if most < LEAST:
             return 0
         self._advance(clocks, now_ns, most)
         return most
 
-    def _until_seen(self, clocks: Clocks, now_ns: int) -> int:
-        """Return the number of scans before anything depends on a count; 0 if a count is not even."""
-        by_ms, least = self._period_ns // NS_PER_MS, FOREVER_NS
+    def _scans_without_effect(self, clocks: list[Clock], now_ns: int) -> int:
+        """Return the number of scans before anything depends on a count; 0 if a count was not even."""
+        period_ms, scans = self._period_ns // NS_PER_MS, FOREVER_NS
         read = self._memory.read
-        for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
-            if before == now:
+        for timer, before, after in zip(self._timers, self._saved_clocks, clocks, strict=True):
+            if before == after:
                 continue
-            counted = now == (before[0] + by_ms, now_ns) and before[1] + self._period_ns == now_ns
-            if not (counted and read(timer.counting)):
+            is_regular = before.last_ns + self._period_ns == now_ns
+            if not is_regular or after != (before.count_ms + period_ms, now_ns) or not read(timer.counting):
                 return 0
-            if any(read(leaf) in (before[0], now[0]) for leaf in timer.copies):
+            if any(read(leaf) in (before.count_ms, after.count_ms) for leaf in timer.copies):
                 return 0  # the latest scan may have copied the count
             for limit in (int(read(timer.preset)), *timer.constants):
-                if before[0] <= limit <= now[0]:
+                if before.count_ms <= limit <= after.count_ms:
                     return 0
-                if now[0] < limit:
-                    least = min(least, -(-(limit - now[0]) // by_ms) - 1)
-        return least
+                if after.count_ms < limit:
+                    scans = min(scans, -(-(limit - after.count_ms) // period_ms) - 1)
+        return scans
 
-    def _advance(self, clocks: Clocks, now_ns: int, scans: int) -> None:
+    def _advance(self, clocks: list[Clock], now_ns: int, scans: int) -> None:
         """Advance the clocks by a number of scans."""
         write, ms = self._memory.write, scans * self._period_ns // NS_PER_MS
-        for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
-            if before != now:
-                write(timer.count, 0, now[0] + ms)
-                write(timer.last, 0, now[1] + scans * self._period_ns)
+        for timer, before, after in zip(self._timers, self._saved_clocks, clocks, strict=True):
+            if before != after:
+                write(timer.count, 0, after.count_ms + ms)
+                write(timer.last, 0, after.last_ns + scans * self._period_ns)
         if self._scanned is not None:
             write(self._scanned, 0, now_ns + scans * self._period_ns)
 
 
 def stops_of(instants_ns: Iterable[int], period_ns: int) -> list[int]:
-    """Return the scans around the given instants; these scans are always run.
+    """Return the numbers of the scans around instants. These scans must run.
 
     >>> stops_of([4_000_000, 6_000_000], 2_000_000)
     [1, 2, 3, 4]

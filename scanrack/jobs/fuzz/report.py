@@ -1,8 +1,8 @@
-"""Writes the report of a failure: the file `report.txt` beside its trace."""
+"""Writes the report of a failure: the file `report.txt` in the folder of its trace."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from scanrack.io_images.times import seconds
@@ -14,49 +14,47 @@ from .search import Counterexample
 
 
 def report(
-    found: Counterexample,
-    late: PointOfNoReturn | None,
+    failure: Counterexample,
+    point: PointOfNoReturn | None,
     cause: Sequence[str],
     chart: Sequence[str],
-    again: Sequence[str],
+    commands: Sequence[str],
     check: str,
 ) -> str:
     """Return the text of a failure's report.
 
     Args:
-        late: the point from which the failure was inevitable; None if there was no time to find it.
-        cause: the cause chain of the output that changed last.
-        chart: links to the chart: all of it, and the part around the failure.
-        again: commands that repeat the failure, and obstacles.
+        point: the point from which the failure was inevitable; None if there was no time to find it.
+        cause: cause chain of the output that came on last.
+        chart: links to the chart and to the part around the failure.
+        commands: commands that repeat the failure, and notes.
         check: command that tests a changed program.
     """
-    broken = found.broken
-    parts = [
-        ("What it takes:", described(found.scenario)),
-        (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
-        ("Rules that fired in that scan:", broken.rules or ["none"]),
-        ("When it became inevitable:", NOT_LOOKED_FOR if late is None else late.lines),
-        *([("Why the last output came on before it:", cause)] if cause else []),
-        ("Its picture, and the part around the failure:", chart),
-        ("Run it again:", again),
-        ("Check whether a changed program still fails:", [check]),
+    broken = failure.broken
+    sections = [
+        ("Events that cause the failure:", described(failure.scenario)),
+        (f"State at the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
+        ("Rules that fired in this scan:", broken.rules or ["none"]),
+        ("Point of no return:", NO_TIME if point is None else point.lines),
+        ("Why the last output came on before the failure:", cause),
+        ("Chart, and the part around the failure:", chart),
+        ("To repeat the failure:", commands),
+        ("To test a changed program:", [check]),
     ]
-    return "\n".join([str(broken), *(line for title, lines in parts for line in _part(title, lines))]) + "\n"
-
-
-def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
-    yield ""
-    yield title
-    yield from (f"    {line}" for line in lines)
+    text_lines = [str(broken)]
+    for title, lines in sections:
+        if lines:
+            text_lines += ["", title, *(f"    {line}" for line in lines)]
+    return "\n".join(text_lines) + "\n"
 
 
 def note_fixed(file: Path) -> None:
-    """Add to a failure's report that the failure no longer occurs."""
+    """Write at the top of a failure's report that the failure no longer occurs."""
     if file.is_file():
         text = file.read_text(encoding="utf-8")
         write_text(file, f"{FIXED}\n\n{text.removeprefix(FIXED).lstrip()}")
 
 
-NOT_LOOKED_FOR = ("not looked for: the time of the search was over",)
+NO_TIME = ("unknown, because the time of the search was up",)
 
 FIXED = "Fixed: the program no longer fails in this scenario."

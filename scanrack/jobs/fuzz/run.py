@@ -45,34 +45,34 @@ from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
 NO_FAULT = "no-fault"
-"""Name of the invariant that is always checked: the program does not fault the CPU."""
+"""Name of the invariant that every search checks: the program does not fault the CPU."""
 
 PROGRAM, RUNNING, JUDGING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
 """Parts of a run's time."""
 
 HANGS = "watchdog"
-"""Cause of a watchdog fault, which occurs at a random place."""
+"""Cause of a watchdog fault. It has no place, since it can occur anywhere."""
 
 SENTENCES = ("rule", "refusal", "adapter")
-"""Kinds of events whose text explains why a bit is set."""
+"""Kinds of events with a text that explains why a bit is set."""
 
 FAULT = ScanFlag.FAULT.value
 
 
 @dataclass(frozen=True, slots=True)
 class BrokenInvariant:
-    """An invariant that was violated.
+    """A broken invariant.
 
     Attributes:
+        scan: the scan of the failure.
         why: description of the violation.
-        shows: sentences about the state of each slot at the end of that scan, and the waits of the program's
-            sequences.
-        rules: sentences, with ids, of the manual's rules that fired in that scan and of an adapter's
+        shows: sentences about each slot and each waiting sequence at the end of the scan.
+        rules: sentences, with ids, of the manual's rules that fired in this scan, and of an adapter's
             refusals.
-        cause: distinguishes the failure from others of the same invariant. For a fault it is the place.
-            Otherwise it is the rule that refused a command in that scan, or in the scan that started a clock.
-            Without such a rule it is the line that last changed an output word, the waits of the program's
-            sequences, or, for a ladder program, the commands in force.
+        cause: distinguishes the failure from others of the same invariant. For a fault, it is the place.
+            Otherwise, it is the rule that refused a command in this scan, or in the scan that started the
+            clock. Without such a rule, it is the line that last changed an output word, the waits of the
+            program's sequences, or the commands in force.
     """
 
     invariant: str
@@ -100,22 +100,20 @@ class Verdict:
 
     scans: int
     rules: Mapping[str, int]  # number of firings of each rule of the manual, by id
-    broken: BrokenInvariant | None = None  # the first violated invariant, or None
-    spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
+    broken: BrokenInvariant | None = None  # the first broken invariant, or None
+    spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # time of each part, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
-    printed: int = 0  # number of lines that the program printed; they are not shown
-    greatest: Mapping[str, float] = field(
-        default_factory=dict
-    )  # greatest values of maximized numbers, by name
+    printed: int = 0  # number of lines that the program printed
+    greatest: Mapping[str, float] = field(default_factory=dict)  # of maximized numbers, by name
 
     @property
     def is_unplaced(self) -> bool:
-        """Whether the place of its failure is still unknown."""
+        """Whether the cause of its failure is still unknown."""
         return self.broken is not None and self.broken.cause == UNPLACED
 
 
 TIMED = 16
-"""The time of one in this many scans is measured, since reading a clock also takes time."""
+"""Only one scan in this many is timed, since reading a clock takes time."""
 
 
 class _TimedLogic(LogicWrapper):
@@ -137,7 +135,7 @@ class _TimedLogic(LogicWrapper):
 
 
 class _LineCounter(TextIOBase):
-    """Replaces the program's standard output and only counts lines."""
+    """Replaces the program's standard output and counts the lines."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -159,19 +157,20 @@ class _WatchedInvariant:
 
     invariant: Invariant
     watch: Watch
-    broken: bool = False  # whether it was broken in the previous scan: failures count once
+    broken: bool = False  # whether it was broken in the previous scan, since a failure counts once
 
 
 @dataclass(eq=False)
 class _Watcher(QuietListener):
-    """A listener that checks every scan and stops the CPU when an invariant is broken.
+    """A listener that checks every scan, and stops the CPU when an invariant is broken.
 
     Attributes:
-        known: keys of failures that are ignored: the run continues.
-        place: returns the cause of a failure for which no rule has fired.
+        known: keys of failures to ignore. They do not end the run.
+        place: returns the cause of a failure if no rule has fired.
         sequences: the sequences of the program.
         rules: number of firings of each rule so far.
         broken: the failure that stopped the CPU.
+        spent_ns: estimated time of the checks so far, ns.
     """
 
     watched: Sequence[_WatchedInvariant]
@@ -184,11 +183,11 @@ class _Watcher(QuietListener):
     broken: BrokenInvariant | None = None
     spent_ns: int = 0
     _waits_at_fault: tuple[str, ...] = ()
-    _explanations: list[str] = field(default_factory=list)
-    _fired: dict[int, list[str]] = field(default_factory=dict)
+    _explanations: list[str] = field(default_factory=list)  # sentences of this scan's events
+    _fired: dict[int, list[str]] = field(default_factory=dict)  # ids of fired rules, by scan
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        """Record the rules that fire, and an adapter's messages."""
+        """Record a rule that fires, or a message of an adapter."""
         if fields.get("kind") in SENTENCES:
             name = str(fields["name"])
             self._explanations.append(f"{fields['text']} [{name}]")
@@ -197,7 +196,7 @@ class _Watcher(QuietListener):
                 self._fired.setdefault(scan, []).append(name)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Check every invariant, unless the scan was not finished."""
+        """Check every invariant if the scan was finished."""
         if flags & FAULT:
             self._waits_at_fault = self._wait_sentences(scan)  # before the CPU closes the sequences
             return
@@ -219,29 +218,34 @@ class _Watcher(QuietListener):
             self.spent_ns += (wall_ns() - start_ns) * TIMED
 
     def _is_new(self, watched: _WatchedInvariant, why: str) -> bool:
-        """Record a failure if it is new; return whether it is."""
-        broken = self._broken(watched.invariant.name, watched.invariant.sentence, why)
-        origin = getattr(watched.watch, "origin_scan", broken.scan)
-        refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
-        fired = self._fired.get(origin, ())
-        refused = next((rule for rule in fired if any(rule in refusal for refusal in refusals)), "")
-        broken = replace(broken, cause=refused or self.place())
+        """Return whether a failure is new. Record a new failure."""
+        broken = self._broken_invariant(watched.invariant.name, watched.invariant.sentence, why)
+        origin_scan = getattr(watched.watch, "origin_scan", broken.scan)
+        broken = replace(broken, cause=self._refusing_rule(origin_scan) or self.place())
         if broken.key in self.known:
             return False
         self.broken = broken
         return True
+
+    def _refusing_rule(self, scan: int) -> str:
+        """Return the first fired rule by which a module refused a command in a scan; empty without one."""
+        refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
+        for rule in self._fired.get(scan, ()):
+            if any(rule in slot_refusals for slot_refusals in refusals):
+                return rule
+        return ""
 
     def has_running_clock(self) -> bool:
         """Return whether the clock of any invariant is running."""
         return any(getattr(watched.watch, "waiting", False) for watched in self.watched)
 
     def same_until_ns(self, counting: bool) -> int:
-        """Return the instant until which every invariant keeps its answer, see `Watch`; 0 if unknown."""
+        """Return the instant until which every invariant has the same result, see `Watch`; 0 if unknown."""
         methods = [getattr(watched.watch, "same_until_ns", None) for watched in self.watched]
         return min((0 if method is None else method(counting) for method in methods), default=FOREVER_NS)
 
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
-        """Let goals call `note` when they are reached."""
+        """Make the goals call `note` when they are reached."""
         for watched in self.watched:
             if isinstance(watched.watch, Sometimes | MaximumGoal):
                 watched.watch.note = note
@@ -263,26 +267,28 @@ class _Watcher(QuietListener):
             watched.invariant.name for watched in self.watched if getattr(watched.watch, "applied", True)
         )
 
-    def _broken(self, name: str, sentence: str, why: str) -> BrokenInvariant:
-        """Return the record of an invariant that is broken in this scan."""
-        now = self.snapshot
-        shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
-        shows += self._waits_at_fault or self._wait_sentences(now.scan)
-        return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._explanations))
+    def _broken_invariant(self, name: str, sentence: str, why: str) -> BrokenInvariant:
+        """Return the record of an invariant that is broken in this scan, still without a cause."""
+        snapshot = self.snapshot
+        shows = tuple(f"slot {number}: {slot}" for number, slot in snapshot.slot.items())
+        shows += self._waits_at_fault or self._wait_sentences(snapshot.scan)
+        rules = tuple(self._explanations)
+        return BrokenInvariant(name, sentence, snapshot.scan, snapshot.ns, why, shows, rules)
 
     def _wait_sentences(self, scan: int) -> tuple[str, ...]:
         """Return a sentence for each wait of the program's sequences."""
         return tuple(str(wait_of(sequence, scan)) for sequence in self.sequences)
 
-    def faulted(self, fault: Fault) -> BrokenInvariant:
+    def failure_of(self, fault: Fault) -> BrokenInvariant:
         """Return the failure for a fault of the CPU."""
         self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
-        broken = self._broken(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        why = f"{fault.text} [{fault.where}]"
+        broken = self._broken_invariant(NO_FAULT, "The program does not fault the CPU", why)
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
 
 Listeners = Callable[[RackSpec, Rack, ScanLogic], Iterable[ScanListener]]
-"""Returns further listeners of a run, for its rack and its logic."""
+"""Returns additional listeners of a run for its rack and logic."""
 
 
 def _no_listeners(_spec: RackSpec, _rack: Rack, _logic: ScanLogic) -> Iterable[ScanListener]:
@@ -297,20 +303,20 @@ def _state_of(logic: ScanLogic) -> ProgramState:
 
 
 UNPLACED = "?"
-"""Cause of a failure whose place is still unknown: the run is repeated with its lines traced."""
+"""Cause of a failure that needs a line. The run is repeated with traced lines to find it."""
 
 TRACED_BEFORE = 20
-"""Number of scans traced before a failure, at first; more if no output changes in them."""
+"""Number of traced scans before a failure. If no output changes in them, more scans are traced."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialBench:
-    """Everything that stays the same in all trials."""
+    """Runs scenarios on the same rack, program and invariants."""
 
     spec: RackSpec
-    fresh_logic: Callable[[], ScanLogic]
+    fresh_logic: Callable[[], ScanLogic]  # creates the logic of a run
     invariants: Sequence[Invariant]
-    scans: int
+    scans: int  # length of a run
     rungs: tuple[Rung, ...] = ()  # rungs where a tear has an effect, see `scenarios.tearing`
     settings: tuple[PanelTag, ...] = ()  # tags that an operator writes
 
@@ -341,9 +347,11 @@ class TrialBench:
 
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
-            probe: records what changes.
-            explored: states of other runs; a run with a probe may end in one of them.
-            every_scan: False = skip scans that repeat the previous one, if there are no `listeners`.
+            listeners: returns additional listeners.
+            probe: records the changes in the run.
+            explored: states of other runs. A run with a probe can end in one of them.
+            aloud: show the program's output.
+            every_scan: False = skip scans that repeat the previous scan; only without `listeners`.
 
         Raises:
             InvariantError: an invariant raised.
@@ -354,44 +362,48 @@ class TrialBench:
         run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe, explored_stop=stop)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.is_unplaced:
-            verdict = self._placed(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
-        spent = {**verdict.spent, BUILDING: 0}
-        return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+            verdict = self._run_traced(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
+        building_ns = wall_ns() - start_ns - sum(verdict.spent.values())
+        return replace(verdict, spent={**verdict.spent, BUILDING: building_ns})
 
-    def _placed(self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool) -> Verdict:
-        """Repeat a run to find the line that last changed an output before it failed."""
+    def _run_traced(
+        self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool
+    ) -> Verdict:
+        """Repeat a run that fails in a scan, to find the line that last changed an output before."""
 
-        def traced(since: int) -> tuple[_Run, Verdict]:
+        def run_traced(since: int) -> tuple[_Run, Verdict]:
             run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
             return run, run.go(_no_listeners, aloud=False)
 
-        run, verdict = traced(max(0, scan - TRACED_BEFORE))
+        run, verdict = run_traced(max(0, scan - TRACED_BEFORE))
         if verdict.is_unplaced:
-            run, verdict = traced(run.last_output_change)
-        return traced(0)[1] if verdict.is_unplaced else verdict
+            run, verdict = run_traced(run.last_output_change)
+        if verdict.is_unplaced:
+            _, verdict = run_traced(0)
+        return verdict
 
 
 @dataclass(frozen=True, slots=True)
 class _OrderDesk:
-    """Lets a scenario's orders write the tags of a program."""
+    """Applies a scenario's orders to the tags of a program."""
 
     tags: Any
 
     def force(self, tag: str, value: object) -> None:
         """Refuse to force a tag."""
-        raise ValueError(f"{tag} is a tag: a scenario writes tags, and forces images")
+        raise ValueError(f"{tag}: a scenario can write a tag, but it can force only image bits and words")
 
     def unforce(self, tag: str | None = None) -> None:
-        """Do nothing: no tag is forced."""
+        """Do nothing, since no tag is forced."""
 
 
 class _Run:
-    """One run: a new rack, a new logic, fresh watches.
+    """One run with a new rack, a new logic, and new watches.
 
     Args:
-        traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
-            trace no scan.
-        every_scan: whether to run also scans that repeat the previous one, see `repeated_scans`.
+        without: names of invariants to skip, and keys of failures to ignore.
+        traced_since: first scan with traced lines, see `OutputLine`; None = trace no scan.
+        every_scan: False = skip scans that repeat the previous scan, see `repeated_scans`.
         explored_stop: ends a run with a probe in an explored state; None = run all scans.
     """
 
@@ -410,28 +422,33 @@ class _Run:
         self._every_scan, self._explored_stop = every_scan, explored_stop
         self._without = without
         self._printed = _LineCounter()
-        self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
+        self._spec = scenario.laid_over(bench.spec)
         self._rack = build_rack(self._spec)
-        with self._kept_quiet(aloud=False):
+        with self._redirected_output(aloud=False):
             logic = self._logic = bench.fresh_logic()
         self._probe = probe
         if probe is not None:
             logic = probe.prepared(logic)
             probe.watch(logic, self._rack)
-        self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
-        logic_called: ScanLogic = self._torn or logic
-        self._output_line = (
-            None if traced_since is None else OutputLine(logic_called, self._rack, traced_since)
-        )
-        self._timed = _TimedLogic(self._output_line or logic_called)
+        self._wrap_logic(logic, traced_since)
         invariants = [invariant for invariant in bench.invariants if invariant.name not in without]
         watches = [_WatchedInvariant(invariant, invariant.start()) for invariant in invariants]
-        self._watcher = _Watcher(watches, without, self._place)
+        self._watcher = _Watcher(watches, without, self._cause)
         tags = getattr(unwrapped(logic), "tags", {})
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
         if probe is not None:
             self._watcher.note_goals(probe.edges.add)
+
+    def _wrap_logic(self, logic: ScanLogic, traced_since: int | None) -> None:
+        """Wrap the logic, from inside to outside: tears, tracing, time measurement."""
+        scenario = self._scenario
+        self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
+        torn_logic: ScanLogic = self._torn or logic
+        self._output_line: OutputLine | None = None
+        if traced_since is not None:
+            self._output_line = OutputLine(torn_logic, self._rack, traced_since)
+        self._timed = _TimedLogic(self._output_line or torn_logic)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
         """Run the scenario and return the verdict.
@@ -442,39 +459,39 @@ class _Run:
         """
         watcher = self._watcher
         probes = [] if self._probe is None else [self._probe]
-        listening = [*listeners(self._spec, self._rack, self._logic), *probes, watcher]
-        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
+        all_listeners = [*listeners(self._spec, self._rack, self._logic), *probes, watcher]
+        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=all_listeners)
         if self._torn is not None:
             self._torn.cpu = cpu
         if not self._every_scan:
             self._pass_over_repeats(cpu)
-        repeated = self._operator(cpu)
+        repeater = self._order_repeater(cpu)
         start_ns = wall_ns()
         try:
-            with self._kept_quiet(aloud=aloud):
+            with self._redirected_output(aloud=aloud):
                 self._run_scans(cpu)
                 cpu.close()
         except CpuFault as error:
             if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
                 raise error.__cause__ from None  # an invariant raised it, not the program
-            broken = watcher.faulted(error.fault)
+            broken = watcher.failure_of(error.fault)
             watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
-        if repeated is not None and repeated.refused:
-            raise ValueError(f"scenario: {repeated.refused[0]}")
+        if repeater is not None and repeater.refused:
+            raise ValueError(f"scenario: {repeater.refused[0]}")
         spent = {PROGRAM: self._timed.spent_ns, JUDGING: watcher.spent_ns}
         spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
         return Verdict(
-            cpu.scan,
-            watcher.rules,
-            watcher.broken,
-            spent,
-            watcher.applied,
-            self._printed.lines,
-            watcher.greatest,
+            scans=cpu.scan,
+            rules=watcher.rules,
+            broken=watcher.broken,
+            spent=spent,
+            applied=watcher.applied,
+            printed=self._printed.lines,
+            greatest=watcher.greatest,
         )
 
     def _pass_over_repeats(self, cpu: Cpu) -> None:
-        """Make the CPU skip scans that repeat the previous one, if it runs a ladder program."""
+        """Make the CPU skip scans that repeat the previous scan, if it runs a ladder program."""
         engine, spec = unwrapped(self._timed), self._spec
         if not isinstance(engine, Engine) or spec.scan_ns % NS_PER_MS:
             return
@@ -482,10 +499,9 @@ class _Run:
         if clocks is None:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
-        until_ns = self._watcher.same_until_ns
         if self._explored_stop is not None:
             self._explored_stop.calm = RARELY
-        cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
+        cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, self._watcher.same_until_ns))
 
     def _instants_ns(self) -> Iterator[int]:
         """Yield the instants at which an event of this run begins or ends."""
@@ -501,38 +517,38 @@ class _Run:
         if self._watcher.broken is None:
             self._explored_stop.learn()
 
-    def _operator(self, cpu: Cpu) -> OrderRepeater | None:
-        """Return an object that applies the scenario's orders; None if it has none."""
-        if not self._orders:
+    def _order_repeater(self, cpu: Cpu) -> OrderRepeater | None:
+        """Return a listener that applies the scenario's orders; None without orders."""
+        orders, scan_ns = self._scenario.orders, self._spec.scan_ns
+        if not orders:
             return None
-        applied = [AppliedAction(order.at_ns // self._spec.scan_ns, order.order) for order in self._orders]
-        repeated = OrderRepeater(
-            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), applied
-        )
-        cpu.add_listener(repeated)
-        repeated.begin()
-        return repeated
+        actions = [AppliedAction(order.at_ns // scan_ns, order.order) for order in orders]
+        desk = _OrderDesk(self._watcher.snapshot.tags)
+        repeater = OrderRepeater(cpu, OperatorActions(cpu, self._rack, desk), actions)
+        cpu.add_listener(repeater)
+        repeater.begin()
+        return repeater
 
     @property
     def last_output_change(self) -> int:
-        """The last scan known to have changed outputs, if the run was not traced from early enough."""
+        """The last untraced scan that changed outputs; 0 without any."""
         return 0 if self._output_line is None else self._output_line.changed_in
 
-    def _place(self) -> str:
-        """Return the line that last changed an output word, or `UNPLACED`.
+    def _cause(self) -> str:
+        """Return the line that last changed an output word; `UNPLACED` if it was not traced.
 
-        If an axis of the program writes them, return the waits of the sequences; else the commands in force.
+        If no line changed it, return the waits of the sequences. If none waits, return the commands in force.
         """
         if self._output_line is None or not self._output_line.is_complete:
             return UNPLACED
         return self._output_line.last or self._waits() or self._commands()
 
     def _waits(self) -> str:
-        """Return the sequences of the program with the lines at which they wait; empty if none waits."""
-        waiting_sequences = [sequence for sequence in self._watcher.sequences if not sequence.over]
+        """Return the waiting sequences of the program with their lines; empty if none waits."""
         return " ".join(
             f"{sequence.name} at {Path(sequence.file or '').name}:{sequence.line}"
-            for sequence in waiting_sequences
+            for sequence in self._watcher.sequences
+            if not sequence.over
         )
 
     def _commands(self) -> str:
@@ -541,8 +557,8 @@ class _Run:
         return " ".join(name for slot in slots for name in slot.commands)
 
     @contextmanager
-    def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
-        """Hide the program's output from the terminal and count its lines, unless `aloud`."""
+    def _redirected_output(self, *, aloud: bool) -> Iterator[None]:
+        """Count the lines of the program's output instead of showing them, unless `aloud`."""
         if aloud:
             yield
         else:

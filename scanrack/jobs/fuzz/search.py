@@ -1,11 +1,11 @@
-"""The search: runs scenario after scenario until an invariant is broken, then shrinks that scenario.
+"""The search: runs scenarios until one breaks an invariant, then shrinks this scenario.
 
-the run without events         shows where something changes, see `aim.probe`
-drawn scenarios (`aim.draws`)  one of them breaks an invariant in a new way
+run without events             shows the scans with changes, see `aim.probe`
+random scenarios (`aim`)       one of them breaks an invariant in a new way
 delta debugging (`shrink`)     finds the smallest scenario with the same failure
 confirmation                   repeats the failure in another process
 
-The search then continues, and ignores the known failures.
+Then the search continues and ignores the known failures.
 """
 
 from __future__ import annotations
@@ -35,8 +35,9 @@ from .scenarios.words import described
 from .shrink import smallest
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
+
 LEAST_SHRINKING = 30
-"""Number of runs that always shrink a failure, even if the search is out of time."""
+"""Minimum number of runs to shrink a failure, even if the time is up."""
 
 SPENT = (PROGRAM, RUNNING, JUDGING, BUILDING, DRAWING, CONFIRMING)
 """Names of the parts of a search's time."""
@@ -48,7 +49,7 @@ class Counterexample:
 
     scenario: Scenario
     broken: BrokenInvariant
-    after: int  # number of runs until the failure was first found
+    after: int  # number of runs until the failure was found
 
 
 @dataclass(slots=True, kw_only=True)
@@ -56,12 +57,13 @@ class RunTotals:
     """The totals of many runs.
 
     Attributes:
-        runs: number of runs, including shrinking.
+        runs: number of runs, including shrinking runs.
         rules: number of firings of each rule of the manual, by id.
         applied: names of the invariants that had something to check.
         shrinking: number of shrinking runs.
-        unshrunk: number of failures that were not shrunk completely.
-        spent: parts of the time, ns, by the names of `SPENT`.
+        unshrunk: number of failures that are not completely shrunk.
+        spent: time of each part in `SPENT`, ns.
+        processor_ns: processor time, ns.
         printed: number of lines that the program printed.
         greatest: greatest value of each maximized number, by name.
         unshrunk_found: the failures as found, before shrinking.
@@ -102,9 +104,9 @@ class RunTotals:
 class SearchReport(RunTotals):
     """The result of a search."""
 
-    found: list[Counterexample] = field(default_factory=list)  # the failures, each once
+    found: list[Counterexample] = field(default_factory=list)  # the shrunk failures, each once
     steps: bytes = b""  # digest of its runs in order; equal for equal runs
-    corpus: Corpus = field(default_factory=Corpus)  # scenarios with new features, including the given ones
+    corpus: Corpus = field(default_factory=Corpus)  # scenarios with new features, including earlier ones
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -119,13 +121,13 @@ class NondeterministicError(ValueError):
 
 
 Confirm = Callable[[Counterexample, Collection[str]], bool]
-"""Repeats a failure in another process, which ignores known failures.
+"""Repeats a failure in another process, which ignores known failures; returns whether it occurs again.
 
-Returns False if the machine may have caused it; raises `NondeterministicError` if the program did.
+Returns False only if the computer may be the reason. Raises `NondeterministicError` if the program is.
 """
 
 
-def _believe(_found: Counterexample, _without: Collection[str]) -> bool:
+def _confirm_any(_found: Counterexample, _without: Collection[str]) -> bool:
     return True
 
 
@@ -140,24 +142,25 @@ def search(
     known: Iterable[str] = (),
     again: Iterable[Scenario] = (),
     failed: Callable[[Counterexample], None] = lambda _found: None,
-    confirm: Confirm = _believe,
+    confirm: Confirm = _confirm_any,
     has_time: Callable[[], bool] = lambda: True,
 ) -> SearchReport:
     """Search for scenarios that break invariants.
 
-    A failure is shrunk and confirmed, and the search continues until the examples are used up.
-    Failures of the same invariant differ in their cause.
+    Each failure is shrunk and confirmed, and the search continues until the examples are used up. Failures of
+    the same invariant differ in their cause.
 
     Args:
-        kinds: kinds of random events; those that are impossible in the rack are ignored.
-        examples: total number of scenarios, without shrinking.
-        start: seed of the search; the same seed gives the same results.
+        kinds: kinds of random events. Kinds that are impossible in the rack are ignored.
+        examples: number of scenarios to run, without shrinking.
+        start: seed of the search. The same seed produces the same results.
         base: a scenario to vary; None = none.
-        corpus: results of other searches, see `aim.corpus`; this search adds to it.
-        known: names of invariants, and keys of failures, to ignore.
-        again: scenarios to run first; those with new features enter the corpus.
-        failed: called with each failure at once, before it is shrunk.
-        has_time: returns whether there is time left; called before every run except those of `again`.
+        corpus: results of other searches, see `aim.corpus`. This search adds to it.
+        known: names of invariants and keys of failures to ignore.
+        again: scenarios to run first. Scenarios with new features enter the corpus.
+        failed: called with each failure before it is shrunk.
+        confirm: see `Confirm`.
+        has_time: returns whether there is time left; called before every run except the runs of `again`.
 
     Raises:
         InvariantError: an invariant raised.
@@ -168,30 +171,25 @@ def search(
     runner = _Runner(bench, report, set(known))
     random = Random(start)
     draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs, bench.settings)
-    chooser = Chooser(
-        draws,
-        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus, bench.rungs),
-        random,
-        report.corpus,
-        base,
-    )
+    swept_kinds = possible_kinds(bench.spec).intersection(kinds)
+    sweep = Sweep(bench.spec, swept_kinds, random, report.corpus, bench.rungs)
+    chooser = Chooser(draws, sweep, random, report.corpus, base)
     waiting = deque(again)
     while runner.runs < examples and bench.names - runner.known and (waiting or has_time()):
-        repeated = bool(waiting)
-        scenario = waiting.popleft() if repeated else chooser.next(runner.edges_of)
+        is_rerun = bool(waiting)
+        scenario = waiting.popleft() if is_rerun else chooser.next(runner.edges_of)
         edges = Edges()
-        counterexample = runner.run_one(scenario, edges)
+        counterexample = runner.find_failure(scenario, edges)
         if runner.runs == 1:
             draws.times = times_of(runner.logic, draws.scan_ns, draws.scans)
-        if counterexample is None:
-            if not repeated:
-                chooser.ran(scenario, edges)
-            elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
-                entry.new_features = ()  # it is already trimmed
-            continue
-        report.unshrunk_found.append(counterexample)
-        failed(counterexample)
-        runner.settle(counterexample, confirm, has_time)
+        if counterexample is not None:
+            report.unshrunk_found.append(counterexample)
+            failed(counterexample)
+            runner.shrink_and_confirm(counterexample, confirm, has_time)
+        elif not is_rerun:
+            chooser.ran(scenario, edges)
+        elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
+            entry.new_features = ()  # a scenario of an earlier search is already trimmed
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -201,14 +199,15 @@ def undisturbed(
     scenario: Scenario,
     known: Iterable[str] = (),
     *,
-    confirm: Confirm = _believe,
+    confirm: Confirm = _confirm_any,
     has_time: Callable[[], bool] = lambda: True,
 ) -> list[Counterexample]:
     """Run one scenario without random events; return each failure once.
 
     Args:
-        scenario: an empty scenario, or that of a recording.
+        scenario: an empty scenario, or the scenario of a recording.
         known: names of invariants to skip, and keys of failures to ignore.
+        confirm: see `Confirm`.
         has_time: returns whether there is time left for shrinking.
 
     Raises:
@@ -216,10 +215,10 @@ def undisturbed(
         NondeterministicError: the program is not deterministic.
     """
     counterexamples: list[Counterexample] = []
-    given_up = set(known)
-    while (broken := bench.run(scenario, without=given_up).broken) is not None:
-        without = all_but(bench, broken, given_up)
-        given_up.add(broken.key)
+    ignored = set(known)
+    while (broken := bench.run(scenario, without=ignored).broken) is not None:
+        without = all_but(bench, broken, ignored)
+        ignored.add(broken.key)
         smaller = shrunk(bench, Counterexample(scenario, broken, 1), without, SearchReport(), has_time)
         if confirm(smaller, without):
             counterexamples.append(smaller)
@@ -227,40 +226,41 @@ def undisturbed(
 
 
 def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
-    """Return what a run for one failure ignores: all other invariants, and earlier failures."""
+    """Return the names of all other invariants and the keys of known failures, to ignore in a run."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
 
 def shrunk(
     bench: TrialBench,
-    found: Counterexample,
+    failure: Counterexample,
     without: Collection[str],
     report: SearchReport,
     has_time: Callable[[], bool],
 ) -> Counterexample:
-    """Return a failure with the smallest scenario that has it, see `shrink`.
+    """Return a failure with its smallest scenario, see `shrink`.
 
     Args:
+        without: names of invariants to skip, and keys of failures to ignore.
         report: counts the runs.
         has_time: returns whether there is time for more than `LEAST_SHRINKING` runs.
     """
-    runs, within_time = 0, True
+    runs, is_in_time = 0, True
 
-    def breaks(scenario: Scenario) -> BrokenInvariant | None:
-        nonlocal runs, within_time
-        within_time = within_time and (runs < LEAST_SHRINKING or has_time())
-        if not within_time:
+    def same_failure(scenario: Scenario) -> BrokenInvariant | None:
+        nonlocal runs, is_in_time
+        is_in_time = is_in_time and (runs < LEAST_SHRINKING or has_time())
+        if not is_in_time:
             return None
         runs += 1
         verdict = bench.run(scenario, without=without, every_scan=False)
         report.add(scenario, verdict)
         report.shrinking += 1
-        return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
+        return verdict.broken if verdict.broken and verdict.broken.key == failure.broken.key else None
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
-    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
-    report.unshrunk += not within_time
-    return Counterexample(scenario, broken, found.after)
+    scenario, broken = smallest(failure.scenario, failure.broken, same_failure, inputs, bench.spec.scan_ns)
+    report.unshrunk += not is_in_time
+    return Counterexample(scenario, broken, failure.after)
 
 
 @dataclass(slots=True)
@@ -269,12 +269,12 @@ class _Runner:
 
     bench: TrialBench
     report: SearchReport
-    known: set[str]
-    runs: int = 0  # without shrinking
+    known: set[str]  # names of invariants and keys of failures
+    runs: int = 0  # number of runs without shrinking
     logic: Any = None  # logic of the last run
     explored: ExploredStates = field(default_factory=ExploredStates)
 
-    def run_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
+    def find_failure(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and record its changes; return its failure, or None.
 
         Raises:
@@ -293,7 +293,9 @@ class _Runner:
             return counterexample
         if broken.cause == HANGS:  # the computer may have been busy
             return None
-        raise NondeterministicError(describe_nondeterminism(counterexample, self._uses(scenario)))
+        sources = NondeterminismSources()
+        sources.recording_bench(self.bench).run(scenario)
+        raise NondeterministicError(describe_nondeterminism(counterexample, str(sources)))
 
     def edges_of(self, scenario: Scenario) -> Edges | None:
         """Run a scenario; return its changes, or None if it breaks an invariant."""
@@ -303,16 +305,18 @@ class _Runner:
         edges.close()
         return None if broken else edges
 
-    def settle(self, found: Counterexample, confirm: Confirm, has_time: Callable[[], bool]) -> None:
-        """Shrink and confirm a failure; later runs ignore it."""
+    def shrink_and_confirm(
+        self, failure: Counterexample, confirm: Confirm, has_time: Callable[[], bool]
+    ) -> None:
+        """Shrink a failure, and report it if it is confirmed. Later runs ignore the failure."""
         report = self.report
-        without = all_but(self.bench, found.broken, self.known)
-        self.known.add(found.broken.key)
-        found = shrunk(self.bench, found, without, report, has_time)
-        found_ns = wall_ns()
-        if confirm(found, without):
-            report.found.append(found)
-        report.spent[CONFIRMING] += wall_ns() - found_ns
+        without = all_but(self.bench, failure.broken, self.known)
+        self.known.add(failure.broken.key)
+        smallest_failure = shrunk(self.bench, failure, without, report, has_time)
+        start_ns = wall_ns()
+        if confirm(smallest_failure, without):
+            report.found.append(smallest_failure)
+        report.spent[CONFIRMING] += wall_ns() - start_ns
 
     def _run(self, scenario: Scenario, probe: Probe | None, *, every_scan: bool) -> BrokenInvariant | None:
         verdict = self.bench.run(
@@ -321,29 +325,23 @@ class _Runner:
         self.report.add(scenario, verdict)
         return verdict.broken
 
-    def _uses(self, scenario: Scenario) -> str:
-        """Run a scenario and return the program's sources of nondeterminism."""
-        uses = NondeterminismSources()
-        uses.watching(self.bench).run(scenario)
-        return str(uses)
 
-
-def describe_nondeterminism(found: Counterexample, uses: str = "") -> str:
+def describe_nondeterminism(failure: Counterexample, sources: str = "") -> str:
     """Return the message that a program is not deterministic, with the reason.
 
     Args:
-        uses: its sources of nondeterminism, such as "the clock (line.py:12)"; empty if none is known.
+        sources: its sources of nondeterminism, such as "the clock (line.py:12)"; empty if none is known.
     """
-    why = f"It uses {uses}." if uses else UNSEEN_SOURCE
+    reason = f"It uses {sources}." if sources else UNKNOWN_SOURCE
     return (
         "results differ between identical runs "
-        f"({'; '.join(described(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
-        f"another. {why}"
+        f"({'; '.join(described(failure.scenario))}): it broke {failure.broken.invariant} in one run and not "
+        f"in another. {reason}"
     )
 
 
-UNSEEN_SOURCE = (
-    "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
+UNKNOWN_SOURCE = (
+    "It stores something from run to run, or depends on its process: the order of a set of texts, a file, or "
     "an object's address."
 )
-"""Text for a program that has not been seen to use chance, the clock or threads."""
+"""Text for a program without a recorded source of nondeterminism."""

@@ -1,15 +1,15 @@
-"""Delta debugging: finds the smallest scenario with the same failure as a given one.
+"""Delta debugging: finds the smallest scenario with the same failure.
 
-Two kinds of steps are repeated until neither helps:
+Two kinds of steps are repeated until neither of them helps:
 
-    parts     leave some out: half of them, a quarter, ..., and finally each by itself
+    parts     remove half of the parts, a quarter, ..., and finally each part
     numbers   make a part's time, duration or count rounder; also choose the simplest input, the newest
               firmware, and the fewest late words that still fail
 
-At the end, no single part can be left out, and no number can be made rounder. A number is rounder if it has
-fewer significant decimal digits (166 ms, 170 ms, 200 ms, 0), or equally many and is smaller. The candidates
-for a number are 0; 1, 2 or 5 in every decade below it; and its neighbors with fewer digits, above and below.
-Times stay on the grid of the scans.
+At the end, no single part can be removed, and no number can be made rounder. A number is rounder if it has
+fewer significant decimal digits (166 ms, 170 ms, 200 ms, 0), or the same number of digits and is smaller. The
+candidates for a number are 0; 1, 2 or 5 in every decade below it; and its neighbors with fewer digits. Times
+stay multiples of the scan time.
 """
 
 from __future__ import annotations
@@ -42,21 +42,26 @@ def smallest(
     inputs: Inputs = MappingProxyType({}),
     scan_ns: int = 2_000_000,
 ) -> tuple[Scenario, BrokenInvariant]:
-    """Return the smallest scenario with the same failure, and that failure.
+    """Return the smallest scenario with the same failure, and its failure.
 
     Args:
         breaks: runs a scenario; returns its failure if it is the same failure, else None.
-        inputs: for each slot, the inputs that may be pressed, the simplest first.
-        scan_ns: time from scan to scan; candidate times are multiples of it.
+        inputs: inputs that can be pressed, the simplest first, by slot.
+        scan_ns: time from scan to scan. Candidate times are multiples of it.
     """
-    shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
-    while shrinking.drop_parts() or shrinking.simplify_parts():
+    shrinker = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
+    while shrinker.drop_parts() or shrinker.simplify_parts():
         pass
-    return shrinking.scenario, shrinking.broken
+    return shrinker.scenario, shrinker.broken
 
 
 class _Shrinker:
-    """A scenario on its way to the smallest one."""
+    """Shrinks a scenario step by step.
+
+    Attributes:
+        scenario: the smallest scenario so far.
+        broken: its failure.
+    """
 
     def __init__(
         self,
@@ -72,35 +77,36 @@ class _Shrinker:
         self._tried = {scenario}
 
     def drop_parts(self) -> bool:
-        """Remove parts that the failure does not need; return whether there were any."""
-        before = self.scenario
-        count = len(parts_of(before)) or 1
+        """Remove parts that the failure does not need; return whether any was removed."""
+        original = self.scenario
+        count = len(parts_of(original)) or 1
         while count:
             start = 0
             while start < len(parts := parts_of(self.scenario)):
-                if not self._take([*parts[:start], *parts[start + count :]]):
+                if not self._try_parts([*parts[:start], *parts[start + count :]]):
                     start += count
             count //= 2
-        return self.scenario != before
+        return self.scenario != original
 
     def simplify_parts(self) -> bool:
-        """Make numbers and other values simpler; return whether any could be simplified."""
-        before = self.scenario
-        for place in range(len(parts_of(before))):
-            while self._simplify(place):
+        """Make numbers and other values simpler; return whether any was simplified."""
+        original = self.scenario
+        for index in range(len(parts_of(original))):
+            while self._simplify(index):
                 pass
-        return self.scenario != before
+        return self.scenario != original
 
-    def _simplify(self, place: int) -> bool:
+    def _simplify(self, index: int) -> bool:
+        """Replace a part by its simplest version that still fails; return whether there is one."""
         parts = parts_of(self.scenario)
-        field, part = parts[place]
+        field, part = parts[index]
         return any(
-            self._take([*parts[:place], (field, simpler), *parts[place + 1 :]])
+            self._try_parts([*parts[:index], (field, simpler), *parts[index + 1 :]])
             for simpler in simpler_parts(part, self._inputs, self._scan_ns)
         )
 
-    def _take(self, parts: Sequence[Part]) -> bool:
-        """Keep these parts if they have the same failure; return whether they do."""
+    def _try_parts(self, parts: Sequence[Part]) -> bool:
+        """Keep the scenario of these parts if it has the same failure; return whether it does."""
         scenario = scenario_of(parts)
         if scenario in self._tried:
             return False
@@ -126,28 +132,28 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
 SIMPLER: tuple[tuple[Any, str, Callable[[Any, Inputs, int], Iterable[Any]]], ...] = (
     (Timed, "at_ns", lambda part, _, scan_ns: _rounder_times(part.at_ns, scan_ns)),
     (Lasting, "for_ns", lambda part, _, scan_ns: filter(None, _rounder_times(part.for_ns, scan_ns))),
-    (Press, "input", lambda part, inputs, _: _before(part.input, inputs.get(part.slot, ()))),
+    (Press, "input", lambda part, inputs, _: _simpler_inputs(part.input, inputs.get(part.slot, ()))),
     (Signal, "value", lambda part, *_: map(float, rounder(int(part.value)) if part.value % 1 == 0 else ())),
     (Turn, "counts", lambda part, *_: filter(None, rounder(part.counts))),
     (InjectedFault, "late_words", lambda part, *_: _fewer(part.late_words)),
     (LostSteps, "at", lambda part, *_: rounder(part.at)),
     (LostSteps | SwitchOffset, "steps", lambda part, *_: filter(None, rounder(part.steps))),
 )
-"""Simpler values of a field, by the kinds of parts that have it, in the order in which they are tried."""
+"""Kinds of parts, a field of these parts, and a function that yields simpler values, in the order of use."""
 
 
-def _before(given: InputBit, inputs: Sequence[InputBit]) -> Iterator[InputBit]:
-    """Yield the inputs that are simpler than the given one."""
-    return takewhile(lambda bit: bit is not given, inputs)
+def _simpler_inputs(input_bit: InputBit, inputs: Sequence[InputBit]) -> Iterator[InputBit]:
+    """Yield the inputs before an input."""
+    return takewhile(lambda bit: bit is not input_bit, inputs)
 
 
 def _fewer(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
-    """Yield the late words with one of them left out; a single word stays."""
-    return (words[:place] + words[place + 1 :] for place in range(len(words)) if len(words) > 1)
+    """Yield the late words without one of them. A single word stays."""
+    return (words[:index] + words[index + 1 :] for index in range(len(words)) if len(words) > 1)
 
 
 def _newer(version: str) -> Iterator[str]:
-    """Yield the versions newer than the given one, newest first."""
+    """Yield the versions that are newer than a version, newest first."""
     names = [str(known) for known in KNOWN]
     if version in names:
         yield from reversed(names[names.index(version) + 1 :])
@@ -163,15 +169,12 @@ def digits(number: int) -> int:
 
 
 def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
-    """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
-    decimal = (number for number in rounder(time_ns) if number % scan_ns == 0)
-    in_scans = (count * scan_ns for count in rounder(time_ns // scan_ns))
-    key = digits(time_ns), time_ns
-    yield from (
-        rounder_ns
-        for rounder_ns in dict.fromkeys((*decimal, *in_scans))
-        if (digits(rounder_ns), rounder_ns) < key
-    )
+    """Yield rounder multiples of the scan time: first rounder times, then rounder numbers of scans."""
+    by_time = (candidate_ns for candidate_ns in rounder(time_ns) if candidate_ns % scan_ns == 0)
+    by_scans = (count * scan_ns for count in rounder(time_ns // scan_ns))
+    for candidate_ns in dict.fromkeys((*by_time, *by_scans)):
+        if (digits(candidate_ns), candidate_ns) < (digits(time_ns), time_ns):
+            yield candidate_ns
 
 
 def rounder(number: int) -> Iterator[int]:
@@ -188,6 +191,7 @@ def rounder(number: int) -> Iterator[int]:
 
 
 def _round_below(size: int) -> Iterator[int]:
+    """Yield 1, 2 and 5 in every decade below a number."""
     decade = 1
     while decade < size:
         yield from (step * decade for step in STEPS if step * decade < size)
@@ -195,9 +199,9 @@ def _round_below(size: int) -> Iterator[int]:
 
 
 def _neighbors(size: int) -> Iterator[int]:
-    """Yield the closest numbers with fewer digits, below and above."""
+    """Yield the closest numbers with fewer significant digits, below and above."""
     length = len(str(size))
-    for kept in range(1, digits(size)):
-        unit = 10 ** (length - kept)
+    for digit_count in range(1, digits(size)):
+        unit = 10 ** (length - digit_count)
         below = size // unit * unit
         yield from (below, below + unit)

@@ -1,8 +1,7 @@
-"""Writes pytest tests: runs that together reach everything that a campaign has reached.
+"""Writes pytest tests whose runs together reach all instructions or branches that a campaign has reached.
 
-The folder has one file of tests and a scenario for each test. The file names the user's rack file and
-invariants, so the tests follow a change of the program. The places that a run reaches are named without line
-and rung numbers.
+The folder has a test file and a scenario for each test. The tests load the user's rack file and invariants,
+so they test a changed program. They name the reached instructions and branches without line and rung numbers.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from .scenarios.scenario import Scenario
 FILE = "test_reached.py"
 
 TEXT = '''\
-"""What a search reached in {rack} without a failure: written by scanrack fuzz, yours to edit."""
+"""Tests of everything that a search reached in {rack} without a failure; written by scanrack fuzz."""
 
 from pathlib import Path
 
@@ -48,19 +47,19 @@ REACHED = {{
 
 @pytest.mark.parametrize("scenario", REACHED)
 def test_reached(scenario: str) -> None:
-    went = play(RACK, HERE / scenario, SCANS, INVARIANTS, CHECKS)
-    assert went.broken == []
-    assert sorted(set(REACHED[scenario]) - went.reached) == []
+    outcome = play(RACK, HERE / scenario, SCANS, INVARIANTS, CHECKS)
+    assert outcome.broken == []
+    assert sorted(set(REACHED[scenario]) - outcome.reached) == []
 '''
 
 
 @dataclass(frozen=True, slots=True)
 class RunOutcome:
-    """Outcome of one run.
+    """The outcome of one run.
 
     Attributes:
         broken: a sentence for each broken invariant.
-        reached: instructions that passed power, branches that were taken, each with its routine or file.
+        reached: instructions that passed power, or branches that were taken, with their routine or file.
     """
 
     broken: list[str]
@@ -73,12 +72,12 @@ def play(
     """Run a scenario from a file on a rack.
 
     Args:
-        scans: length of the run.
+        scans: number of scans to run.
         invariants: files with invariants.
         checks: names of standard invariants, as for `scanrack fuzz --check`.
 
     Raises:
-        ValueError: a file is unusable.
+        ValueError: a file can't be used.
         OSError: a file can't be read.
     """
     setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
@@ -99,7 +98,7 @@ def check_new(folder: Path) -> None:
         OwnedError: the folder is not empty.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise OwnedError(f"{folder} has something in it: give --write-tests a new folder")
+        raise OwnedError(f"{folder} is not an empty folder: use a new folder with --write-tests")
 
 
 def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable[Scenario]) -> int:
@@ -107,7 +106,7 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
 
     Args:
         job: the rack and program.
-        scenarios: scenarios to choose from; those that break an invariant are left out.
+        scenarios: scenarios to choose from. Scenarios that break an invariant are left out.
 
     Raises:
         OwnedError: the folder is not empty.
@@ -115,17 +114,13 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
     """
     check_new(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    chosen = list(_chosen(bench_of(setup), job, scenarios))
+    chosen = list(_choose(bench_of(setup), job, scenarios))
     rows = []
-    for number, (scenario, new) in enumerate(chosen, 1):
+    for number, (scenario, places) in enumerate(chosen, 1):
         name = f"scenario-{number}.json"
         fields = {key: value for key, value in scenario.to_json().items() if value}
         write_text(folder / name, json.dumps(fields, indent=1) + "\n")
-        rows += [
-            f"    {name!r}: [",
-            *(f"        {point!r}," for point in sorted(new)),
-            "    ],",
-        ]
+        rows += [f"    {name!r}: [", *(f"        {place!r}," for place in sorted(places)), "    ],"]
     text = TEXT.format(
         rack=Path(setup.rack).name,
         path=relative(setup.rack, folder),
@@ -138,16 +133,18 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
     return len(chosen)
 
 
-def _chosen(
+def _choose(
     bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
-    """Yield few scenarios that together reach every place, best first, each with the places that it adds."""
-    runs = [(case, _outcome(bench, case, job)) for case in scenarios]
-    left = [(case, went.reached) for case, went in runs if not went.broken]
-    reached: frozenset[str] = frozenset()
-    while left:
-        scenario, best = max(left, key=lambda each: len(each[1] - reached))
-        if not best - reached:
+    """Yield few scenarios that together reach all places, each with the places that no earlier one reaches.
+
+    The next scenario is always the one that adds most places.
+    """
+    runs = [(scenario, _outcome(bench, scenario, job)) for scenario in scenarios]
+    unreached_places = [(scenario, outcome.reached) for scenario, outcome in runs if not outcome.broken]
+    while unreached_places:
+        scenario, new_places = max(unreached_places, key=lambda run: len(run[1]))
+        if not new_places:
             return
-        yield scenario, best - reached
-        reached |= best
+        yield scenario, new_places
+        unreached_places = [(other, places - new_places) for other, places in unreached_places]

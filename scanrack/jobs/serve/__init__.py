@@ -1,1 +1,1 @@
-"""Serves simulated devices in step with the wall clock: controllers on a line, the 3601 as remote I/O."""
+"""Serves simulated devices in real time: controllers on a line, networked drives, the 3601 as remote I/O."""

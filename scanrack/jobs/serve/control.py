@@ -1,14 +1,14 @@
-"""The control channel of served controllers: one JSON object per line, each answered by one.
+"""The control channel of served controllers. A request and its answer are JSON objects, one per line.
 
-    {"key": "8c1f..."}         first: the key that was printed, as for the page of `watch`
+    {"key": "8c1f..."}         the first line: the key that `serve` printed
     {"fault": "drop=2"}        a fault, as for `--fault`
     {"pin": "in1=ground"}      an input, as for `--pin`
-    {"state": 1}               the registers, inputs and outputs of the unit at address 1
+    {"state": 1}               requests the registers, inputs and outputs of the unit at address 1
 
-An answer is {"ok": true}, with "state" and "at_ns" if they were requested, or {"error": "..."}.
-A connection that does not begin with the key, or sends a line that is not JSON, is answered and closed. A
-page in a browser on this machine can send a request to any port; this prevents its lines from being taken for
-orders.
+The answer is {"ok": true}, with "state" and "at_ns" for a "state" request, or {"error": "..."}.
+
+After an answer with the error, the channel closes a connection if its first line is not the key, or if a line
+is not JSON. This stops a web page in a browser on this machine, which can send text to any port.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ ALLOWED = '{"fault": TEXT}, {"pin": TEXT} or {"state": ADDRESS}'
 
 
 class ControlChannel:
-    """Answers the lines of test programs on this machine.
+    """Answers requests of test programs on this machine.
 
     Args:
         port: port on the loopback address; 0 = any free port.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: the port can't be opened.
     """
 
     def __init__(self, line: LineService, clock: Clock, port: int) -> None:
@@ -52,21 +52,22 @@ class ControlChannel:
         """Stop listening."""
         self._port.close()
 
-    def answer(self, text: str, known: bool) -> str:
-        """Carry out a line; return its answer.
+    def answer(self, text: str, is_admitted: bool) -> str:
+        """Carry out a request; return the answer.
 
         Args:
-            known: whether the client has given the key.
+            text: the line with the request.
+            is_admitted: whether the client has sent the key.
 
         Raises:
-            EndOfTalkError: the line is not JSON, or is first and is not the key.
+            EndOfTalkError: the line is not JSON, or is the first line and is not the key.
         """
         try:
             request = json_value(text)
         except ValueError:
-            problem = f"{shortened(text.strip(), 80)}: it is not JSON; must be {ALLOWED}"
+            problem = f"{shortened(text.strip(), 80)}: this is not JSON; must be {ALLOWED}"
             raise EndOfTalkError(json.dumps({"error": problem})) from None
-        if not known:
+        if not is_admitted:
             self._admit(request)
             return json.dumps({"ok": True})
         try:
@@ -75,7 +76,7 @@ class ControlChannel:
             return json.dumps({"error": str(error)})
 
     def _admit(self, request: object) -> None:
-        """Check the key in constant time."""
+        """Raise EndOfTalkError if a request is not the key; the time of the check does not depend on it."""
         key = request.get("key") if isinstance(request, dict) else None
         key_bytes = key.encode("utf-8", "replace") if isinstance(key, str) else b""
         if not hmac.compare_digest(key_bytes, self.key.encode()):
@@ -99,4 +100,4 @@ class ControlChannel:
             if unit.address == address:
                 return {"at_ns": self._clock.now_ns(), "state": unit.values()}
         addresses = ", ".join(str(unit.address) for unit in self._line.units)
-        raise ValueError(f"no unit at address {address}: there is {addresses}")
+        raise ValueError(f"no unit at address {address}; addresses: {addresses}")

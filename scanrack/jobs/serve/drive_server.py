@@ -19,19 +19,19 @@ from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
 from typing_extensions import override
 
 NS_PER_S = 1_000_000_000
-DATAGRAM = 2048
-PACKETS_MOST = 64
-"""Largest number of datagrams read in a row from one socket."""
+DATAGRAM_BYTES_MAX = 2048
+DATAGRAMS_MAX = 64
+"""Maximum number of datagrams that are read from a socket before the other sockets."""
 
-NOTHING = Instant((), 0, 0)
-"""The empty tags of a drive, which has none."""
+NO_TAGS = Instant((), 0, 0)
+"""The tags for a session: a drive has none."""
 
 
 class LineTap:
-    """Passes network traffic to a listener, with the current instant.
+    """Passes network traffic to a listener, with the current time.
 
     Args:
-        listener: receives the traffic; None without a listener.
+        listener: receives the traffic; None = no listener.
     """
 
     def __init__(self, clock: Clock, listener: LineListener | None) -> None:
@@ -53,58 +53,59 @@ class EnipPort:
 
     Args:
         tap: receives the bytes of TCP connections and the class 1 packets.
-        place: host, and the port for TCP and for List Identity over UDP; 0 = any free port.
+        address: host, and port for TCP and for List Identity over UDP; 0 = any free port.
         io_port: UDP port for class 1 packets; 0 = any free port.
 
     Raises:
-        PortError: it can't listen there.
+        PortError: a port can't be opened.
     """
 
     def __init__(
         self,
         adapter: DriveAdapter,
-        place: tuple[str, int],
+        address: tuple[str, int],
         io_port: int,
         selector: selectors.BaseSelector,
         tap: LineTap,
     ) -> None:
-        host, port = place
+        host, port = address
         self.adapter, self._selector, self._tap = adapter, selector, tap
         self._listener = Listener(host, port, selector=selector)
         self.name = self._listener.name
         self._port = int(self.name.rpartition(":")[2])
-        self._udp: list[socket.socket] = []
+        self._udp_sockets: list[socket.socket] = []
         try:
-            self._list, self._io = self._datagrams(host, self._port), self._datagrams(host, io_port)
+            self._identity_socket = self._open_udp(host, self._port)
+            self._io_socket = self._open_udp(host, io_port)
         except PortError:
             self.close()
             raise
-        self.io_port = int(self._io.getsockname()[1])
+        self.io_port = int(self._io_socket.getsockname()[1])
         self._address = adapter.address = _ipv4(host)
         self._sessions: dict[socket.socket, DriveSession] = {}
 
-    def _datagrams(self, host: str, port: int) -> socket.socket:
+    def _open_udp(self, host: str, port: int) -> socket.socket:
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        opened = socket.socket(family, socket.SOCK_DGRAM)
+        udp_socket = socket.socket(family, socket.SOCK_DGRAM)
         try:
-            opened.bind((host, port))
+            udp_socket.bind((host, port))
         except (OSError, OverflowError) as error:
-            opened.close()
-            raise PortError(f"{host}:{port} (UDP) can't be listened at: {error}") from error
-        opened.setblocking(False)
-        self._udp.append(opened)
-        self._selector.register(opened, selectors.EVENT_READ, self)
-        return opened
+            udp_socket.close()
+            raise PortError(f"{host}:{port} (UDP) can't be opened: {error}") from error
+        udp_socket.setblocking(False)
+        self._udp_sockets.append(udp_socket)
+        self._selector.register(udp_socket, selectors.EVENT_READ, self)
+        return udp_socket
 
     def take(self, ready: object, advance: Callable[[], None]) -> None:
         """Handle a socket that the selector reports as ready.
 
         Args:
-            advance: advances the drive to the current instant.
+            advance: advances the drive to the current time.
         """
-        for listener in (self._io, self._list):
-            if ready is listener:
-                self._take_datagrams(listener, advance)
+        for udp_socket in self._udp_sockets:
+            if ready is udp_socket:
+                self._take_datagrams(udp_socket, advance)
                 return
         for connection, data in self._listener.take(ready):
             if not data:
@@ -115,9 +116,9 @@ class EnipPort:
                 session = self._sessions.get(connection) or self._begin(connection)
                 for frame in session.receive(data):
                     advance()
-                    reply = session.answer_at(frame, NOTHING, wall_ns())
+                    reply = session.answer_at(frame, NO_TAGS, wall_ns())
                     if reply and not self._listener.send(connection, reply):
-                        raise BrokenClientError("it does not take its replies")
+                        raise BrokenClientError("the client does not receive its replies")
                     if reply:
                         self._tap.sent(reply)
             except (BrokenClientError, OSError):
@@ -133,24 +134,24 @@ class EnipPort:
         self._sessions.pop(connection, None)
         self._listener.drop(connection)
 
-    def _take_datagrams(self, opened: socket.socket, advance: Callable[[], None]) -> None:
-        for _ in range(PACKETS_MOST):
+    def _take_datagrams(self, udp_socket: socket.socket, advance: Callable[[], None]) -> None:
+        for _ in range(DATAGRAMS_MAX):
             try:
-                data, place = opened.recvfrom(DATAGRAM)
+                data, sender = udp_socket.recvfrom(DATAGRAM_BYTES_MAX)
             except OSError:
                 return
-            if opened is self._io:
+            if udp_socket is self._io_socket:
                 self._tap.received(data)
                 advance()
-                self.adapter.receive(data, str(place[0]), wall_ns())
+                self.adapter.receive(data, str(sender[0]), wall_ns())
             elif len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
                 session = DriveSession(self.adapter, self._address, self._port, self.io_port, "")
                 with suppress(OSError):
-                    reply = session.reply(Frame(LIST_IDENTITY, 0, data[12:20], b""), NOTHING)
-                    opened.sendto(reply, place)
+                    reply = session.reply(Frame(LIST_IDENTITY, 0, data[12:20], b""), NO_TAGS)
+                    udp_socket.sendto(reply, sender)
 
     def produce(self, advance: Callable[[], None]) -> None:
-        """Send the packet that is due; end a silent connection."""
+        """Send the packet that is due, or end a connection whose time has run out."""
         wake_ns = self.adapter.wake_ns
         if wake_ns is None or wall_ns() < wake_ns:
             return
@@ -159,23 +160,24 @@ class EnipPort:
         if packet is not None:
             self._tap.sent(packet[0])
             with suppress(OSError):
-                self._io.sendto(*packet)
+                self._io_socket.sendto(*packet)
 
     def drop_all(self) -> None:
         """End all connections."""
-        for session in list(self._sessions):
-            self._end(session)
+        for connection in list(self._sessions):
+            self._end(connection)
         self.adapter.end()
 
     def close(self) -> None:
         """End all connections and stop listening."""
-        for listener in self._udp:
-            self._selector.unregister(listener)
-            listener.close()
+        for udp_socket in self._udp_sockets:
+            self._selector.unregister(udp_socket)
+            udp_socket.close()
         self._listener.close()
 
 
 def _ipv4(host: str) -> bytes:
+    """Return the four bytes of an IPv4 address; zeros for any other host."""
     try:
         return socket.inet_aton(host)
     except OSError:
@@ -186,11 +188,11 @@ class DriveServer(Server):
     """Serves a stack on Modbus TCP and a drive on EtherNet/IP.
 
     Args:
-        modbus: Modbus TCP server socket; None without Modbus TCP.
-        answer: answers a request PDU at the current instant.
-        enip: EtherNet/IP port; None without EtherNet/IP.
-        advance: advances the drives to the current instant.
-        selector: selector that the ports use.
+        modbus: Modbus TCP port; None = no Modbus TCP.
+        answer: returns the reply to a unit's request PDU at the current time.
+        enip: EtherNet/IP port; None = no EtherNet/IP.
+        advance: advances the drives to the current time.
+        selector: selector of both ports.
     """
 
     def __init__(
@@ -214,9 +216,8 @@ class DriveServer(Server):
                 self._enip.take(key.fileobj, self._advance)
             elif self._modbus is not None:
                 for connection, requests in self._modbus.take(key.fileobj):
-                    self._modbus.send(
-                        connection, b"".join(reply_to(request, self._answer) for request in requests)
-                    )
+                    replies = b"".join(reply_to(request, self._answer) for request in requests)
+                    self._modbus.send(connection, replies)
         if self._enip is not None:
             self._enip.produce(self._advance)
         self._advance()

@@ -1,7 +1,7 @@
-"""Serves a stack of simulated drives on Modbus TCP and EtherNet/IP, in step with the wall clock.
+"""Serves a stack of simulated drives on Modbus TCP and EtherNet/IP, in real time.
 
-Each request acts at its own instant: the drives advance to it, then the registers answer. All axes share one
-set of registers. Each axis has its own inputs, machine, flash, power and cable.
+At each request, the drives first advance to the current time, and then the registers answer. All axes share
+one set of registers. Each axis has its own inputs, machine, flash, power and cable.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .machines import addressed_file, slot_in
 from .memory_file import ControllerMemory
 
 CONNECTIONS = 6
-"""Largest number of concurrent Modbus TCP connections; any more are closed [SMD p. 121]."""
+"""Maximum number of concurrent Modbus TCP connections; further connections are closed [SMD p. 121]."""
 
 
 class DriveService(LineService):
@@ -41,8 +41,8 @@ class DriveService(LineService):
 
     Args:
         axes: number of axes in the stack.
-        machines: rack files, as FILE for the only axis or AXIS:FILE for one of several.
-        memory: file of the drives' flash; None without one.
+        machines: rack files, as FILE for the only axis or AXIS:FILE for one of several axes.
+        memory: file of the drives' flash; None = no file.
 
     Raises:
         ValueError: the number of axes, a file, a machine or the memory is unusable.
@@ -62,7 +62,8 @@ class DriveService(LineService):
         flash = _flash(model, memory, axes)
         self.axes = [_drive(model, slots.get(axis), flash[axis - 1]) for axis in range(1, axes + 1)]
         self.registers = DriveRegisters(self.axes)
-        self._scanned = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
+        # only the EDS file of a single drive of some models is available
+        self._adapter = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
         self.units = [self._unit(axis, drive) for axis, drive in enumerate(self.axes, 1)]
         if memory is not None:
             memory.follow([partial(getattr, axis, "memory") for axis in self.axes])
@@ -98,31 +99,25 @@ class DriveService(LineService):
                 modbus = ModbusTcpPort(*socket_address(choice.tcp), CONNECTIONS, selector)
                 opened.callback(modbus.close)
             if choice.ethernet_ip is not None:
-                place = socket_address(choice.ethernet_ip, "--ethernet-ip")
-                enip = EnipPort(self._adapter(), place, choice.io_port, selector, self._tap)
+                if self._adapter is None:
+                    titles = ", ".join(model.title for model in MODELS.values() if model.identity is not None)
+                    problem = f"not possible with the {self.title}; only with a single {titles}"
+                    raise ValueError(f"--ethernet-ip: {problem}")
+                address = socket_address(choice.ethernet_ip, "--ethernet-ip")
+                enip = EnipPort(self._adapter, address, choice.io_port, selector, self._tap)
             opened.pop_all()
-        self._server = DriveServer(modbus, self._answer, enip, self._advance, selector)
-        return self._server, self._places(modbus, enip)
-
-    def _adapter(self) -> DriveAdapter:
-        if self._scanned is None:
-            known = ", ".join(model.title for model in MODELS.values() if model.identity is not None)
-            raise ValueError(
-                f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
-            )
-        return self._scanned
-
-    def _places(self, modbus: ModbusTcpPort | None, enip: EnipPort | None) -> str:
         names = [] if modbus is None else [modbus.name]
         if enip is not None:
             names.append(f"{enip.name} EtherNet/IP, UDP {enip.io_port}")
-        return "  ".join(names)
+        self._server = DriveServer(modbus, self._reply, enip, self._advance_to_now, selector)
+        return self._server, "  ".join(names)
 
-    def _advance(self) -> None:
+    def _advance_to_now(self) -> None:
         self.advance(self._clock.now_ns())
 
-    def _answer(self, unit: int, pdu: bytes) -> bytes:
-        self._advance()
+    def _reply(self, unit: int, pdu: bytes) -> bytes:
+        """Return the reply to a Modbus request PDU at the current time."""
+        self._advance_to_now()
         head = bytes((unit,))
         self._tap.received(head + pdu)
         reply = self.registers.answer(pdu)
@@ -133,13 +128,13 @@ class DriveService(LineService):
         wired = drive.machine.spec.fed_inputs
         return ServedUnit(
             address=number,
-            status=partial(_status, number, drive, self._scanned),
-            values=partial(_values, drive, self._scanned),
+            status=partial(_status, number, drive, self._adapter),
+            values=partial(_values, drive, self._adapter),
             wire=partial(self._wire, drive, wired),
         )
 
     def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
-        self.advance(self._clock.now_ns())
+        self._advance_to_now()
         action(drive, name, state, wired)()
         if name == "power" and len(self.axes) == 1 and self._server is not None:
             self._server.drop_all()
@@ -157,33 +152,36 @@ def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]
     for text in texts:
         axis, file = addressed_file(text, list(range(1, axes + 1)))
         if axis in slots:
-            raise ValueError(f"--machine {text}: axis {axis} has a machine already")
+            raise ValueError(f"--machine {text}: axis {axis} already has a machine")
         slots[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
     return slots
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
-    if memory is None or not memory.known:
+    """Return the flash of each axis from the file; None for a new drive.
+
+    Raises:
+        ValueError: the file has another number of axes, or an illegal configuration.
+    """
+    if memory is None or not memory.records:
         return [None] * axes
     memory.check_number(axes)
     build = options_of(model).of(None).build
-    flash = [record for record in memory.known if isinstance(record, DriveMemory)]
-    for number, drive_memory in enumerate(flash):
-        for rule in (
-            ()
-            if drive_memory.configuration is None
-            else broken_rules(drive_memory.configuration, model, build)
-        ):
+    flash = [record for record in memory.records if isinstance(record, DriveMemory)]
+    for number, record in enumerate(flash):
+        rules = () if record.configuration is None else broken_rules(record.configuration, model, build)
+        for rule in rules:
             raise ValueError(f"{memory.path}: units.{number}.configuration: {rule.text} [{rule.id}]")
     return flash
 
 
-def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, str]:
+def _status(number: int, drive: DriveUnit, adapter: DriveAdapter | None) -> dict[str, str]:
+    """Return the state of an axis as text, by title."""
     words = drive.inputs()
     shaft, _, _ = drive.figures()
-    late: dict[str, str] = {}
-    if scanned is not None and scanned.used:
-        late["late packets"] = f"{scanned.late_received:,} received, {scanned.late_sent:,} sent"
+    late_packets: dict[str, str] = {}
+    if adapter is not None and adapter.used:
+        late_packets["late packets"] = f"{adapter.late_received:,} received, {adapter.late_sent:,} sent"
     return {
         "axis": str(number),
         "status 0": f"{words[0] & 0xFFFF:04x}h",
@@ -191,17 +189,17 @@ def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict
         "shaft": f"{shaft:,}",
         "motion": "moving" if drive.axis.moving else "idle",
         "flash writes": f"{drive.memory.writes:,}",
-        **late,
+        **late_packets,
     }
 
 
-def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
-    """Return the words by name, in.NAME and out.NAME, and the values that no word has."""
+def _values(drive: DriveUnit, adapter: DriveAdapter | None) -> dict[str, int]:
+    """Return the words by name, in.NAME and out.NAME, and the values that are in no word."""
     shaft, counts, energized = drive.figures()
     words = drive.model.words
-    late: dict[str, int] = {}
-    if scanned is not None:
-        late = {"late_received": scanned.late_received, "late_sent": scanned.late_sent}
+    late_packets: dict[str, int] = {}
+    if adapter is not None:
+        late_packets = {"late_received": adapter.late_received, "late_sent": adapter.late_sent}
     return {
         **{f"in.{name}": word & 0xFFFF for name, word in zip(words.inputs, drive.inputs(), strict=True)},
         **{f"out.{name}": word for name, word in zip(words.outputs, drive.words, strict=True)},
@@ -209,5 +207,5 @@ def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
         "encoder_counts": counts,
         "energized": energized,
         "flash_writes": drive.memory.writes,
-        **late,
+        **late_packets,
     }

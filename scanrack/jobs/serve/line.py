@@ -40,14 +40,14 @@ GATEWAY_MS_MAX = 60_000
 
 @dataclass(frozen=True, slots=True)
 class PortChoice:
-    """The requested port; for a line, exactly one of the first three fields."""
+    """The requested ports. A line needs exactly one of `pty`, `serial` and `tcp`."""
 
-    pty: bool = False
-    serial: str | None = None
-    tcp: str | None = None
-    rtu_over_tcp: bool = False
-    ethernet_ip: str | None = None
-    io_port: int = 0
+    pty: bool = False  # whether to open a pseudo terminal
+    serial: str | None = None  # a serial device
+    tcp: str | None = None  # [HOST:]PORT
+    rtu_over_tcp: bool = False  # whether the TCP port passes the bytes of the line, instead of Modbus TCP
+    ethernet_ip: str | None = None  # [HOST:]PORT, for drives
+    io_port: int = 0  # UDP port of class 1 packets, for drives; 0 = any free port
 
 
 class LineService(Protocol):
@@ -61,10 +61,10 @@ class LineService(Protocol):
 
     @property
     def title(self) -> str:
-        """A readable description of what is served."""
+        """Description of the served units."""
 
     def set_fault(self, text: str) -> None:
-        """Set a fault of the line; raise ValueError if it is unknown."""
+        """Set a fault of the line; raise ValueError for an unknown fault."""
 
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
@@ -72,7 +72,7 @@ class LineService(Protocol):
         """Open the requested port; return its server and the address for clients.
 
         Raises:
-            ValueError: not exactly one port is requested, or it can't be opened.
+            ValueError: the choice of ports is not possible, or a port can't be opened.
         """
 
 
@@ -81,12 +81,12 @@ class ServedLine(LineService):
 
     Args:
         controller: model name of the units.
-        timed: whether characters take the time of the line's speed on every port.
-        faulty: whether faults may be set; Modbus TCP then goes through a gateway, as with `timed`.
+        timed: whether each character takes its time at the line's speed, on every port.
+        faulty: whether faults may be set; Modbus TCP then has a gateway, as with `timed`.
         gateway_ms: time from the end of a request on the line to the gateway's exception 0Bh, ms.
 
     Raises:
-        ValueError: a time is unusable.
+        ValueError: `gateway_ms` is out of range.
     """
 
     def __init__(
@@ -103,7 +103,7 @@ class ServedLine(LineService):
         self.units = self._line_units = units
         self._controller = controller
         self._timed = timed
-        self._plain = not (timed or faulty)
+        self._is_direct = not (timed or faulty)  # without faults, times and a gateway
         self._gateway_ns = exact_ns(gateway_ms, "ms", "--gateway-ms")
         self._faulty = {unit.address: self._with_faults(unit) for unit in units}
         self.device = self._line()
@@ -122,12 +122,10 @@ class ServedLine(LineService):
             ValueError: the unit or fault is unknown.
         """
         address, colon, fault = text.replace(" ", "").rpartition(":")
-        chosen = [
-            faulty_unit for number, faulty_unit in self._faulty.items() if not colon or str(number) == address
-        ]
-        if not chosen:
-            raise ValueError(f"{text!r} is no fault of a unit: must be FAULT, or ADDRESS:FAULT")
-        for unit in chosen if not colon else chosen[:1]:
+        units = [unit for number, unit in self._faulty.items() if not colon or str(number) == address]
+        if not units:
+            raise ValueError(f"{text!r} is not a fault of a unit: must be FAULT, or ADDRESS:FAULT")
+        for unit in units:
             unit.set(fault)
 
     @override
@@ -135,7 +133,7 @@ class ServedLine(LineService):
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
         if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
-            raise ValueError("give one of --pty, --serial DEVICE and --tcp HOST:PORT")
+            raise ValueError("use one of --pty, --serial DEVICE and --tcp HOST:PORT")
         if choice.serial is not None and self._timed:
             raise ValueError("--line-time: no effect on serial ports")
         if choice.tcp is not None and not choice.rtu_over_tcp and self._line_units[0].answer is not None:
@@ -149,11 +147,14 @@ class ServedLine(LineService):
     def _modbus_server(
         self, modbus: ModbusTcpPort, clock: Clock, listener: LineListener | None
     ) -> tuple[Server, str]:
-        if self._plain:
+        if self._is_direct:
             return PduServer(self.device, answering(self._line_units), modbus, clock, listener), modbus.name
-        only = self.units[0].address if len(self.units) == 1 else None
+        only_address = self.units[0].address if len(self.units) == 1 else None
         gateway: Gateway[Client] = Gateway(
-            self.device, lambda unit: unit if only is None else only, self._gateway_ns, timed=self._timed
+            self.device,
+            lambda unit: unit if only_address is None else only_address,
+            self._gateway_ns,
+            timed=self._timed,
         )
         return GatewayServer(gateway, modbus, clock, listener), modbus.name
 
@@ -162,9 +163,9 @@ class ServedLine(LineService):
         return FaultInjector(device, (lambda: device.turnaround_ns) if self._timed else lambda: 0)
 
     def _line(self) -> Device:
-        devices: Sequence[Device] = (
-            [unit.device for unit in self._line_units] if self._plain else list(self._faulty.values())
-        )
+        devices: Sequence[Device] = list(self._faulty.values())
+        if self._is_direct:
+            devices = [unit.device for unit in self._line_units]
         if self._timed:
             return TimedLine(*devices)
         return devices[0] if len(devices) == 1 else BusSegment(*devices)
@@ -187,15 +188,15 @@ def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
 
 
 def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
-    """Return a function that passes Modbus requests to their units.
+    """Return a function that passes a Modbus request to its unit and returns the reply.
 
-    A single unit answers every request, like a gateway. Of several units, the addressed one answers. All
-    units carry out a request to unit 0, and none answers it.
+    A single unit answers every request, as through a gateway. Of several units, the addressed unit answers.
+    All units carry out a request to unit 0, and no unit answers it.
     """
     answers = {unit.address: unit.answer for unit in units if unit.answer is not None}
     if len(answers) == 1:
-        [only] = answers.values()
-        return lambda _unit, pdu: only(pdu)
+        [only_answer] = answers.values()
+        return lambda _unit, pdu: only_answer(pdu)
 
     def pass_on(unit: int, pdu: bytes) -> bytes | None:
         if unit == BROADCAST:
@@ -215,21 +216,23 @@ def wire(units: Sequence[ServedUnit], text: str) -> None:
     """
     name, equals, state = text.replace(" ", "").partition("=")
     address, colon, pin = name.rpartition(":")
-    chosen = [unit for unit in units if not colon or str(unit.address) == address]
-    if not equals or not chosen:
-        raise ValueError(f"{text!r} wires no input: must be NAME=STATE, or ADDRESS:NAME=STATE")
-    chosen[0].wire(pin, state)
+    matching_units = [unit for unit in units if not colon or str(unit.address) == address]
+    if not equals or not matching_units:
+        raise ValueError(f"{text!r} does not set an input: must be NAME=STATE, or ADDRESS:NAME=STATE")
+    matching_units[0].wire(pin, state)
 
 
 def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
-    """Apply the options before the units are served, as SMC60WIN does.
+    """Switch the units to AA ASCII, and start their programs, as SMC60WIN does.
 
     Raises:
-        ValueError: these units do not support an option.
+        ValueError: a unit does not support this.
     """
-    for unit in units if ascii_mode or start else ():
+    if not (ascii_mode or start):
+        return
+    for unit in units:
         if unit.do is None:
-            raise ValueError("--ascii and --start: only a PCL601 has them")
+            raise ValueError("--ascii and --start: these options are only for the PCL601")
         if ascii_mode:
             unit.do(Code.SWITCH_TO_ASCII)
         if start and unit.status()["program"] != NO_PROGRAM:

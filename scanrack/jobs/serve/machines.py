@@ -1,8 +1,8 @@
-"""Puts a served controller on a machine: switches, stations and people of a rack file act on its inputs.
+"""Connects a served controller to a machine: switches, stations and people of a rack file act on its inputs.
 
-rack file            [slot.machine] of its slot with the adapter, or with a 3601
+rack file            [slot.machine] of the slot with the controller's adapter, or with a 3601
 wiring               as for the adapter, see docs/adapters.md; a normally closed limit feeds no hard limit
-time                 the time of the service: a timeline begins with it
+time                 a timeline begins when the service begins
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from typing_extensions import override
 from ..run.served_units import Unit
 
 BARE = Pcl601Options(registration="polled")
-"""Options for the machine of a 3601: no output is wired to an input."""
+"""Options for the machine of a 3601, without an output that is wired to an input."""
 
 
 class DeviceOnMachine(ControllerDevice):
-    """A controller of a plant on its line: the machine follows the motor, the inputs follow the machine."""
+    """A controller on a line, with a machine that follows its motor and operates its inputs."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant, self._device = plant, plant.device
@@ -41,7 +41,7 @@ class DeviceOnMachine(ControllerDevice):
 
     @property
     def line_format(self) -> LineFormat:
-        """The current format of its characters."""
+        """The current format of characters on the line."""
         return self._device.line_format
 
     @property
@@ -61,9 +61,9 @@ class DeviceOnMachine(ControllerDevice):
 
     @property
     def next_wake_ns(self) -> int | None:
-        """Instant of the next event on the line, in the controller or at the machine, ns; None if none."""
-        known = (self._device.next_wake_ns, self._plant.machine.next_change_ns(self._now_ns))
-        return min((time_ns for time_ns in known if time_ns is not None), default=None)
+        """Time of the next event on the line, in the controller or at the machine, ns; None = no event."""
+        times = (self._device.next_wake_ns, self._plant.machine.next_change_ns(self._now_ns))
+        return min((time_ns for time_ns in times if time_ns is not None), default=None)
 
     @override
     def receive(self, now_ns: int, data: bytes) -> None:
@@ -89,33 +89,33 @@ class DeviceOnMachine(ControllerDevice):
 
 
 def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
-    """Return the units, each with its machine.
+    """Return the units, with the machines of some of them.
 
     Args:
-        texts: rack files, as FILE for the only unit or ADDRESS:FILE for one of several.
+        texts: rack files, as FILE for the only unit or ADDRESS:FILE for one of several units.
 
     Raises:
-        ValueError: a file or its machine can't be used, or it belongs to no unit.
+        ValueError: a file or its machine can't be used, or its unit does not exist.
     """
-    by_address = {unit.address: unit for unit in units}
+    units_by_address = {unit.address: unit for unit in units}
     for text in texts:
-        address, file = addressed_file(text, list(by_address))
-        if isinstance(by_address[address].device, DeviceOnMachine):
-            raise ValueError(f"--machine {text}: unit {address} has a machine already")
-        by_address[address] = _on_machine(by_address[address], Path(file))
-    return list(by_address.values())
+        address, file = addressed_file(text, list(units_by_address))
+        if isinstance(units_by_address[address].device, DeviceOnMachine):
+            raise ValueError(f"--machine {text}: unit {address} already has a machine")
+        units_by_address[address] = _on_machine(units_by_address[address], Path(file))
+    return list(units_by_address.values())
 
 
 def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
-    """Return the unit and file in FILE or ADDRESS:FILE; raise ValueError for an unknown unit."""
+    """Return address and file from FILE or ADDRESS:FILE; raise ValueError for an unknown address."""
     address, colon, file = text.partition(":")
     if colon and address.isdecimal():
         if int(address) not in addresses:
-            addresses_text = ", ".join(map(str, addresses))
-            raise ValueError(f"--machine {text}: no unit {address}; there is {addresses_text}")
+            known = ", ".join(map(str, addresses))
+            raise ValueError(f"--machine {text}: no unit {address}; addresses: {known}")
         return int(address), file
     if len(addresses) > 1:
-        raise ValueError(f"--machine {text}: of several units it must be ADDRESS:FILE")
+        raise ValueError(f"--machine {text}: must be ADDRESS:FILE if several units are served")
     return addresses[0], text
 
 
@@ -139,10 +139,10 @@ def _plant(device: ControllerDevice, file: Path) -> Plant:
 
 
 def slot_in(file: Path, *modules: str) -> SlotSpec:
-    """Return the only slot of a rack file with one of the modules, trying these in order.
+    """Return the only slot of a rack file with the first of the modules that the file has.
 
     Raises:
-        ValueError: the file can't be used, or has no such slot, or has several.
+        ValueError: the file can't be used, or it has none of the modules, or several slots with the first.
     """
     slots = load_rack_file(file).spec.slot
     for module in modules:
@@ -150,18 +150,19 @@ def slot_in(file: Path, *modules: str) -> SlotSpec:
         if len(matching) == 1:
             return matching[0]
         if matching:
-            raise ValueError(f"--machine {file}: {len(matching)} of its slots have an {module}; must be one")
+            raise ValueError(f"--machine {file}: {len(matching)} slots have an {module}; only one may")
     raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
 
 
 def _wired_as(machine: Machine) -> Configuration:
-    """Return a configuration that uses the machine's inputs, active low where a switch is normally closed."""
-    closed = sum({switch.input.value for switch in machine.spec.switches if switch.normally_closed})
+    """Return a configuration that uses the machine's inputs; a normally closed switch is active low."""
+    normally_closed = sum({switch.input.value for switch in machine.spec.switches if switch.normally_closed})
     used = machine.spec.fed_inputs | InputBit.HOME.value | InputBit.CW_LIMIT.value  # always used
-    return Configuration(inputs_used=used, active_high=ALL_INPUTS & ~closed, starting_speed=1)
+    return Configuration(inputs_used=used, active_high=ALL_INPUTS & ~normally_closed, starting_speed=1)
 
 
 def _wire(wired: frozenset[str], wire: Callable[[str, str], None], name: str, state: str) -> None:
+    """Set an input, unless the machine operates it."""
     if name in wired:
-        raise ValueError(f"{name} is wired to the machine: of the inputs, {', '.join(sorted(wired))} are")
+        raise ValueError(f"{name}: the machine operates this input, like all of {', '.join(sorted(wired))}")
     wire(name, state)

@@ -1,9 +1,9 @@
-"""Keeps the nonvolatile memory of served controllers in a file, read at the start and written at each change.
+"""Stores the nonvolatile memory of served controllers in a file.
 
     {"format": "scanrack memory 1", "controller": "pcl601", "units": [{"address": 1, ...}]}
 
-A killed process loses at most the changes of the last 10 ms: each file is written completely beside the old
-one.
+The file is read at the start and written after each change. A new file is complete before it replaces the old
+file. A killed process therefore loses at most the changes of the last 10 ms.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ MemoryType = TypeVar("MemoryType", Pcl601Memory, Pmc006Memory, DriveMemory)
 
 
 class _File(BaseModel, Generic[MemoryType]):
-    """The content of the file."""
+    """The contents of the file."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -53,33 +53,33 @@ KINDS: Mapping[str, type[_File[Any]]] = {
     "pmc006": _File[Pmc006Memory],
     **{model.name: _File[DriveMemory] for model in MODELS.values() if model.flash},
 }
-"""The file model of each controller; controllers without nonvolatile memory are missing."""
+"""The model of the file, by controller; a controller without nonvolatile memory is not a key."""
 
 
 class ControllerMemory(AbstractContextManager["ControllerMemory"]):
     """The nonvolatile memory of served controllers; its file is locked until the context exits.
 
     Attributes:
-        known: content of the file, in the order of the units; empty without a file.
+        records: contents of the file, in the order of the units; empty without a file.
 
     Args:
         controller: name of the controller, as in `KINDS`.
-        used: files that it must not replace.
+        used: files that must not be replaced.
 
     Raises:
-        ValueError: the file is in other use, belongs to another controller, or is damaged; or the controller
-            has no nonvolatile memory.
+        ValueError: the file is in other use, is for another controller, or is damaged; or the controller has
+            no nonvolatile memory.
         OSError: another service has locked the file, or its folder can't be written.
     """
 
     def __init__(self, path: Path, controller: str, used: Used) -> None:
         if controller not in KINDS:
-            raise ValueError(f"--memory {path}: the {controller} keeps nothing without power")
+            raise ValueError(f"--memory {path}: the {controller} has no nonvolatile memory")
         self.path, self._controller, self._used = path, controller, used
         target = check_output(path, MEMORY, used)
         with ExitStack() as lock, naming(path, beside(target, "lock")):
             lock.enter_context(held(target))
-            self.known = self._read()
+            self.records = self._read()
             self._lock = lock.pop_all()
         self._readers: Sequence[Callable[[], UnitMemory]] = ()
 
@@ -89,12 +89,13 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         try:
             data = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
             if isinstance(data, dict) and data.get("controller", self._controller) != self._controller:
-                raise ValueError(f"it is that of a {data['controller']}, not of a {self._controller}")
+                raise ValueError(f"this is the memory of a {data['controller']}, not of a {self._controller}")
             units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(data).units
         except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            where = ".".join(map(str, first["loc"]))
-            raise ValueError(f"{self.path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+            first_error = error.errors(include_url=False)[0]
+            key = ".".join(map(str, first_error["loc"]))
+            problem = first_error["msg"].removeprefix("Value error, ")
+            raise ValueError(f"{self.path}: {key}: {problem}") from None
         except ValueError as error:
             raise ValueError(f"{self.path}: {error}") from None
         return units
@@ -103,32 +104,32 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         self._lock.close()
 
     def restore(self, units: list[Unit], *, addressed: bool) -> None:
-        """Power up the units with the content of the file, and then follow their changes.
+        """Power up the units with the contents of the file, and then follow their changes.
 
         Args:
-            addressed: whether the addresses of the units override those in the file.
+            addressed: whether the units keep their addresses, instead of the addresses in the file.
 
         Raises:
             ValueError: the file has a different number of units.
         """
         self.check_number(len(units))
-        for unit, known in zip(units, self.known, strict=False):
-            assert not isinstance(known, DriveMemory)
-            _restore(known.addressed(unit.address) if addressed else known, unit.device)
-        self.follow([_reader(served_unit.device) for served_unit in units])
+        for unit, record in zip(units, self.records, strict=False):
+            assert not isinstance(record, DriveMemory)
+            _restore(record.addressed(unit.address) if addressed else record, unit.device)
+        self.follow([_reader(unit.device) for unit in units])
 
     @property
     def addresses(self) -> list[int]:
         """Addresses of the controllers in the file, in file order; empty without a file and for drives."""
-        return [record.address for record in self.known if not isinstance(record, DriveMemory)]
+        return [record.address for record in self.records if not isinstance(record, DriveMemory)]
 
     def check_number(self, units: int) -> None:
-        """Raise ValueError if there is a file with a different number of units."""
-        if self.known and len(self.known) != units:
-            raise ValueError(f"{self.path}: it has {len(self.known)} units; asked for are {units}")
+        """Raise ValueError if the file exists and has a different number of units."""
+        if self.records and len(self.records) != units:
+            raise ValueError(f"{self.path}: the file has {len(self.records)} units, but {units} are served")
 
     def follow(self, readers: Sequence[Callable[[], UnitMemory]]) -> None:
-        """Follow the values that the readers return, one reader for each unit."""
+        """Store the values that the readers return, one reader for each unit, at each call of `look`."""
         self._readers = readers
 
     def look(self) -> None:
@@ -138,10 +139,10 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
             OwnedError: the file may no longer be replaced.
             OSError: the file can't be written; an earlier file is unchanged.
         """
-        now = tuple(read() for read in self._readers)
-        if now != self.known:
-            self._write(now)
-            self.known = now
+        records = tuple(read() for read in self._readers)
+        if records != self.records:
+            self._write(records)
+            self.records = records
 
     def _write(self, units: tuple[UnitMemory, ...]) -> None:
         data = {

@@ -1,11 +1,11 @@
-"""Serves a 3601 as remote I/O: its rack runs in step with the wall clock, and an external PLC is the program.
+"""Serves a 3601 as remote I/O: its rack runs in real time, and an external PLC is the program.
 
-    foreign PLC --Modbus TCP--> eight words --each scan--> module, machine
-                <-------------- eight words <------------
+    external PLC --Modbus TCP--> eight words --each scan--> module, machine
+                 <-------------- eight words <------------
 
 Between two scans, the port answers at once with the words of the latest scan. The CPU is in program mode
-until the first write, and again when there has been no write for a while. The module then sees a PLC that has
-left run mode.
+until the first write, and again if no write arrives for a time. For the module, the PLC has then left run
+mode.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ module = "amci3601"
 
 
 class ExternalPlc(QuietListener):
-    """The program of a rack whose words an external PLC writes and reads; also a listener of its scans.
+    """The program of a rack for an external PLC, and a listener of the rack's scans.
 
     Attributes:
         slot: number of the module's slot.
         words: the words that the PLC writes and reads.
-        silences: number of times that the PLC has fallen silent.
+        silences: number of times that run mode ended because the PLC wrote nothing.
 
     Args:
         slot: number of the module's slot.
@@ -68,7 +68,7 @@ class ExternalPlc(QuietListener):
     """The CPU on which it runs; set by `attach`."""
 
     def attach(self, cpu: Cpu) -> None:
-        """Run on a CPU, which waits in program mode for the first write."""
+        """Run on a CPU, which is in program mode until the first write."""
         self.cpu = cpu
         cpu.mode = CpuMode.PROGRAM
 
@@ -79,7 +79,7 @@ class ExternalPlc(QuietListener):
             outputs[word_index] = signed_word(word)
 
     def answer(self, pdu: bytes) -> bytes:
-        """Answer a Modbus request between two scans."""
+        """Return the reply to a Modbus request between two scans."""
         reply = self.words.answer(self._now_ns, pdu)
         if self.words.heard_ns == self._now_ns and self.cpu.mode is not CpuMode.RUN:
             self.cpu.mode = CpuMode.RUN
@@ -98,17 +98,15 @@ class ExternalPlc(QuietListener):
             self._announce("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
         if self.words.torn != self._torn_reported:
             self._torn_reported = self.words.torn
-            self._announce(
-                "torn write",
-                f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_reported:,}",
-            )
+            text = f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_reported:,}"
+            self._announce("torn write", text)
 
     def _announce(self, name: str, text: str) -> None:
         self.cpu.announce(Event(self._now_ns, "remote", name, text, {"torn": self.words.torn}))
 
 
 class ServingPace(RealTime):
-    """Paces scans by the wall clock, and serves a port while waiting."""
+    """Paces scans by the wall clock, and serves a port between them."""
 
     def __init__(self, port: ModbusTcpPort, plc: ExternalPlc) -> None:
         self._port, self._plc = port, plc
@@ -116,7 +114,7 @@ class ServingPace(RealTime):
 
     @override
     def wait(self) -> bool:
-        self._serve(0)  # at least once a scan, even if scans are late
+        self._serve(0)  # at least once per scan, even if scans are late
         return super().wait()
 
     def _serve(self, seconds: float) -> None:
@@ -131,11 +129,12 @@ def remote_job(
 
     Args:
         rack: rack file, see `load_rack`; None = a rack with a 3601 in slot 1 and a free shaft.
-        slot: slot number of the 3601; None if there is only one.
+        slot: slot number of the 3601; None = the slot of the only 3601.
         silence_ms: time without a write after which the CPU leaves run mode, ms.
+        whole: whether to refuse writes of fewer words than the module has.
 
     Raises:
-        ValueError: the file or time is unusable, or there is no such slot.
+        ValueError: the file, the time or the slot is unusable.
     """
     if not 0 < silence_ms <= SILENCE_MS_MAX:
         raise ValueError(f"--silence {silence_ms:g}: must be above 0, at most {SILENCE_MS_MAX:,}")
@@ -143,14 +142,14 @@ def remote_job(
         if rack is None:
             rack = str(Path(folder) / "remote-io.toml")
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
-        spec = load_rack(rack, _unknown).spec
+        spec = load_rack(rack, _no_logic).spec
         number = _slot_of({slot_spec.number: slot_spec.module for slot_spec in spec.slot}, slot)
         silence_ns = exact_ns(silence_ms, "ms", "--silence")
         plc = ExternalPlc(number, spec.words[number], silence_ns, whole=whole)
         yield load_rack(rack, plc), plc
 
 
-def _unknown(_scan: LogicScan) -> None: ...
+def _no_logic(_scan: LogicScan) -> None: ...
 
 
 def _slot_of(modules: dict[int, str], slot: int | None) -> int:
@@ -158,8 +157,7 @@ def _slot_of(modules: dict[int, str], slot: int | None) -> int:
     if slot is None and len(numbers) == 1:
         return numbers[0]
     if slot is None or slot not in numbers:
-        problem = "must be given" if slot is None else f"{slot}: no {CATALOG}"
-        raise ValueError(
-            f"--slot {problem}; the rack has one in slot {', '.join(map(str, numbers)) or 'none'}"
-        )
+        problem = "is needed" if slot is None else f"{slot}: no {CATALOG}"
+        choices = ", ".join(map(str, numbers)) or "none"
+        raise ValueError(f"--slot {problem}; slots with an {CATALOG}: {choices}")
     return slot

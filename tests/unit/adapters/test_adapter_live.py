@@ -310,7 +310,7 @@ def test_a_real_port_is_refused_where_it_must_be(
         ({"module": "pcl601-adapter", "port": ""}, "a serial device such as"),
         ({"module": "pcl601-adapter", "port": "COM3", "address": 100}, "must be 1 to 99"),
         ({"module": "pmc006-adapter", "port": "COM3", "address": 0}, "1 to 120, or 255"),
-        ({"module": "pmc006-adapter", "address": 3}, "goes with a real port only"),
+        ({"module": "pmc006-adapter", "address": 3}, "only a real port has an address"),
     ],
 )
 def test_a_port_that_can_not_be_is_refused(keys: dict[str, Any], said: str) -> None:

@@ -63,7 +63,7 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("query", "{}", "scan > 1", "--show", "slot1.in.positon"), "did you mean slot1.in.position"),
         (("query", "none.mcap", "scan > 1"), "none.mcap: No such file or directory"),
         (("plot", "{}", "--out", "{}.gif"), "the suffix must be .png, .svg, .html"),
-        (("plot", "{}", "--title", "Line", "--slot", 2), "no card with names in slot 2; there is one in 1"),
+        (("plot", "{}", "--title", "Line", "--slot", 2), "with names; these slots do: 1"),
         (("plot", "{}", "--range", "500:"), "no scan in scans from 500; it has scans 0 to 99"),
         (("plot", "{}", "--range", "3s:1s"), "ends before it begins"),
         (("plot", "{}", "--range", "3s"), "must be A:B, A: or :B"),

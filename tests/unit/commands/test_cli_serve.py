@@ -165,7 +165,7 @@ def test_a_test_sets_faults_and_inputs_by_the_control_channel() -> None:
         assert isinstance(state, dict)
         assert (state["inputs"], state["base_speed"]) == (0b100, 500)
         refused = told(fault="2:reset")["error"]
-        assert refused == "'2:reset' is no fault of a unit: must be FAULT, or ADDRESS:FAULT"
+        assert refused == "'2:reset' is not a fault of a unit: must be FAULT, or ADDRESS:FAULT"
 
 
 @pytest.fixture
@@ -179,12 +179,12 @@ def channel() -> Iterator[ControlChannel]:
     [
         ('{"fault": 1}', 'must be {"fault": TEXT}'),
         ('{"fault": "reset", "pin": "in1=high"}', 'must be {"fault": TEXT}'),
-        ('{"state": 9}', "no unit at address 9: there is 1"),
+        ('{"state": 9}', "no unit at address 9; addresses: 1"),
         ('{"pin": "in9=high"}', "no input in9"),
     ],
 )
 def test_orders_that_the_control_channel_refuses(channel: ControlChannel, text: str, said: str) -> None:
-    assert said in json.loads(channel.answer(text, known=True))["error"]
+    assert said in json.loads(channel.answer(text, is_admitted=True))["error"]
 
 
 @pytest.mark.parametrize("known", [True, False])
@@ -192,14 +192,14 @@ def test_orders_that_the_control_channel_refuses(channel: ControlChannel, text: 
 def test_a_line_that_is_not_json_ends_the_control_channel(
     channel: ControlChannel, text: str, known: bool
 ) -> None:
-    with pytest.raises(EndOfTalkError, match="it is not JSON"):
+    with pytest.raises(EndOfTalkError, match="this is not JSON"):
         channel.answer(text, known)
 
 
 @pytest.mark.parametrize("text", ['{"pin": "in3=ground"}', '{"key": ""}', '{"key": 1}', '{"key": "é"}', "7"])
 def test_the_control_channel_asks_for_its_key_first(channel: ControlChannel, text: str) -> None:
     with pytest.raises(EndOfTalkError, match="the first line must be"):
-        channel.answer(text, known=False)
+        channel.answer(text, is_admitted=False)
 
 
 def played(channel: ControlChannel, client: socket.socket, lines: str) -> list[dict[str, object]]:
@@ -232,7 +232,7 @@ def test_a_page_of_somebody_else_orders_nothing(channel: ControlChannel) -> None
     with connected(channel.name) as client:
         *answers, last = played(channel, client, POST)
     assert (len(answers), last) == (1, {})
-    assert "it is not JSON" in str(answers[0]["error"])
+    assert "this is not JSON" in str(answers[0]["error"])
     with connected(channel.name) as client:
         key, state = played(channel, client, f'{{"key": "{channel.key}"}}\n{{"state": 1}}\n')
     assert key == {"ok": True}
@@ -255,8 +255,8 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "give one of --pty, --serial DEVICE and --tcp HOST:PORT"),
-        (["--pty", "--tcp", "0"], "give one of --pty"),
+        ([], "use one of --pty, --serial DEVICE and --tcp HOST:PORT"),
+        (["--pty", "--tcp", "0"], "use one of --pty"),
         (["--tcp", "here"], "--tcp here: must be HOST:PORT or PORT"),
         (["--tcp", "70000"], "--tcp 70000: must be HOST:PORT or PORT, with a port of 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
@@ -286,9 +286,12 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
         (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: must be HOST:PORT or PORT"),
         (
             ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
-            "--ethernet-ip: the EDS file of one SMD23E2 is known",
+            "--ethernet-ip: not possible with the anf2; only with a single SMD23E2",
         ),
-        (["anf2", "--tcp", "0", "--memory", "anf2.json"], "--memory anf2.json: the anf2 keeps nothing"),
+        (
+            ["anf2", "--tcp", "0", "--memory", "anf2.json"],
+            "--memory anf2.json: the anf2 has no nonvol",
+        ),
         (["pcl601", "--pty", "--io-port", "0"], "--io-port: not supported by pcl601"),
         (["pcl601", "--pty", "--axes", "2"], "--axes: not supported by pcl601"),
     ],
@@ -391,8 +394,8 @@ def test_an_input_of_one_of_several_units_is_wired_by_its_address() -> None:
         ("in1=6V", "6V: voltage must be 0V to 5V"),
         ("in1=fullV", "fullV: voltage must be"),
         ("in2=2V", "'2V' is not a state of an input"),
-        ("in2", "'in2' wires no input: must be NAME=STATE"),
-        ("9:in2=ground", "'9:in2=ground' wires no input"),
+        ("in2", "'in2' does not set an input: must be NAME=STATE"),
+        ("9:in2=ground", "'9:in2=ground' does not set an input"),
     ],
 )
 def test_an_input_that_cannot_be_wired(text: str, said: str) -> None:
@@ -454,7 +457,7 @@ def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> No
 
 
 def test_a_pmc006_has_no_ascii_mode() -> None:
-    with pytest.raises(ValueError, match="only a PCL601 has them"):
+    with pytest.raises(ValueError, match="only for the PCL601"):
         begin(pmc006_units([], [], 1.0), ascii_mode=True, start=False)
 
 

@@ -119,7 +119,10 @@ REFUSED = [
     ({"out": [70_000, 0, 0, 0, 0, 0, 0, 0]}, "out.0: 70000 is not allowed"),
     ({"out": [True, 0, 0, 0, 0, 0, 0, 0]}, "out.0: true is not allowed"),
     ({"inputs": {"home": 2}}, "inputs.home: 2 is not allowed"),
-    ({"new": {"machine": {"home": [1, 5]}}, "inputs": {"home": 1}}, "inputs.home: this input follows"),
+    (
+        {"new": {"machine": {"home": [1, 5]}}, "inputs": {"home": 1}},
+        "inputs.home: a switch of the machine operatess",
+    ),
     ({"for_ms": -1}, "for_ms: -1 is not allowed"),
     ('{"for_ms": NaN}', "NaN is not a number"),
     ({"until": {"set": ["MOVE_COMPLET"]}}, "did you mean MOVE_COMPLETE"),

@@ -122,7 +122,7 @@ REFUSED = [
     ({"env": {"in2": {"ground_when_pos_ge": "a"}}}, "env.in2: must be"),
     ({"env": {"in1_volts": 5.1}}, "env.in1_volts: 5.1"),
     ({"observe": ["speed"]}, 'observe: "speed" is not a signal'),
-    ({"observe": ["position_minus_mark:a"]}, "no such mark"),
+    ({"observe": ["position_minus_mark:a"]}, "its mark is not set"),
     ({"tx": "0g"}, "bytes in hex"),
     ({"tx": ""}, "at least one byte"),
     ({"tx": "01", "tx_text": "a"}, "not both"),

@@ -249,7 +249,7 @@ def test_the_encoder_is_turned_by_hand() -> None:
         ("in1=high", "in1=high: must be on, off, or positions such as 9000.. or ..-3000 or 5..10"),
         ("cable=on", "cable=on: must be lost or connected"),
         ("temperature=hot", "temperature=hot: must be -273 to 1,000"),
-        ("3:in1=on", "'3:in1=on' wires no input: must be NAME=STATE, or ADDRESS:NAME=STATE"),
+        ("3:in1=on", "'3:in1=on' does not set an input: must be NAME=STATE, or ADDRESS:NAME=STATE"),
     ],
 )
 def test_a_pin_that_is_none(text: str, problem: str) -> None:

@@ -108,7 +108,7 @@ def test_a_stored_program_of_a_unit_has_its_suffix(place: Path) -> None:
     (place / "with_unit.toml").write_text(rack, encoding="utf-8")
     result = scanrack("run with_unit.toml")
     assert result.exit_code == 2
-    assert 'with_unit.toml:6: unit.program = "shadow": a stored program is a .pclt file' in result.stderr
+    assert 'with_unit.toml:6: unit.program = "shadow": a stored program has the suffix .pclt' in result.stderr
     assert "thehash" not in result.output
 
 

@@ -202,11 +202,11 @@ def test_an_export_says_the_tag_the_interval_and_the_destination(folder):
         (('In = { rack = "none.toml", tag = "Out" }',), "no such rack file"),
         (("Order = { after_ms = 5, value = 3 }",), "no tag for the data; name one"),
         (("In = { rpi_ms = 5 }",), "line.toml:5: stubs.In: a consumed tag needs value, table or rack"),
-        (("Order = { after_ms = 5, rpi_ms = 5 }",), "this key is that of a consumed tag"),
+        (("Order = { after_ms = 5, rpi_ms = 5 }",), "only a consumed tag has this key"),
         (("In = { vallue = 5 }",), "line.toml:5: stubs.In.vallue: unknown key; did you mean value"),
         (("In = { table = [{ at = 5 }] }",), "did you mean at_s"),
-        (("In = { table = [{ at_ms = 5 }, { at_ms = 5 }] }",), "its times must rise"),
-        (('In = { value = 1, rack = "two.toml" }',), "value is given already"),
+        (("In = { table = [{ at_ms = 5 }, { at_ms = 5 }] }",), "each entry must be later than the entry"),
+        (('In = { value = 1, rack = "two.toml" }',), "this table has value already"),
     ],
 )
 def test_what_is_refused(folder, stubs, says):

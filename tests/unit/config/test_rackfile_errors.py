@@ -252,13 +252,13 @@ MISTAKES = {
         "at_s = 3.2",
         "",
         32,
-        "slot.machine.timeline: one of at_ms and at_s is needed, not none",
+        "slot.machine.timeline: write one of at_ms and at_s, not none",
     ),
     "a time that is there twice": (
         "work_ms = 250",
         "work_ms = 250\nwork_s = 1",
         40,
-        "slot.machine.stations.work_ms = 250: one of work_ms and work_s is needed, not both",
+        "slot.machine.stations.work_ms = 250: write one of work_ms and work_s, not both",
     ),
     "a time out of range": (
         "pulse_ms = 20",
@@ -282,7 +282,7 @@ MISTAKES = {
         "for_ms = 50",
         'energized = "wired"\nfor_ms = 50',
         35,
-        'slot.machine.timeline.energized = "wired": energized = "wired" has no end: leave for_ms and for_s out',
+        'slot.machine.timeline.energized = "wired": energized = "wired" has no end: remove for_ms and for_s',
     ),
     "a ratio that is none": (
         "counts_per_step = 0.5",
@@ -337,7 +337,7 @@ MISTAKES = {
         "[[force]]",
         "[axes.Feed]\ncounts_per_unit = 10\n[[force]]",
         48,
-        "axes.Feed.counts_per_unit = 10: this key is that of an axis with a slot",
+        "axes.Feed.counts_per_unit = 10: only an axis with a slot has this key",
     ),
     "a slot of two axes": (
         "[[force]]",
@@ -355,13 +355,13 @@ MISTAKES = {
         "[[force]]",
         '[[prove.property]]\nname = "one"\nnever = "A"\nalways = "B"\n[[force]]',
         50,
-        'prove.property.always = "B": never is given already: one of never, always, reachable',
+        'prove.property.always = "B": this property has never already: write one of never, always, reachable',
     ),
     "a property without a claim": (
         "[[force]]",
         '[[prove.property]]\nname = "one"\n[[force]]',
         48,
-        'prove.property.name = "one": one is missing: one of never, always, reachable',
+        'prove.property.name = "one": this property has no condition: write one of never, always, reachable',
     ),
     "an empty condition of a property": (
         "[[force]]",

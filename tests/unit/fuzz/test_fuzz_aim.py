@@ -19,7 +19,7 @@ from scanrack.jobs.fuzz.aim.edges import NEAR, TOGETHER, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.aim.sweep import Sweep
 from scanrack.jobs.fuzz.aim.times import times_of
-from scanrack.jobs.fuzz.campaign.campaign import _round
+from scanrack.jobs.fuzz.campaign.campaign import _search_tasks
 from scanrack.jobs.fuzz.campaign.fresh import run_in_fresh_process
 from scanrack.jobs.fuzz.explain.changes import changes_in
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
@@ -283,7 +283,7 @@ def test_the_next_task_of_a_campaign_gets_what_the_last_one_has_found():
     done, state = SearchReport(runs=40, shrinking=10), State()
     done.corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
     state.add(done)
-    (task,) = _round(state, 0, 1, 50, frozenset())
+    (task,) = _search_tasks(state, 1, 50)
     assert task.corpus is not None
     assert task.corpus.runs == 30
     assert [each.points for each in task.corpus.entries] == [[5]]

@@ -66,7 +66,7 @@ def test_the_law_of_an_axis_of_motion_blocks(members, linked, held_s):
     """A search for home may rest for 3 s more; a follower rests with its encoder."""
     tags = {f"Axis.{name}": value for name, value in {**AXIS, **members}.items()}
     rests = RestMeter(axes_in(lambda scan: None, Tags(tags)))
-    said = [rests.too_long(at_ms * MS, linked=linked) for at_ms in range(0, 10_000, 100)]
+    said = [rests.update(at_ms * MS, linked=linked) for at_ms in range(0, 10_000, 100)]
     held = next((row for row, each in enumerate(said) if each), None)
     assert held == (None if held_s is None else 10 * held_s + 1)
 
@@ -83,4 +83,4 @@ def test_a_blend_that_is_programmed_goes_on_at_rest():
     rests = RestMeter(axes_in(lambda scan: None, tags))
     for at_ms in range(0, 10_000, 500):
         tags["Axis.Out[1]"] ^= 0x200
-        assert rests.too_long(at_ms * MS, linked=True) is None
+        assert rests.update(at_ms * MS, linked=True) is None

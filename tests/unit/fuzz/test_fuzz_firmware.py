@@ -64,7 +64,7 @@ def test_the_slot_of_the_rack_file_says_it_for_any_program(fuzz):
         (
             'NEEDS_FIRMWARE = "3.1"',
             'firmware = "2.2"\n',
-            "NEEDS_FIRMWARE is 3.1, and slot 1 has firmware 2.2",
+            "NEEDS_FIRMWARE is 3.1, but slot 1 has firmware 2.2",
         ),
         ('NEEDS_FIRMWARE = "9"', "", "NEEDS_FIRMWARE = '9': unknown 3601 firmware '9'"),
         ("", 'firmware = "2.2"\nneeds_firmware = "3.1"\n', "firmware 2.2: the program needs 3.1 or newer"),

@@ -91,5 +91,5 @@ def test_strict_ends_with_3_if_something_was_never_seen(tmp_path):
 
 
 def test_a_goal_takes_one_argument():
-    with pytest.raises(InvariantError, match="has to take one argument"):
+    with pytest.raises(InvariantError, match="must accept one argument"):
         sometimes(lambda: True)  # type: ignore[misc, arg-type]

@@ -36,8 +36,8 @@ def done(now):
 
 
 def test_always_and_never_ask_in_every_scan():
-    assert watched(always(value), (0, 1), (2, 0)) == [None, "it is false"]
-    assert watched(never(value), (0, 1), (2, 0)) == ["it is true", None]
+    assert watched(always(value), (0, 1), (2, 0)) == [None, "the condition is false"]
+    assert watched(never(value), (0, 1), (2, 0)) == ["the condition is true", None]
 
 
 def test_the_docstring_is_the_sentence_and_the_name_stands_in_without_one():
@@ -54,7 +54,7 @@ def test_within_starts_its_clock_once_and_stops_it_when_it_has_come_true():
     assert watched(stops, (0, "go"), (10, "go"), (12, "done"), (30, "")) == [None] * 4
     late = watched(stops, (0, "go"), (5, "go"), (10, ""), (12, ""))
     assert late[:3] == [None] * 3
-    assert late[3] == "12 ms after scan time 0 s it has not come true"
+    assert late[3] == "still false 12 ms after 0 s"
 
 
 def test_every_run_has_a_clock_of_its_own():
@@ -79,7 +79,7 @@ def test_a_name_that_is_nearly_right_is_told():
 
 def test_a_slot_that_is_not_there_is_told():
     slots: dict[int, Any] = {1: None, 4: None}
-    with pytest.raises(LookupError, match="no slot 2: modules sit in 1, 4"):
+    with pytest.raises(LookupError, match="no slot 2; the rack has 1, 4"):
         Slots(slots)[2]
 
 
@@ -107,7 +107,7 @@ def test_a_file_gives_its_invariants_in_order(tmp_path):
         ("def f(:\n", r"SyntaxError"),
         (
             "from scanrack.jobs.fuzz import never\n\n@never\ndef f():\n    pass\n",
-            r"bad.py:3: f has to take one argument, the snapshot: too many positional arguments",
+            r"bad.py:3: f must accept one argument, the snapshot: too many positional arguments",
         ),
     ],
 )

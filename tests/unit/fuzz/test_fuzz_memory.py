@@ -84,12 +84,12 @@ GOOD = Recipe(ESTOP, ORIGIN).text()
         ("[" * 60, "Expecting value"),
         (" " * 65_537, "more than 65,536 bytes"),
         ("[" * 65, "brackets"),
-        ("[]", "an object is needed, not []"),
+        ("[]", "[]: must be a JSON object"),
         ("nothing", "Expecting value"),
         ("{}", "scans = None: must be 1 to 1,000,000,000,000,000"),
         (GOOD.replace("50,", "true,"), "scans = True"),
         (GOOD.replace("50,", "1e400,"), "scans = inf"),
-        (GOOD.replace('"0.2.0"', "[1]"), "version = [1]: a text is needed"),
+        (GOOD.replace('"0.2.0"', "[1]"), "version = [1]: must be a text"),
         (GOOD.replace("presses", "presents"), "unknown key presents"),
         (GOOD.replace('"slot":1', '"slot":9'), "no slot 9; the rack has 1"),
         (GOOD.replace("60000000", "-1"), "presses.0.at_ns = -1"),
@@ -102,7 +102,7 @@ def test_a_hostile_file_is_left_out_by_name(rack, text, says):
     memory = Memory(rack.parent, ORIGIN, load_job(str(rack)).spec, told.append)
     assert memory.known() == ()
     (left,) = told
-    assert left.startswith(f"left out: {file}: ")
+    assert left.startswith(f"ignored: {file}: ")
     assert says in left
     memory.keep([], [])
     assert file.exists()  # it is not ours
@@ -119,7 +119,9 @@ def test_a_torn_file_a_folder_and_a_stranger_are_left_out_and_the_others_are_rea
     memory = Memory(rack.parent, ORIGIN, load_job(str(rack)).spec, told.append)
     assert memory.known() == (HOME,)
     assert len(told) == 3
-    assert any(f"{torn}: its name is not the hash of its text: it is incomplete" in each for each in told)
+    assert any(
+        f"{torn}: the name is not the hash of the text: the file is incomplete" in each for each in told
+    )
     memory.keep([], [])
     assert whole.exists()  # it has not been run again yet
     memory.all_were_run()

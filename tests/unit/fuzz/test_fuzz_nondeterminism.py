@@ -55,7 +55,7 @@ def test_what_is_used_is_named_with_its_line(tmp_path, text, what):
     code = compile(text, str(file), "exec")
     file.write_text(text, encoding="utf-8")
     uses = NondeterminismSources()
-    with uses.noticing():
+    with uses.recording():
         exec(code, {"__name__": "line", "__file__": str(file)})
     assert list(uses.seen) == ([what] if what else [])
     if what:
@@ -64,7 +64,7 @@ def test_what_is_used_is_named_with_its_line(tmp_path, text, what):
 
 def test_a_profile_function_is_given_back():
     before = sys.getprofile()
-    with NondeterminismSources().noticing():
+    with NondeterminismSources().recording():
         pass
     assert sys.getprofile() is before
 
@@ -142,7 +142,7 @@ def test_what_only_this_process_breaks_is_no_failure_but_said(rack, monkeypatch)
     monkeypatch.setattr(sys, "ps1_of_the_bench", True, raising=False)
     result = fuzz(rack(PROCESS_STATE))
     assert result.exit_code == 2
-    assert "state of its process" in result.stderr
+    assert "depends on its process" in result.stderr
 
 
 def test_what_a_program_prints_is_counted_and_shown_with_a_scenario_only(rack, tmp_path):

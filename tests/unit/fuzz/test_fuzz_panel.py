@@ -99,6 +99,6 @@ def test_the_trace_of_a_failure_has_what_the_panel_writes(setup):
     with open_trace(rack.with_name("failure") / "trace.mcap") as trace:
         (bad,) = query(trace, "Bad").occurrences
     assert bad.first == found.broken.scan
-    assert "no rack file has it" in rack.with_name("failure").joinpath("report.txt").read_text(
-        encoding="utf-8"
-    )
+    assert "without tags that an operator writes" in rack.with_name("failure").joinpath(
+        "report.txt"
+    ).read_text(encoding="utf-8")

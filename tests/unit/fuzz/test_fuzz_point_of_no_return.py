@@ -40,12 +40,13 @@ def test_no_instant_is_told_without_time_to_look_for_it() -> None:
 def test_what_a_report_says() -> None:
     sudden = PointOfNoReturn(4, 5, 10_000_000, 0, 37, 0, ("HOME of slot 1 came on",))
     assert sudden.lines == [
-        "up to scan 4 no future of 40 breaks it, from scan 5 (0.01 s) on 37 do:",
+        "inevitable from scan 5 (0.01 s): 37 of 40 random futures fail from there, none from scan 4:",
         "  HOME of slot 1 came on",
     ]
     slow = PointOfNoReturn(1638, 1639, 3_278_000_000, 14, 21, 3)
-    assert slow.lines == ["no single instant: 3 of 40 futures break it from 0 s, 21 from 3.278 s on"]
-    assert PointOfNoReturn(-1, 0, 0, 0, 38, 38).lines == ["from power-up on 38 of 40 futures break it"]
+    assert slow.lines == ["no clear instant: 3 fail from 0 s, 21 of 40 random futures fail from 3.278 s"]
+    at_once = PointOfNoReturn(-1, 0, 0, 0, 38, 38)
+    assert at_once.lines == ["inevitable from power-up: 38 of 40 random futures fail"]
 
 
 @pytest.mark.parametrize(("many", "marked"), [(40, True), (21, False)])
@@ -56,4 +57,4 @@ def test_the_chart_marks_the_instant_beside_the_failure(tmp_path, many, marked) 
     page = job._draw_chart(found, PointOfNoReturn(4, 5, 10_000_000, 0, many, 0), tmp_path)[0]
     text = Path(page).read_text(encoding="utf-8")
     assert "held is broken" in text
-    assert ("up to scan 4 no future of 40 breaks it, from scan 5 (0.01 s) on 40 do" in text) is marked
+    assert ("inevitable from scan 5 (0.01 s): 40 of 40 random futures fail from there" in text) is marked

@@ -159,7 +159,7 @@ def test_torn_updates_belong_to_a_controller_that_does_not_wait(spec):
         ({"shifts": [{"slot": True, "steps": 2}]}, r"shifts\.0\.slot = True: .* valid integer"),
         ({"shifts": [{"slot": 1}]}, r"^scenario: key shifts\.0\.steps is missing$"),
         ({"lost": [{"slot": 1, "at": 0, "steps": 1, "times": 2}]}, r"lost\.0\.times = 2: "),
-        (5, "^scenario: an object with firmware, presses, .* is needed, not 5$"),
+        (5, "^scenario: 5: must be an object with firmware, presses, .*$"),
     ],
 )
 def test_json_that_is_no_scenario_is_refused(given, says):

@@ -100,5 +100,7 @@ def test_a_scheduler_that_stops_ends_the_campaign_with_a_word(campaign, schedule
     scheduler.terminate()
     stdout, stderr = search.communicate(timeout=PATIENCE_S)
     assert search.returncode == 2, stdout + stderr
-    assert stderr.startswith(f"scanrack: the Dask scheduler at {scheduler.address} has gone; what is known")
+    assert stderr.startswith(
+        f"scanrack: lost the connection to the Dask scheduler at {scheduler.address}; the results so far"
+    )
     assert stderr.count("\n") == 1

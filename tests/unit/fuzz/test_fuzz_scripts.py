@@ -118,8 +118,8 @@ def test_the_script_shows_the_images_of_the_run(module, scenario):
     ("incident", "says"),
     [
         (InjectedFault(0, FaultKind.LINK_LOST, 1, MS), "lost links"),
-        (InjectedFault(0, FaultKind.REPLIES_LOST, 1, MS), "replies that are lost for a time"),
-        (InjectedFault(0, FaultKind.TORN_UPDATE, 1, 0, (1,)), "updates that do not wait for the scan's end"),
+        (InjectedFault(0, FaultKind.REPLIES_LOST, 1, MS), "several lost or damaged replies in a row"),
+        (InjectedFault(0, FaultKind.TORN_UPDATE, 1, 0, (1,)), "updates before the end of the scan"),
     ],
 )
 def test_what_the_bench_can_not_do_is_told(incident, says):

@@ -78,7 +78,10 @@ def test_a_failure_is_known_by_the_same_when_it_is_confirmed():
     """The run that confirms a failure looks at what the program uses; the logic is inside of that."""
     bench = TrialBench(SPEC, Line, (moves,), 300)
     scenario = Scenario(presses=(Press(1, InputBit.CAPTURE, True, 100 * MS, 20 * MS),))
-    first, second = bench.run(scenario).broken, NondeterminismSources().watching(bench).run(scenario).broken
+    first, second = (
+        bench.run(scenario).broken,
+        NondeterminismSources().recording_bench(bench).run(scenario).broken,
+    )
     assert first is not None
     assert second is not None
     assert first.key == second.key

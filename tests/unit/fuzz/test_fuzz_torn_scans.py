@@ -111,7 +111,7 @@ def test_a_tear_is_written_told_and_made_simpler():
     older = {key: each for key, each in written.items() if key != "tears"}
     assert Scenario.from_json(older) == Scenario()
     assert described(scenario) == [
-        "0.126 s: new inputs come in the middle of the scan, before rung 3 of Main",
+        "0.126 s: new inputs are read in the middle of the scan, before rung 3 of Main",
     ]
     simpler = [scenario_of([("tears", each)]) for each in simpler_parts(TORN, {}, 3 * MS)]
     assert Scenario(tears=(TornUpdate("Main", 3, 0),)) in simpler

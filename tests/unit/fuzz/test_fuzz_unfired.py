@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, Firmware, InputBit
-from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, GivenWords, UnfiredReason, error_rules, unfired
+from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, UnfiredReason, WordHistory, error_rules, unfired
 
 OLDEST = Firmware(2, 0)
 LIMITS = ConfigMsw.MODE_CONFIG | ConfigMsw.USE_CW_LIMIT | ConfigMsw.USE_CCW_LIMIT
@@ -12,14 +12,14 @@ HOMES = CommandMsw.MODE_CONFIG | CommandMsw.FIND_HOME_CW
 
 
 def given(commands=0, second=0, configurations=(), inputs=0):
-    return GivenWords(int(commands) | int(second) << 16, {int(each) for each in configurations}, int(inputs))
+    return WordHistory(int(commands) | int(second) << 16, {int(each) for each in configurations}, int(inputs))
 
 
 def reason(rule, words, oldest=OLDEST, others=()):
     """Return the kind of a rule's reason and its sentence."""
     slots = dict(enumerate((words, *others), 1))
     found = unfired((), slots, dict.fromkeys(slots, oldest))
-    return next((each.why, each.says) for each in found if each.rule.id == rule)
+    return next((each.reason, each.sentence) for each in found if each.rule.id == rule)
 
 
 def test_every_error_rule_has_its_needs_and_every_reason_its_words():
@@ -31,7 +31,7 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
 @pytest.mark.parametrize(
     ("rule", "words", "why", "says"),
     [
-        ("HOM-01", given(), UnfiredReason.COMMAND, "the program never gives FIND_HOME_CW or FIND_HOME_CCW"),
+        ("HOM-01", given(), UnfiredReason.COMMAND, "the program never sends FIND_HOME_CW or FIND_HOME_CCW"),
         (
             "HOM-01",
             given(HOMES, configurations=[LIMITS]),
@@ -59,7 +59,7 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
             "CW_LIMIT or CCW_LIMIT was never active",
         ),
         ("PRF-03", given(HOMES), UnfiredReason.UNTESTABLE, None),
-        ("CMD-10", given(HOMES), UnfiredReason.COMMAND, "the program never gives S_CURVE"),
+        ("CMD-10", given(HOMES), UnfiredReason.COMMAND, "the program never sends S_CURVE"),
         ("CMD-10", given(HOMES, CommandLsw.S_CURVE), UnfiredReason.APART, None),
         ("CMD-11", given(CommandMsw.PRESET_ENCODER), UnfiredReason.APART, None),
         (

@@ -81,7 +81,7 @@ def test_a_run_that_breaks_something_is_left_out(line, tmp_path):
 def test_a_folder_with_something_in_it_is_left_alone(line, tmp_path):
     (tmp_path / "reached").mkdir()
     (tmp_path / "reached" / "notes.txt").write_text("mine", encoding="utf-8")
-    with pytest.raises(OwnedError, match="has something in it"):
+    with pytest.raises(OwnedError, match="is not an empty folder"):
         line(ALL)
     assert [each.name for each in (tmp_path / "reached").iterdir()] == ["notes.txt"]
 
@@ -111,4 +111,4 @@ def test_the_command_writes_them_and_refuses_a_folder_with_something_in_it_befor
     assert (first.exit_code, "written: pytest reached" in first.stderr) == (0, True)
     again = CliRunner().invoke(build(), words)
     assert again.exit_code == 2
-    assert "reached has something in it" in again.stderr
+    assert "reached is not an empty folder" in again.stderr

@@ -125,7 +125,7 @@ def test_the_cpu_waits_in_program_mode_for_the_first_write() -> None:
 @pytest.mark.parametrize(
     ("slot", "silence", "said"),
     [
-        (2, 500.0, "--slot 2: no amci3601; the rack has one in slot 1"),
+        (2, 500.0, "--slot 2: no amci3601; slots with an amci3601: 1"),
         (None, 0.0, "--silence 0: must be above 0, at most 3,600,000"),
     ],
 )
@@ -141,7 +141,7 @@ def test_a_rack_with_two_stepper_modules_needs_the_slot(tmp_path: Path) -> None:
     with remote_job(rack, 3, 500, whole=False) as (_, plc):
         assert plc.slot == 3
     with (
-        pytest.raises(ValueError, match="--slot must be given; the rack has one in slot 1, 3"),
+        pytest.raises(ValueError, match="--slot is needed; slots with an amci3601: 1, 3"),
         remote_job(rack, None, 500, whole=False),
     ):
         pass

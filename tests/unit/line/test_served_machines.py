@@ -82,24 +82,24 @@ def test_a_pmc006_is_wired_as_its_adapter(tmp_path: Path) -> None:
     (unit,) = on_machines(pmc006_units([], [], 1.0), [file])
     (bare,) = pmc006_units([], [], 1.0)
     assert unit.values()["levels"] != bare.values()["levels"]
-    with pytest.raises(ValueError, match="ext2 is wired to the machine: of the inputs, ext1, ext2, fset are"):
+    with pytest.raises(ValueError, match="the machine operates this input, like all of ext1, ext2, fset"):
         unit.wire("ext2", "high")
 
 
 def test_other_pins_are_wired_by_hand(tmp_path: Path) -> None:
     unit = on_machine(rack(tmp_path, switches='{ input = "home", first = 9000 }'))
     unit.wire("in1", "open")
-    with pytest.raises(ValueError, match="home is wired to the machine"):
+    with pytest.raises(ValueError, match="home: the machine operates this input"):
         unit.wire("home", "ground")
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("m.toml", "of several units it must be ADDRESS:FILE"),
-        ("7:m.toml", "no unit 7; there is 1, 2"),
+        ("m.toml", "must be ADDRESS:FILE if several units are served"),
+        ("7:m.toml", "no unit 7; addresses: 1, 2"),
         ("1:none.toml", "none.toml"),
-        ("1:two.toml", "2 of its slots have an amci3601; must be one"),
+        ("1:two.toml", "2 slots have an amci3601; only one may"),
         ("1:card.toml", "no slot has a pcl601-adapter or an amci3601"),
         ("1:slips.toml", "slips and jams are simulated with module amci3601 only"),
     ],
@@ -128,5 +128,5 @@ def test_of_several_units_each_has_its_own(tmp_path: Path) -> None:
         unit.device.advance(5000 * MS)
     assert units[0].device.motor_position > 1000
     assert units[1].device.motor_position == 1000
-    with pytest.raises(ValueError, match="unit 2 has a machine already"):
+    with pytest.raises(ValueError, match="unit 2 already has a machine"):
         on_machines(units, [f"2:{near}"])

@@ -129,7 +129,7 @@ def unit(said: str) -> str:
     ("text", "said"),
     [
         ("my notes", "is not the memory of a controller, and would be lost"),
-        (HEAD + '"controller": "pmc006", "units": []}', "it is that of a pmc006, not of a pcl601"),
+        (HEAD + '"controller": "pmc006", "units": []}', "this is the memory of a pmc006, not of a pcl601"),
         (HEAD + '"controller": "pcl601", "units": []}', "units"),
         (HEAD + '"controller": "pcl601", "units": [{"address": 1', "memory.json"),
         (unit('"address": 100, "autorun": false, "program": []'), "address"),

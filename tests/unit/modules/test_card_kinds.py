@@ -338,7 +338,7 @@ def test_only_the_machine_operates_a_cam() -> None:
     with pytest.raises(ValueError, match="wired to a cam"):
         module.set_input("a", True)
     cams = {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "first": 0}]}
-    with pytest.raises(RequestError, match="no other slot on this bench"):
+    with pytest.raises(RequestError, match="this bench has no other slot"):
         CardBench(MODULES["1769-IQ16"]).answer(json.dumps({"new": {"options": cams}}))
 
 

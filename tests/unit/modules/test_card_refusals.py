@@ -30,7 +30,7 @@ PRESS = "timeline = [{ at_ms = 10, input = 'start'%s }, { at_ms = 20, input = 's
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        (('firmware = "3.0"',), 'firmware = "3.0": a 1769-IQ16 has no firmware here: leave the key out'),
+        (('firmware = "3.0"',), 'firmware = "3.0": a 1769-IQ16 has no firmware here: remove this key'),
         (options(PRESS % ""), "'start' is pressed at 20 ms, but also from 10 ms on"),
         (options(PRESS % ", for_ms = 11"), "also from 10 ms to 21 ms; presses must not overlap"),
         (options("outputs = { start = 0 }"), "'start' names an input and an output"),

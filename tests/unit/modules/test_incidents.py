@@ -144,11 +144,11 @@ def test_a_rack_file_says_what_happens(tmp_path):
     ("keys", "says"),
     [
         ('at_s = 1\nwhat = "lost"', "what"),
-        ('what = "removed"', "one of at_ms and at_s is needed"),
+        ('what = "removed"', "write one of at_ms and at_s"),
         ('at_s = 1\nwhat = "torn-update"', "name the words that arrive late"),
         ('at_s = 1\nwhat = "torn-update"\nlate_words = [8]', "0 to 7"),
         ('at_s = 1\nwhat = "removed"\nslot = 1', "this slot is empty: modules sit in 3"),
-        ('at_s = 1\nwhat = "program-mode"\nslot = 3', "leave the slot out"),
+        ('at_s = 1\nwhat = "program-mode"\nslot = 3', "has no slot: remove this key"),
         ('at_s = 1\nwhat = "removed"\nhow = 3', "unknown key"),
     ],
 )

@@ -11,6 +11,7 @@ import pytest
 from house import ROOMS
 from scanrack.commands import build
 from scanrack.jobs import State
+from scanrack.jobs.fuzz import Counterexample, Scenario
 from scanrack.jobs.fuzz.run import BrokenInvariant
 from scanrack.jobs.trust import attachments
 from scanrack.jobs.trust.extracting import checked_name
@@ -98,7 +99,8 @@ def test_a_name_that_windows_does_not_reserve_stays(name: str) -> None:
 def test_the_folders_of_failures_are_different_ones_where_case_does_not_count() -> None:
     state = State()
     for invariant in ("stop", "Stop", "aux", "AUX_", "Corpus", "nul"):
-        state._give_folder(BrokenInvariant(invariant, f"{invariant} is broken", 0, 0, ""))
+        broken = BrokenInvariant(invariant, f"{invariant} is broken", 0, 0, "")
+        state.note([Counterexample(Scenario(), broken, 1)])
     assert [*state.folders.values()] == ["stop", "Stop-2", "aux_", "AUX_-2", "Corpus-2", "nul_"]
 
 

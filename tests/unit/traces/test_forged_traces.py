@@ -139,7 +139,9 @@ FORGERIES = {
     "a module of the library": beside("random.py"),
     "helper outside": beside("../helper.py", says=OUT),
     "unit's program called helper.py": Forgery(
-        {"rack.toml": rack(unit="helper.py"), "line.py": LINE, "helper.py": EVIL}, "line.py", "a .pclt file"
+        {"rack.toml": rack(unit="helper.py"), "line.py": LINE, "helper.py": EVIL},
+        "line.py",
+        "the suffix .pclt",
     ),
     "unit's program absolute": unit("{outside}/secret.pclt", OUT),
     "unit's program in ..": unit("../outside/secret.pclt", OUT),

@@ -144,7 +144,7 @@ def test_a_condition_is_a_lane(trace: Path) -> None:
     ("pattern", "error", "says"),
     [
         ("Stap", UnknownSignalError, "no signal 'Stap'"),
-        ("slot1.in.position", ValueError, "slot1.in.position is not a recorded tag: recorded are Big, Fill"),
+        ("slot1.in.position", ValueError, "position is not a recorded tag; recorded tags: Big, Fill"),
     ],
 )
 def test_what_is_no_tag_is_refused(trace: Path, pattern: str, error: type[Exception], says: str) -> None:

@@ -142,7 +142,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
     SubstitutionRow(
         "ramps",
         lambda request, options: has_ramps(request) and options.accel_rounding == "gentler",
-        "the PMC006 has eight S-shaped ramps: each ramp uses the nearest one that is not steeper",
+        "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
     ),
 )
 

@@ -1,1 +1,1 @@
-"""Aims a search: draws parts of scenarios at random, near the changes in a run."""
+"""Draws the events of scenarios at random, near the changes in earlier runs."""

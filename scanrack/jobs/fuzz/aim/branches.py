@@ -1,11 +1,11 @@
-"""Records which branches of Python programs are taken: an extra statement in every branch sets a byte.
+"""Records the branches that Python programs take. An extra statement in each branch sets a byte.
 
     if status.MODULE_OK:          if status.MODULE_OK:
                                       __branches__[4] = 1
         out.load(WORDS)               out.load(WORDS)
 
-Each extra statement has the line number of the statement after it: errors and traces show the same places.
-The code of a file is compiled once; each run executes it again.
+Each extra statement has the line number of the next statement, so errors and traces show the original lines.
+The code of a file is compiled once. Each run executes it again.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.E
 @contextmanager
 def branches_noted() -> Iterator[None]:
     """Instrument the branches of Python programs that are loaded in this context."""
-    before = COMPILER.set(_compiled)
+    token = COMPILER.set(_compiled)
     try:
         yield
     finally:
-        COMPILER.reset(before)
+        COMPILER.reset(token)
 
 
 @lru_cache(maxsize=16)
@@ -42,9 +42,9 @@ def _compiled(data: bytes, file: str) -> CodeType:
     tree = ast.parse(data, file)
     marks = _Marks()
     marks.visit(tree)
-    start = ast.parse(f"{NAME} = bytearray({len(marks.lines)})").body
-    place = after_the_head(tree)
-    tree.body[place:place] = start
+    declaration = ast.parse(f"{NAME} = bytearray({len(marks.lines)})").body
+    insert_at = after_the_head(tree)
+    tree.body[insert_at:insert_at] = declaration
     return compile(ast.fix_missing_locations(tree), file, "exec")
 
 
@@ -56,16 +56,16 @@ def branch_lines(data: bytes, file: str) -> list[int]:
 
 
 class _Marks(ast.NodeTransformer):
-    """Puts a mark at the beginning of each branch; adds a missing `else` to hold one."""
+    """Puts a mark at the beginning of each branch. Adds missing `else` branches for their marks."""
 
     def __init__(self) -> None:
         self.lines: list[int] = []  # line of each mark
 
     def visit_If(self, node: ast.If) -> ast.If:
         """Mark both branches."""
-        chained = len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If)
+        is_elif_next = len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If)
         self._branch(node)
-        if not chained:
+        if not is_elif_next:  # else the next `if` marks its own branches
             node.orelse = self._marked(node.orelse, node)
         return node
 
@@ -92,8 +92,9 @@ class _Marks(ast.NodeTransformer):
         node.body = self._marked(node.body, node)
         return node
 
-    def _marked(self, body: list[ast.stmt], where: ast.AST) -> list[ast.stmt]:
-        first = body[0] if body else where
+    def _marked(self, body: list[ast.stmt], owner: ast.AST) -> list[ast.stmt]:
+        """Return a branch with a mark. The mark of an empty branch has the line of its owner."""
+        first = body[0] if body else owner
         mark = located(f"{NAME}[{len(self.lines)}] = 1", first)
         self.lines.append(getattr(first, "lineno", 0))
         return [mark, *body]

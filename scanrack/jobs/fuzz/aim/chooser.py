@@ -1,13 +1,13 @@
 """Chooses the next scenario of a search.
 
-    the first run             no events, or the scenario that is varied
-    a run for each button     holds it for a time, to see whether the program reacts
-    then 150 runs             two in five begin from nothing, aimed at the edges of a run of the corpus
-    later                     a quarter begin from nothing
+    first run             no events, or the base scenario
+    a run per button      holds the button for a time, to see whether the program reacts
+    next 150 runs         40 % are entirely random, with events near the edges of earlier runs
+    later runs            25 % are entirely random
 
-Three in ten come from the sweep while it has any; the others vary an entry of the corpus. A child of an entry
-keeps its beginning up to a point where something was new, and draws what follows. Or it moves a part,
-lengthens one, replaces one, or adds the events of another entry.
+Another 30 % come from the sweep, as long as it has scenarios. The rest vary an entry of the corpus. A variant
+keeps the events of the entry up to a scan with a new feature, and adds random events. Or it moves, lengthens
+or replaces one event, or adds events of another entry.
 """
 
 from __future__ import annotations
@@ -25,28 +25,33 @@ from .sweep import Sweep
 from .times import MS
 
 BLIND = 150
-"""Number of first runs of a campaign, which usually begin from nothing."""
+"""Number of first runs of a campaign. More of them are entirely random than later."""
 
 FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
-"""Shares of the runs that begin from nothing, and of the sweep, in the first runs and later."""
+"""Shares of entirely random runs and of sweep runs, each in the first runs and later."""
 
-HELD_AT, HELD_MS, MOST_HELD = 0.3, 300, 24
-"""For runs with a single contact: its start, as a share of the run; its duration if the program has no times,
-ms; and the largest number of such runs."""
+HELD_AT = 0.3
+"""Start of the contact in a run with a single contact, as a share of the run."""
+
+HELD_MS = 300
+"""Duration of this contact if the program has no times, ms."""
+
+MOST_HELD = 24
+"""Maximum number of runs with a single contact."""
 
 TRIMMING = 0.25
-"""Greatest number of trimming runs per other run; beyond it, entries wait."""
+"""Maximum number of trimming runs per other run. Beyond it, entries are not trimmed yet."""
 
 MOST_PARTS = 12
-"""Scenarios with more parts are cut before they are varied."""
+"""Scenarios with more parts are shortened before they are varied."""
 
 
 class Chooser:
     """Proposes scenarios and learns from their runs.
 
     Args:
-        base: scenario to vary instead of an empty one.
-        corpus: results of earlier searches; this search adds to it.
+        base: scenario to vary; None = the empty scenario.
+        corpus: results of earlier searches. This search adds to it.
     """
 
     def __init__(
@@ -55,63 +60,65 @@ class Chooser:
         self.corpus = corpus
         self._draws, self._sweep, self._random = draws, sweep, random
         self._base = base
-        self._first: Edges | None = None
-        place, count = corpus.part
-        tried = base is not None or corpus.runs > 0  # in the first round of a campaign
-        self._untried = [] if tried else draws.contacts.operated[place:MOST_HELD:count]
+        self._first_edges: Edges | None = None  # changes in the first run
+        task_index, task_count = corpus.part
+        operated = draws.contacts.operated if base is None and corpus.runs == 0 else []  # in the first round
+        self._unheld_contacts = operated[task_index:MOST_HELD:task_count]
+        self._held_contact: Contact | None = None  # the single contact of the latest scenario
         for contact in corpus.answered:
-            draws.contacts.answered(contact)
-        self._tried: Contact | None = None
-        self._runs = self._trimming = 0  # counts in this search
+            draws.contacts.prefer(contact)
+        self._runs = self._trimming = 0  # numbers of runs and of trimming runs in this search
 
     def next(self, run: Run) -> Scenario:
         """Return the next scenario.
 
         Args:
-            run: runs a scenario; used to trim an entry.
+            run: runs a scenario to trim an entry.
         """
         self.corpus.runs += 1
         self._runs += 1
-        if self._first is None:
+        if self._first_edges is None:
             return self._base or Scenario()
-        if self._untried:
+        if self._unheld_contacts:
             return self._with_one_contact()
-        blind = self.corpus.runs <= BLIND
-        from_nothing, swept = (FRESH_FIRST, SWEPT_FIRST) if blind else (FRESH, SWEPT)
-        way = self._random.random()
-        if not (self.corpus.entries and self._draws.has_events) or way < from_nothing:
-            return self._from_nothing(self._first)
-        if way < from_nothing + swept and (thin := self._sweep.next()) is not None:
-            return thin
-        return self._of_corpus(run)
+        is_early = self.corpus.runs <= BLIND
+        fresh_share, sweep_share = (FRESH_FIRST, SWEPT_FIRST) if is_early else (FRESH, SWEPT)
+        draw = self._random.random()
+        if not (self.corpus.entries and self._draws.has_events) or draw < fresh_share:
+            return self._random_scenario(self._first_edges)
+        if draw < fresh_share + sweep_share and (swept_scenario := self._sweep.next()) is not None:
+            return swept_scenario
+        return self._from_corpus(run)
 
-    def _from_nothing(self, first: Edges) -> Scenario:
-        """Return a random scenario, aimed at the edges of the first run or of an entry."""
+    def _random_scenario(self, first_edges: Edges) -> Scenario:
+        """Return a random scenario with events near the edges of the first run or of an entry."""
         random, entries = self._random, self.corpus.entries
-        entry_edges = random.choice(entries).edges if entries else first
-        return self._draws.scenario(first if random.random() < 0.5 else entry_edges, self._base)
+        entry_edges = random.choice(entries).edges if entries else first_edges
+        return self._draws.scenario(first_edges if random.random() < 0.5 else entry_edges, self._base)
 
-    def _of_corpus(self, run: Run) -> Scenario:
-        """Trim an entry and return a child of it."""
+    def _from_corpus(self, run: Run) -> Scenario:
+        """Trim an entry and return a variant of it."""
         entry = self.corpus.choose(self._random)
         if self._trimming < TRIMMING * self._runs:
             trim(entry, self._counted(run), self._draws.scan_ns)
         self._sweep.take(entry)
         if entry.worth >= PATH_WORTH:
             self._prefer_contacts(entry.scenario)
-        return self._child(entry)
+        return self._variant(entry)
 
     def _counted(self, run: Run) -> Run:
-        def counted(scenario: Scenario) -> Edges | None:
+        """Return a function that runs a scenario and counts the trimming run."""
+
+        def counted_run(scenario: Scenario) -> Edges | None:
             self._trimming += 1
             return run(scenario)
 
-        return counted
+        return counted_run
 
     def _with_one_contact(self) -> Scenario:
-        """Return a scenario with one contact, held for the longest time in the program."""
+        """Return a scenario that holds one contact longer than the program's longest time."""
         draws = self._draws
-        contact = self._tried = self._untried.pop()
+        contact = self._held_contact = self._unheld_contacts.pop()
         run_ns = draws.scans * draws.scan_ns
         for_ns = max((time for time in draws.times if time < run_ns // 2), default=HELD_MS * MS)
         at_ns = int(draws.scans * HELD_AT) * draws.scan_ns
@@ -121,45 +128,48 @@ class Chooser:
         """Make later scenarios operate the contacts of this one more often."""
         for part in timed_parts(scenario):
             if isinstance(part, Contact):
-                self._draws.contacts.answered(replace(part, at_ns=0, for_ns=0))
+                self._draws.contacts.prefer(replace(part, at_ns=0, for_ns=0))
 
     def ran(self, scenario: Scenario, edges: Edges) -> None:
         """Learn from a run that broke no invariant."""
         entry = self.corpus.take(scenario, edges, self._draws.scan_ns)
-        alone = self._first is None or self._tried is not None
-        if self._tried is not None:
-            if self._first is not None and edges.answers() - self._first.answers():
-                self._draws.contacts.answered(self._tried)
-                self.corpus.answered.append(self._tried)
-            self._tried = None
-        elif self._first is None:
-            self._first = edges
-        if alone and entry is not None:
-            entry.new_features = ()
+        if self._first_edges is None:
+            self._first_edges = edges
+        elif self._held_contact is not None:
+            if edges.program_changes() - self._first_edges.program_changes():
+                self._draws.contacts.prefer(self._held_contact)
+                self.corpus.answered.append(self._held_contact)
+            self._held_contact = None
+        else:
+            return
+        if entry is not None:
+            entry.new_features = ()  # a single part needs no trimming
             self._sweep.take(entry)
 
-    def _child(self, entry: Entry) -> Scenario:
+    def _variant(self, entry: Entry) -> Scenario:
+        """Return a random variant of an entry, see the module."""
         random, draws = self._random, self._draws
         draws.narrow()
         scenario, point = entry.scenario, random.choice(entry.points)
-        first = point if random.random() < 0.8 else 0
+        from_scan = point if random.random() < 0.8 else 0
         if scenario.size > MOST_PARTS:
             scenario = cut(scenario, random.choice(entry.points), draws.scan_ns)
-        way = random.random()
-        if way < 0.5:
+        draw = random.random()
+        if draw < 0.5:
             if random.random() < 0.6:
                 scenario = cut(scenario, point, draws.scan_ns)
-            return self._more(scenario, entry.edges, first, random.choice((1, 1, 2, 3)))
-        if way < 0.7:
+            return self._with_more(scenario, entry.edges, from_scan, random.choice((1, 1, 2, 3)))
+        if draw < 0.7:
             return draws.with_one_moved(scenario, entry.edges)
-        if way < 0.8:
+        if draw < 0.8:
             return draws.with_one_longer(scenario, entry.edges)
-        if way < 0.9:
-            return self._more(draws.with_one_less(scenario), entry.edges, first, 1)
+        if draw < 0.9:
+            return self._with_more(draws.with_one_less(scenario), entry.edges, from_scan, 1)
         other = random.choice(self.corpus.entries).scenario
         return draws.joined(scenario, other)
 
-    def _more(self, scenario: Scenario, edges: Edges, first: int, count: int) -> Scenario:
+    def _with_more(self, scenario: Scenario, edges: Edges, from_scan: int, count: int) -> Scenario:
+        """Return a scenario with more random parts, mostly from the scan `from_scan` on."""
         for _ in range(count):
-            scenario, first = self._draws.with_one_more(scenario, edges, first)
+            scenario, from_scan = self._draws.with_one_more(scenario, edges, from_scan)
         return scenario

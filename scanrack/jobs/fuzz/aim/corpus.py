@@ -1,9 +1,9 @@
-"""The corpus of a search: scenarios in which something happened for the first time.
+"""The corpus of a search: scenarios with features that no earlier run had.
 
-worth    at the first appearance of
-6        a number or text of a tag or field, a size, a line that waits: a new step of the program
-2        a flag, a flag under other steps, the power of a rung, a path of branches
-0.3      status bits, a command, a status bit under a command
+worth    of a new
+6        number or text in a tag or field, size, waiting line: a new step of the program
+2        flag, flag under other steps, power of a rung, path of branches
+0.3      set of status bits, command, status bit under a command
 """
 
 from __future__ import annotations
@@ -23,22 +23,28 @@ Feature = tuple[str, Hashable]
 STEP_WORTH, PATH_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
 
 LEAST_WORTH = 1.5
-"""Scenarios worth less are not kept, such as ones with only a pair or two."""
+"""Minimum worth of an entry. Scenarios with only one to four pairs are not kept."""
 
 MOST_WORTH = 8.0
-"""When an entry is chosen, worth above this limit is ignored."""
+"""Limit of the worth in the choice of an entry."""
 
-MOST_ENTRIES, MOST_SEEN = 300, 100_000
-"""Memory limits. At the first, the most varied entry is removed; after the second, nothing counts as new."""
+MOST_ENTRIES = 300
+"""Maximum number of entries. Beyond it, the most varied entry is removed."""
+
+MOST_SEEN = 100_000
+"""Maximum number of known features. Beyond it, no feature counts as new."""
 
 FRESH_CHOICES = 80
-"""Number of times that an entry with a new step is chosen before older ones."""
+"""Number of times that an entry with a new step is preferred to older entries."""
 
-LATE, EARLIER = 30, (1.0, 0.6, 0.3)
-"""Earliest scan to which trimming moves events, and the shares of that distance that it tries."""
+LATE = 30
+"""Earliest scan to which trimming moves the first event."""
+
+EARLIER = (1.0, 0.6, 0.3)
+"""Shares of the distance to this scan by which trimming moves the events."""
 
 Run = Callable[[Scenario], Edges | None]
-"""Runs a scenario; returns its changes, or None if it breaks an invariant."""
+"""Runs a scenario. Returns its changes, or None if it breaks an invariant."""
 
 
 @dataclass(slots=True)
@@ -46,11 +52,11 @@ class Entry:
     """A scenario of the corpus.
 
     Attributes:
-        points: scans in which a feature was new.
-        new_features: the features that were new; empty once the scenario is trimmed.
-        chosen: how often it was varied.
-        before: value of `chosen` when the entry was shared.
-        number: number of the entry in the corpus that shared it, -1 for a new entry.
+        points: scans with a new feature.
+        new_features: the new features; empty once the scenario is trimmed.
+        chosen: number of variants drawn from it.
+        chosen_when_shared: value of `chosen` when a campaign shared the entry with a task.
+        number: number of the entry in the campaign's corpus; -1 for a new entry.
     """
 
     scenario: Scenario
@@ -59,12 +65,12 @@ class Entry:
     worth: float
     new_features: tuple[Feature, ...] = ()
     chosen: int = 0
-    before: int = 0
+    chosen_when_shared: int = 0
     number: int = -1
 
     def update(self, shared: Entry) -> None:
-        """Add how often a shared copy was chosen, and take its scenario if it has been trimmed."""
-        self.chosen += shared.chosen - shared.before
+        """Add the choices of a shared copy. Copy its scenario if a task has trimmed it."""
+        self.chosen += shared.chosen - shared.chosen_when_shared
         if self.new_features and not shared.new_features:
             self.scenario, self.edges = shared.scenario, shared.edges
             self.points, self.new_features = shared.points, ()
@@ -83,87 +89,96 @@ def worth_of(feature: Feature) -> float:
 
 @dataclass(slots=True)
 class Corpus:
-    """The entries, in order of discovery, and the knowledge from searches.
+    """The entries in order of discovery, and further results of searches.
 
     Attributes:
-        seen: all features seen so far.
+        seen: all known features.
         runs: number of runs so far.
-        swept: kinds of thin states whose sweep has begun.
-        waiting: scenarios of the sweep to try, each with its kind of state; None = from an earlier round.
-        answered: contacts to which the program reacts.
-        part: which share of the contacts this search operates one by one, and the number of shares.
+        numbers: highest number of a shared entry.
+        swept: kinds of thin states that the sweep has begun.
+        waiting: untried scenarios of the sweep, each with its kind of state; None = from an earlier round.
+        answered: contacts with a reaction of the program.
+        part: index of the task of this search, and the number of tasks.
     """
 
     entries: list[Entry] = field(default_factory=list)
     seen: set[Feature] = field(default_factory=set)
     runs: int = 0
-    numbers: int = 0  # the highest number of a shared entry
+    numbers: int = 0
     swept: set[Hashable] = field(default_factory=set)
     waiting: list[tuple[Hashable, Scenario]] = field(default_factory=list)
     answered: list[Contact] = field(default_factory=list)
     part: tuple[int, int] = (0, 1)
 
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
-        """Add a scenario and return its entry if it has a new feature."""
+        """Add a scenario with new features; return its entry, or None if it is not worth one."""
         firsts = edges.firsts()
-        fresh = self._note_new(firsts)
-        if not fresh:
+        new_features = self._note_new(firsts)
+        if not new_features:
             return None
-        worthy = [feature for feature in fresh if worth_of(feature) > PAIR_WORTH] or fresh
-        points = sorted({firsts[feature] for feature in worthy})
-        beginning = cut(scenario, points[-1], scan_ns)
-        worth = sum(map(worth_of, fresh))
+        worth = sum(map(worth_of, new_features))
         if worth < LEAST_WORTH:
             return None
-        entry = Entry(beginning, edges, points, worth, tuple(worthy))
+        main_features = [feature for feature in new_features if worth_of(feature) > PAIR_WORTH]
+        main_features = main_features or new_features
+        points = sorted({firsts[feature] for feature in main_features})
+        entry = Entry(cut(scenario, points[-1], scan_ns), edges, points, worth, tuple(main_features))
         self._add(entry)
         return entry
 
     def merge(self, other: Corpus) -> None:
-        """Add the results of a search that began with a share of this corpus."""
-        own = {entry.number: entry for entry in self.entries if entry.number >= 0}
-        for newcomer in other.entries:
-            if newcomer.number in own:
-                own[newcomer.number].update(newcomer)
-            elif newcomer.number < 0 and self._note_new(newcomer.edges.firsts()):
-                self._add(newcomer)
+        """Add the results of a task that began with a share of this corpus."""
+        entries_by_number = {entry.number: entry for entry in self.entries if entry.number >= 0}
+        for their_entry in other.entries:
+            if their_entry.number in entries_by_number:
+                entries_by_number[their_entry.number].update(their_entry)
+            elif their_entry.number < 0 and self._note_new(their_entry.edges.firsts()):
+                self._add(their_entry)
         self.seen |= other.seen
-        self.waiting += [entry for entry in other.waiting if entry[0] is None or entry[0] not in self.swept]
+        self.waiting += [
+            (kind, scenario) for kind, scenario in other.waiting if kind is None or kind not in self.swept
+        ]
         self.swept |= other.swept
         self.answered = list(dict.fromkeys([*self.answered, *other.answered]))
 
-    def share(self, most: int) -> Corpus:
-        """Return the corpus for a round: all seen features, the least varied entries, and the sweep."""
-        turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
-        chosen = [entry for entry in self.entries if id(entry) in turn]
-        for chosen_entry in chosen:
-            if chosen_entry.number < 0:
+    def share(self, max_entries: int) -> Corpus:
+        """Return the corpus for a round: all known features, the least varied entries, and the sweep."""
+        chosen_ids = set(map(id, sorted(self.entries, key=_energy)[:max_entries]))
+        chosen = [entry for entry in self.entries if id(entry) in chosen_ids]
+        for entry in chosen:
+            if entry.number < 0:
                 self.numbers += 1
-                chosen_entry.number = self.numbers
+                entry.number = self.numbers
         waiting: list[tuple[Hashable, Scenario]] = [(None, scenario) for _, scenario in self.waiting]
         self.waiting.clear()
-        entries = [replace(entry, before=entry.chosen) for entry in chosen]
-        return Corpus(entries, {*self.seen}, self.runs, 0, {*self.swept}, waiting, [*self.answered])
+        return Corpus(
+            entries=[replace(entry, chosen_when_shared=entry.chosen) for entry in chosen],
+            seen=set(self.seen),
+            runs=self.runs,
+            swept=set(self.swept),
+            waiting=waiting,
+            answered=[*self.answered],
+        )
 
-    def for_task(self, place: int, count: int) -> Corpus:
+    def for_task(self, task_index: int, task_count: int) -> Corpus:
         """Return a copy for one task of a round, with its share of the sweep."""
         return replace(
             self,
             entries=[replace(entry) for entry in self.entries],
             seen=set(self.seen),
             swept=set(self.swept),
-            waiting=self.waiting[place::count],
+            waiting=self.waiting[task_index::task_count],
             answered=[*self.answered],
-            part=(place, count),
+            part=(task_index, task_count),
         )
 
     def _note_new(self, firsts: Mapping[Feature, int]) -> list[Feature]:
-        """Return the new features and mark them as seen."""
-        fresh = [feature for feature in firsts if feature not in self.seen]
+        """Add the new features to `seen` and return them."""
         if len(self.seen) > MOST_SEEN:
             return []
-        self.seen.update(fresh)
-        return fresh
+        new_features = [feature for feature in firsts if feature not in self.seen]
+        self.seen.update(new_features)
+        return new_features
 
     def _add(self, entry: Entry) -> None:
         if len(self.entries) >= MOST_ENTRIES:
@@ -171,25 +186,20 @@ class Corpus:
         self.entries.append(entry)
 
     def choose(self, random: Random) -> Entry:
-        """Return an entry to vary: half the time the latest new step, else one varied little so far."""
-        latest = next(
-            (
-                recent
-                for recent in reversed(self.entries[-6:])
-                if recent.worth >= STEP_WORTH and recent.chosen < FRESH_CHOICES
-            ),
-            None,
-        )
-        few = [random.choice(self.entries) for _ in range(3)]
-        entry = min(few, key=_energy)
-        if latest is not None and random.random() < 0.5:
-            entry = latest
+        """Return an entry to vary: half the time the latest new step, else a rarely varied entry."""
+        recent_steps = [
+            entry for entry in self.entries[-6:] if entry.worth >= STEP_WORTH and entry.chosen < FRESH_CHOICES
+        ]
+        candidates = [random.choice(self.entries) for _ in range(3)]
+        entry = min(candidates, key=_energy)
+        if recent_steps and random.random() < 0.5:
+            entry = recent_steps[-1]
         entry.chosen += 1
         return entry
 
 
 def _energy(entry: Entry) -> float:
-    """Return how often an entry was varied relative to its worth; the entry with the least is next."""
+    """Return the number of variants of an entry in proportion to its worth."""
     return entry.chosen / min(entry.worth, MOST_WORTH)
 
 
@@ -204,11 +214,11 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
-    """Remove parts that the new features do not need, and move the rest to the earliest scan."""
+    """Remove the parts that the new features do not need, and move the others earlier."""
     features, entry.new_features = entry.new_features, ()
     if not features or entry.worth < PATH_WORTH:
         return
-    for scenario in _shorter(lambda: entry.scenario, scan_ns):
+    for scenario in _simpler_scenarios(entry, scan_ns):
         edges = run(scenario)
         if edges is None:
             continue
@@ -218,33 +228,36 @@ def trim(entry: Entry, run: Run, scan_ns: int) -> None:
             entry.points = sorted({firsts[feature] for feature in features})
 
 
-def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:
-    """Yield versions without a half, a quarter, or one part of a scenario, which may change in between."""
-    size = len(parts_of(present())) // 2
+def _simpler_scenarios(entry: Entry, scan_ns: int) -> Iterator[Scenario]:
+    """Yield simpler versions of an entry's scenario: without half of its parts, a quarter, one, or earlier.
+
+    The caller sets the entry's scenario to the yielded one to accept it. The next version is based on it.
+    """
+    size = len(parts_of(entry.scenario)) // 2
     while size:
-        place = 0
-        while place < len(parts := parts_of(present())) and len(parts) > size:
-            before = present()
-            yield scenario_of(parts[:place] + parts[place + size :])
-            if present() is before:
-                place += size
+        start = 0
+        while start < len(parts := parts_of(entry.scenario)) and len(parts) > size:
+            scenario = entry.scenario
+            yield scenario_of(parts[:start] + parts[start + size :])
+            if entry.scenario is scenario:  # not accepted
+                start += size
         size //= 2
     for share in EARLIER:
-        before = present()
-        if (early := _earlier(before, share, scan_ns)) is not None:
-            yield early
-            if present() is not before:
+        scenario = entry.scenario
+        if (earlier_scenario := _earlier(scenario, share, scan_ns)) is not None:
+            yield earlier_scenario
+            if entry.scenario is not scenario:  # accepted
                 return
 
 
 def _earlier(scenario: Scenario, share: float, scan_ns: int) -> Scenario | None:
-    """Return a scenario with its events moved earlier by a share; None if they already begin early."""
-    timed = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
-    early = min(timed, default=0) // scan_ns
-    if early <= LATE:
+    """Return a scenario with all events moved by a share of the way to scan `LATE`; None if not later."""
+    instants_ns = [part.at_ns for _, part in parts_of(scenario) if isinstance(part, Timed)]
+    first_scan = min(instants_ns, default=0) // scan_ns
+    if first_scan <= LATE:
         return None
-    by_ns = int((early - LATE) * share) * scan_ns
+    moved_by_ns = int((first_scan - LATE) * share) * scan_ns
     return scenario_of(
-        (name, replace(part, at_ns=part.at_ns - by_ns) if isinstance(part, Timed) else part)
+        (name, replace(part, at_ns=part.at_ns - moved_by_ns) if isinstance(part, Timed) else part)
         for name, part in parts_of(scenario)
     )

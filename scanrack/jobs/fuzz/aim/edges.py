@@ -1,4 +1,4 @@
-"""The scans of a run in which something changed, in groups: a search aims its events at them."""
+"""The scans of a run with changes, in groups. A search places its events near them."""
 
 from __future__ import annotations
 
@@ -13,46 +13,50 @@ Group = dict[Hashable, list[int]]
 COMMAND, STATE, THIN = "command", "state", "thin"
 
 SIZE, PAIR, UNDER = "size", "pair", "under"
-"""Groups that only show that a run is new: no event is aimed at them."""
+"""Groups that show only that a run is new. No event is placed near their changes."""
 
 INPUTS = ("status", "number")
 """Groups of the modules' responses."""
 
 TOGETHER = "together"
-"""Group of the output words that change in one scan: only torn updates are aimed at them."""
+"""Group of output words that change in the same scan. Only torn updates are placed there."""
 
-NOT_AIMED, NOT_NEW = frozenset({SIZE, PAIR, UNDER, TOGETHER}), frozenset({THIN, TOGETHER})
+NOT_AIMED = frozenset({SIZE, PAIR, UNDER, TOGETHER})
+"""Groups without nearby events."""
 
-ANSWERS = (COMMAND, "path", STATE)
+NOT_NEW = frozenset({THIN, TOGETHER})
+"""Groups that do not make a run new."""
+
+PROGRAM_GROUPS = (COMMAND, "path", STATE)
 """Groups of changes in the program itself."""
 
 THIN_SCANS = 3
-"""Longest duration of a thin state, scans."""
+"""Maximum duration of a thin state, scans."""
 
 NEAR = (-8, -5, -3, -2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
-"""Distances from an edge, scans. The program sees an event of scan n in scan n or n + 1, and reacts later.
+"""Distances of an event from an edge, scans. The program reads an event of scan n in scan n or n + 1.
 
-Negative distances hit something that ends, such as the last steps of a move.
+An event before an edge disturbs an action that is about to end, such as the last steps of a move.
 """
 
 SOON = 8
 """Number of preferred edges after an event."""
 
 MOST_SCANS, MOST_KINDS = 200, 2_000
-"""Largest number of scans of one change, and of changes in one group: the first ones."""
+"""Maximum number of recorded scans per change, and of changes per group. Later ones are not recorded."""
 
 BEGINNING = 5
-"""Scans after power-up in which every state is thin."""
+"""Scans after power-up. Thin states in them are ignored, since every state is thin there."""
 
 MOST_STEPS = 4
-"""An integer with large values and more small values than this is a quantity, not a step."""
+"""Maximum number of small values of a step number that also has large values; else it is a quantity."""
 
 
 class Edges:
     """The changes in one run.
 
-    A draw chooses a group first, then a kind, then a scan: a bit that changed once is as likely as one that
-    changed a thousand times.
+    A draw chooses a group, then a kind, then a scan. So a bit with one change is as likely as a bit with a
+    thousand changes.
     """
 
     def __init__(self) -> None:
@@ -69,7 +73,7 @@ class Edges:
             kinds[kind] = [scan]
 
     def close(self) -> None:
-        """Add the group of thin states after the run.
+        """Add the group of thin states at the end of the run.
 
         >>> edges = Edges()
         >>> for scan, step in ((0, 1), (90, 2), (92, 3), (500, 1)):
@@ -78,21 +82,22 @@ class Edges:
         >>> edges.groups[THIN]
         {2: [90]}
         """
-        by_scan: dict[int, Hashable] = {}
+        state_by_scan: dict[int, Hashable] = {}
         quantities = self._quantities()
         for kind, scans in self.groups.get(STATE, {}).items():
-            if _tag(kind) not in quantities:
+            if _place_and_name(kind) not in quantities:
                 for scan in scans:
-                    by_scan.setdefault(scan, kind)
-        ordered = sorted(by_scan)
-        for scan, end in pairwise(ordered):
-            if end - scan <= THIN_SCANS and scan > BEGINNING:
-                self.add(THIN, by_scan[scan], scan)
+                    state_by_scan.setdefault(scan, kind)
+        change_scans = sorted(state_by_scan)
+        for scan, next_scan in pairwise(change_scans):
+            if next_scan - scan <= THIN_SCANS and scan > BEGINNING:
+                self.add(THIN, state_by_scan[scan], scan)
 
     def _quantities(self) -> set[Hashable]:
-        """Return the place and name of each integer that runs through its values, such as a position."""
-        small = Counter(_tag(kind) for kind in self.groups.get(STATE, ()))
-        return {tag for kind in self.groups.get(SIZE, ()) if small[tag := _tag(kind)] > MOST_STEPS}
+        """Return the place and name of each integer that counts through its values, such as a position."""
+        small_values = Counter(map(_place_and_name, self.groups.get(STATE, ())))
+        with_large_values = set(map(_place_and_name, self.groups.get(SIZE, ())))
+        return {integer for integer in with_large_values if small_values[integer] > MOST_STEPS}
 
     def firsts(self) -> dict[tuple[str, Hashable], int]:
         """Return the first scan of each change that may be new, by group and kind."""
@@ -111,12 +116,12 @@ class Edges:
         group = random.choice(filled_groups)
         return random.choice(group[random.choice(list(group))])
 
-    def answers(self) -> set[tuple[str, Hashable]]:
+    def program_changes(self) -> set[tuple[str, Hashable]]:
         """Return the changes in the program itself."""
-        return {(group, kind) for group in ANSWERS for kind in self.groups.get(group, ())}
+        return {(group, kind) for group in PROGRAM_GROUPS for kind in self.groups.get(group, ())}
 
     def output(self, random: Random) -> tuple[int, tuple[int, ...], int] | None:
-        """Return a change of several output words: the slot's place, the words, the scan; None if none."""
+        """Return a random change of several output words as (slot index, words, scan), or None."""
         kinds = self.groups.get(TOGETHER)
         if not kinds:
             return None
@@ -124,20 +129,23 @@ class Edges:
         assert isinstance(kind, tuple)
         return kind[0], kind[1], random.choice(kinds[kind])
 
-    def near(self, random: Random, first: int) -> int | None:
-        """Return a random scan near an edge, preferably soon after the scan `first`; None without edges."""
-        aimed = [name for name in self.groups if name not in NOT_AIMED]
-        if not aimed:
+    def near(self, random: Random, from_scan: int) -> int | None:
+        """Return a random scan near an edge, preferably soon after scan `from_scan`; None without edges."""
+        group_names = [name for name in self.groups if name not in NOT_AIMED]
+        if not group_names:
             return None
-        group = self.groups[random.choice(aimed)]
+        group = self.groups[random.choice(group_names)]
         scans = group[random.choice(list(group))]
-        later = [scan for scan in scans if scan >= first - 2] or scans
-        return random.choice(later[:SOON] if random.random() < 0.6 else later) + random.choice(NEAR)
+        later_scans = [scan for scan in scans if scan >= from_scan - 2] or scans
+        if random.random() < 0.6:
+            later_scans = later_scans[:SOON]
+        return random.choice(later_scans) + random.choice(NEAR)
 
 
-def _tag(kind: Hashable) -> Hashable:
+def _place_and_name(kind: Hashable) -> Hashable:
+    """Return the place and name of a changed value, without the value."""
     return kind[:2] if isinstance(kind, tuple) else kind
 
 
 NO_EDGES = Edges()
-"""The changes when a run has no probe."""
+"""The changes in a run without a probe."""

@@ -1,7 +1,7 @@
-"""Ends runs that reach an explored state: one from which another run has already continued to its end.
+"""Ends runs that reach an explored state. Another run has already continued from this state to its end.
 
-A state is a digest by `Probe.state`: steps, flags, commands and status, without timers and positions. Every
-`CALM` scans after the last event, the state of a run is compared with the explored ones.
+A state is a digest of steps, flags, commands and status, without timers and positions (`Probe.state`). After
+the last event, the state of a run is compared with the explored states every `CALM` scans.
 """
 
 from __future__ import annotations
@@ -16,25 +16,23 @@ from ..scenarios.scenario import Scenario
 from .probe import Probe
 
 CALM, RARELY = 100, 1_500
-"""Scans between two comparisons: normally, and where repeated scans are skipped at no cost."""
+"""Scans between two comparisons: normally, and if the CPU skips repeated scans."""
 
 MOST = 100_000
-"""Largest number of stored states."""
+"""Maximum number of stored states."""
 
 
 class ExploredStates:
-    """The states of one search, each with the first scan in which a run reached it."""
+    """The states of one search, each with the earliest scan in which a run reached it."""
 
     def __init__(self) -> None:
-        self._firsts: dict[bytes, int] = {}
+        self._first_scans: dict[bytes, int] = {}
 
     def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
-        """Return an object that runs a scenario and ends it in an explored state."""
-        ends_ns = map(end_ns, timed_parts(scenario))
+        """Return an object that runs a scenario until the run reaches an explored state."""
+        last_end_ns = max(map(end_ns, timed_parts(scenario)), default=0)
         timeless_parts = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
-        return ExploredStateStop(
-            self._firsts, repr(timeless_parts), max(ends_ns, default=0) // spec.scan_ns + 2
-        )
+        return ExploredStateStop(self._first_scans, repr(timeless_parts), last_end_ns // spec.scan_ns + 2)
 
 
 class ExploredStateStop:
@@ -46,27 +44,23 @@ class ExploredStateStop:
         calm_from: first scan after the last event.
     """
 
-    def __init__(self, firsts: dict[bytes, int], conditions: str, calm_from: int) -> None:
-        self._firsts, self._conditions, self._calm_from = firsts, conditions, calm_from
-        self._passed: dict[bytes, int] = {}
+    def __init__(self, first_scans: dict[bytes, int], conditions: str, calm_from: int) -> None:
+        self._first_scans, self._conditions, self._calm_from = first_scans, conditions, calm_from
+        self._visited: dict[bytes, int] = {}
         self.calm = CALM
 
-    def run(self, cpu: Cpu, probe: Probe, scans: int, waits: Callable[[], bool]) -> None:
-        """Run the scans; stop early in a known state while no invariant's clock runs.
-
-        Args:
-            waits: returns whether an invariant's clock runs.
-        """
+    def run(self, cpu: Cpu, probe: Probe, scans: int, has_running_clock: Callable[[], bool]) -> None:
+        """Run the scans. Stop early in an explored state if no invariant has a running clock."""
         cpu.run(min(scans, self._calm_from) if scans > self.calm else scans)
         while cpu.scan < scans and not cpu.stop_requested:
             cpu.run(min(self.calm, scans - cpu.scan))
             state = probe.state(self._conditions)
-            if self._firsts.get(state, scans) <= cpu.scan and not waits():
+            if self._first_scans.get(state, scans) <= cpu.scan and not has_running_clock():
                 return
-            self._passed.setdefault(state, cpu.scan)
+            self._visited.setdefault(state, cpu.scan)
 
     def learn(self) -> None:
-        """Add the states of this run, which broke no invariant."""
-        for state, scan in self._passed.items():
-            if len(self._firsts) < MOST or state in self._firsts:
-                self._firsts[state] = min(scan, self._firsts.get(state, scan))
+        """Mark the states of this run as explored."""
+        for state, scan in self._visited.items():
+            if len(self._first_scans) < MOST or state in self._first_scans:
+                self._first_scans[state] = min(scan, self._first_scans.get(state, scan))

@@ -1,17 +1,17 @@
 """A listener that records the changes in a run, and their scans.
 
-    group      a change of
+    group      change of
     status     status bits of a 3601, input words of a card
-    command    the first two output words of a 3601, output words of a card
-    together   several output words
-    number     the upper word of a number in two words, such as a position
-    path       the power in a rung; the branches that a Python program takes in one scan
-    state      a tag or a field: a flag, a text, a small integer; the line where a sequence waits
-    size       the size of a larger integer
-    pair       a status bit changes under a command
-    under      a flag changes while the program is at certain steps
+    command    first two output words of a 3601, output words of a card
+    together   several output words in the same scan
+    number     upper word of a two-word number, such as a position
+    path       power in a rung, or the branches that a Python program takes in one scan
+    state      tag or field with a flag, text or small integer, or the line where a sequence waits
+    size       size of a larger integer
+    pair       status bit under a command
+    under      flag while the program is at certain steps
 
-Each group is first compared as a whole: a scan without changes costs one comparison per group.
+Each group is first compared as a whole. So a scan without changes costs only one comparison per group.
 """
 
 from __future__ import annotations
@@ -40,28 +40,28 @@ from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
-"""Integers that are recorded by value; of all others only the size is."""
+"""Integers that are recorded by value. Others are recorded by size."""
 
 MOST_TAGS = 1_000
-"""Largest number of watched tags."""
+"""Maximum number of watched tags."""
 
 Values = list[Hashable] | dict[Hashable, Hashable]
 """Values of a group, by place or name."""
 
 
 class Probe(QuietListener):
-    """Records the changes in one run in `edges`: call `prepared` and `watch` before the run."""
+    """Records the changes in one run in `edges`. Call `prepared` and `watch` before the run."""
 
     def __init__(self, edges: Edges) -> None:
         self.edges = edges
-        self._notes: list[Any] = []
-        self._branches = bytearray()
-        self._values: list[tuple[str, Callable[[], Values]]] = []
-        self._last: list[Values] = []
-        self._taken = self._none = b""
+        self._notes: list[Any] = []  # power in the rungs of a ladder program
+        self._branches = bytearray()  # branches that a Python program has taken in this scan
+        self._last_branches = self._no_branches = b""
+        self._readers: list[tuple[str, Callable[[], Values]]] = []  # with their groups
+        self._last_values: list[Values] = []  # for each reader
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Return the logic; if it is compiled, make its new engine record the power in its rungs."""
+        """Return the logic. An engine's compiled code now records the power in its rungs."""
         if type(logic) is Engine:
             scanner = noting(logic.lowered)
             notes = self._notes = [None] * scanner.note_count
@@ -70,116 +70,116 @@ class Probe(QuietListener):
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
         """Watch a rack and its logic; call this before the first scan."""
-        self._slots = [
+        self._slots = [  # with the numbers of recorded input and output words
             (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
             for slot in rack.slots.values()
         ]
         self._memory = rack.memory
-        self._watched = [
-            (places.outputs.start, places.inputs.start + 2 * min(known + 1, len(slot.inputs)))
-            for (slot, known, _), places in zip(self._slots, rack.layout.places.values(), strict=True)
+        self._image_ranges = [  # bytes of the recorded words and of a number's upper word, by slot
+            (places.outputs.start, places.inputs.start + 2 * min(input_count + 1, len(slot.inputs)))
+            for (slot, input_count, _), places in zip(self._slots, rack.layout.places.values(), strict=True)
         ]
-        self._seen = [bytearray(end - begin) for begin, end in self._watched]
+        self._last_images = [bytearray(end - begin) for begin, end in self._image_ranges]
         self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
         self.logic = logic
         program, notes = unwrapped(logic), self._notes
         if isinstance(program, Engine):
-            self._values = [("path", lambda: notes), (STATE, _tags(program))]
+            self._readers = [("path", lambda: notes), (STATE, _tags_reader(program))]
         else:
             module = namespace_of(program)
             self._branches = module.get(NAME, self._branches)
-            self._none = bytes(len(self._branches))
-            self._branches[:] = self._none  # clear the notes of the previous run
-            self._values = [(STATE, fields_reader(program, module))]
+            self._no_branches = bytes(len(self._branches))
+            self._branches[:] = self._no_branches  # clear the notes of the previous run
+            self._readers = [(STATE, fields_reader(program, module))]
             if sequences := sequences_in(logic):
-                self._values.append((STATE, _Lines(sequences)))
-        self._last = [[] for _ in self._values]
-        self._is_fresh = [group != "path" for group, _ in self._values]  # the notes are always the same list
+                self._readers.append((STATE, _LinesReader(sequences)))
+        self._last_values = [[] for _ in self._readers]
+        self._is_fresh = [group != "path" for group, _ in self._readers]  # the notes are always the same list
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Record the differences from the previous scan."""
         memory = self._memory
-        for place, (begin, end) in enumerate(self._watched):
-            if memory[begin:end] != self._seen[place]:
-                self._seen[place] = memory[begin:end]
-                self._note_words(place, scan)
-        for place, (group, read) in enumerate(self._values):
-            now, last = read(), self._last[place]
-            if now is not last and now != last:
-                self._note(group, place, now, last, scan)
-                self._last[place] = now if self._is_fresh[place] else now.copy()
+        for index, (begin, end) in enumerate(self._image_ranges):
+            if memory[begin:end] != self._last_images[index]:
+                self._last_images[index] = memory[begin:end]
+                self._note_words(index, scan)
+        for index, (group, read) in enumerate(self._readers):
+            values, last_values = read(), self._last_values[index]
+            if values is not last_values and values != last_values:
+                self._note(group, index, values, last_values, scan)
+                self._last_values[index] = values if self._is_fresh[index] else values.copy()
         if self._branches:
             self._note_branches(scan)
 
     def state(self, conditions: str) -> bytes:
-        """Return a digest of the current state of program and modules: steps, flags, commands, status."""
+        """Return a digest of the program's steps and flags and of the modules' commands and status."""
         words = [
-            (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
-            for slot, inputs, outputs in self._slots
+            (slot.fault, tuple(slot.inputs.words[:input_count]), tuple(slot.outputs.words[:output_count]))
+            for slot, input_count, output_count in self._slots
         ]
         kinds = [
-            [(name, kind.__class__.__name__, kind) for name, kind in _kinds(last)]
-            for (group, _), last in zip(self._values, self._last, strict=True)
+            [(name, kind.__class__.__name__, kind) for name, kind in _kinds(values)]
+            for (group, _), values in zip(self._readers, self._last_values, strict=True)
             if group == STATE
         ]
         return blake2b(repr((conditions, words, kinds)).encode(), digest_size=16).digest()
 
-    def _note_words(self, place: int, scan: int) -> None:
+    def _note_words(self, slot_index: int, scan: int) -> None:
         """Record the words of a slot that have changed."""
         add = self.edges.add
-        slot, known, commanding = self._slots[place]
+        slot, input_count, output_count = self._slots[slot_index]
         inputs, outputs = tuple(slot.inputs.words), tuple(slot.outputs.words)
-        inputs_before, outputs_before = self._words[place]
-        self._words[place] = inputs, outputs
+        inputs_before, outputs_before = self._words[slot_index]
+        self._words[slot_index] = inputs, outputs
         if outputs != outputs_before:
             words = tuple(word for word, output in enumerate(outputs) if output != outputs_before[word])
             if len(words) > 1:
-                add(TOGETHER, (place, words), scan)
-        for word in range(max(known, commanding)):
-            if word < commanding and outputs[word] != outputs_before[word]:
-                add(COMMAND, (place, word, outputs[word]), scan)
-            if word < known and (changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF):
-                add("status", (place, word, changed), scan)
-                add(PAIR, (place, word, changed, outputs_before[0]), scan)
-        if known < len(inputs) and inputs[2] != inputs_before[2]:
-            add("number", place, scan)
+                add(TOGETHER, (slot_index, words), scan)
+        for word in range(max(input_count, output_count)):
+            if word < output_count and outputs[word] != outputs_before[word]:
+                add(COMMAND, (slot_index, word, outputs[word]), scan)
+            if word < input_count and (changed_bits := (inputs[word] ^ inputs_before[word]) & 0xFFFF):
+                add("status", (slot_index, word, changed_bits), scan)
+                add(PAIR, (slot_index, word, changed_bits, outputs_before[0]), scan)
+        if input_count < len(inputs) and inputs[2] != inputs_before[2]:
+            add("number", slot_index, scan)
 
-    def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
+    def _note(self, group: str, reader_index: int, values: Values, last_values: Values, scan: int) -> None:
         """Record the values that have changed."""
         add, steps = self.edges.add, None
-        before: Mapping[Hashable, Hashable] = last if isinstance(last, dict) else dict(enumerate(last))
-        for name, value in _named(now):
-            old = before.get(name)
-            if old is value or (old == value and old.__class__ is value.__class__):
+        last_by_name: Mapping[Hashable, Hashable] = dict(_named(last_values))
+        for name, value in _named(values):
+            last_value = last_by_name.get(name)
+            if last_value is value or (last_value == value and last_value.__class__ is value.__class__):
                 continue
             kind = _kind(value)
-            add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
+            add(SIZE if kind.__class__ is _Size else group, (reader_index, name, kind), scan)
             if value.__class__ is bool and group is STATE:
-                steps = _steps(now) if steps is None else steps
+                steps = _steps(values) if steps is None else steps
                 if steps:
-                    add(UNDER, (place, name, value, steps), scan)
+                    add(UNDER, (reader_index, name, value, steps), scan)
 
     def _note_branches(self, scan: int) -> None:
         branches = self._branches
-        if branches != self._taken:
+        if branches != self._last_branches:
             if not any(branches):
                 return  # the program was not called, or took no branch
-            self._taken = bytes(branches)
-            self.edges.add("path", self._taken, scan)
-        branches[:] = self._none
+            self._last_branches = bytes(branches)
+            self.edges.add("path", self._last_branches, scan)
+        branches[:] = self._no_branches
 
 
 def _steps(values: Values) -> tuple[Hashable, ...]:
-    """Return the small numbers and texts among values: the steps of a program."""
-    flat_values = values.values() if isinstance(values, dict) else values
+    """Return the texts and small integers among values: the steps of a program."""
     return tuple(
         value
-        for value in flat_values
+        for _, value in _named(values)
         if value.__class__ is str or (value.__class__ is int and value in SMALL)
     )
 
 
 def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
+    """Return values with their names or indices."""
     return values.items() if isinstance(values, dict) else enumerate(values)
 
 
@@ -192,13 +192,13 @@ class _Size(int):
 
 
 def _kind(value: Hashable) -> Hashable:
-    """Return the part of a value that is compared.
+    """Return the compared part of a value: the size of a large integer, else the value itself.
 
     >>> _kind(32), _kind(33), _kind(-2), _kind(-40_000), _kind("go")
     (32, 52, -18, -132, 'go')
     """
     if isinstance(value, Enum):
-        return str(value.name)  # the class may belong to the program, which other processes lack
+        return str(value.name)  # other processes may lack the program's class
     if value.__class__ is not int or value in SMALL:
         return value
     assert isinstance(value, int)
@@ -207,8 +207,8 @@ def _kind(value: Hashable) -> Hashable:
     return _Size(size if value > 0 else -size)
 
 
-class _Lines:
-    """Returns the lines where sequences wait; reads them again after one of them has continued."""
+class _LinesReader:
+    """Returns the lines where sequences wait. Reads them again after a sequence has continued."""
 
     def __init__(self, sequences: Sequence[LogicSequence]) -> None:
         self._sequences = sequences
@@ -216,7 +216,7 @@ class _Lines:
         self._lines: Values = []
 
     def __call__(self) -> Values:
-        """Return the line of each sequence, None for a finished one."""
+        """Return the line of each sequence; None for a finished sequence."""
         resumed = [sequence.resumed for sequence in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed
@@ -224,8 +224,8 @@ class _Lines:
         return self._lines
 
 
-def _tags(engine: Engine) -> Callable[[], Values]:
-    """Return a function that reads the flags and integers of a program, except times and images."""
+def _tags_reader(engine: Engine) -> Callable[[], Values]:
+    """Return a function that reads the flags and integers of a program, without times and images."""
     cells = list(_tag_cells(engine))[:MOST_TAGS]
     return lambda: [cell.cell_contents for cell in cells]
 
@@ -242,5 +242,5 @@ def _tag_cells(engine: Engine) -> Iterator[CellType]:
 
 @remember_last
 def noting(lowered: LoweredProgram) -> ObservedScanner:
-    """Return the program, compiled once, with code that records the power in all rungs."""
+    """Return a program compiled with code that records the power in all rungs."""
     return observed_scanner_of(lowered, Observation(noted=lines_of(lowered)))

@@ -1,7 +1,7 @@
-"""The plain values that a Python program keeps from scan to scan.
+"""Reads the plain values that a Python program keeps from scan to scan: flags, texts, integers, Enum members.
 
-They are flags, texts, integers and Enum members. They are found in the program's object, its globals, dicts
-in these, and objects of the program's own classes, up to two objects deep.
+The values are in the program's object and its globals. They are also in dicts and objects of the program's
+own classes, up to two objects deep.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Any
 from scanrack.runtime.loop.scan import ScanLogic
 
 PLAIN = frozenset({bool, int, str, type(None)})
-"""Types of the values, besides the Enum classes of the program."""
+"""Types of plain values, in addition to the program's Enum classes."""
 
 DEEP = 2
-"""Largest number of objects on the path to a value."""
+"""Maximum number of objects on the path to a value."""
 
 MOST_HOLDERS, MOST_FIELDS = 50, 200
-"""Largest number of objects, and of values in one object."""
+"""Maximum number of objects, and of values in one object."""
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:
@@ -36,87 +36,88 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
 def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], dict[Hashable, Hashable]]:
     """Return a function that reads the current values, by place and name.
 
-    Objects that the program creates later are not read.
+    It does not read objects that the program creates later.
     """
     holders = list(enumerate(islice(_holders(logic, module), MOST_HOLDERS)))
-    plain = PLAIN | {
+    plain_types = PLAIN | {
         value for value in module.values() if isinstance(value, type) and issubclass(value, Enum)
     }
-    shared = [
-        name for name, value in module.items() if value.__class__ in plain and not name.startswith("__")
+    global_names = [
+        name for name, value in module.items() if value.__class__ in plain_types and not name.startswith("__")
     ]
-
-    return _FieldsReader(holders, shared, module, plain)
+    return _FieldsReader(holders, global_names, module, plain_types)
 
 
 class _FieldsReader:
-    """Reads the values again only when an object that held one has been replaced by another.
+    """Reads the values, and returns the same dict until one of them changes.
 
-    A call returns the same dict as long as nothing has changed. Objects are compared by identity, since a
-    program's own classes may define equality in any way.
+    Objects are compared by identity, since a program's own classes can define equality in any way.
     """
 
     def __init__(
         self,
         holders: Sequence[tuple[int, Mapping[str, Any]]],
-        shared: Sequence[str],
+        global_names: Sequence[str],
         module: Mapping[str, Any],
-        plain: Collection[object],
+        plain_types: Collection[object],
     ) -> None:
-        self._holders, self._shared, self._module, self._plain = holders, shared, module, plain
-        self._seen: list[list[Any]] = [[] for _ in holders]
-        self._seen_shared: list[Any] = []
+        self._holders, self._global_names = holders, global_names
+        self._module, self._plain_types = module, plain_types
+        self._last_fields: list[list[Any]] = [[] for _ in holders]
+        self._last_globals: list[Any] = []
         self._values: dict[Hashable, Hashable] = {}
 
     def __call__(self) -> dict[Hashable, Hashable]:
-        get, fresh = self._module.get, False
-        shared = [*map(get, self._shared)]
-        if len(shared) != len(self._seen_shared) or not all(map(is_, shared, self._seen_shared)):
-            self._seen_shared, fresh = shared, True
+        get, has_changed = self._module.get, False
+        global_values = [*map(get, self._global_names)]
+        last = self._last_globals
+        if len(global_values) != len(last) or not all(map(is_, global_values, last)):
+            self._last_globals, has_changed = global_values, True
         for place, holder in self._holders:
-            seen = self._seen[place]
-            if len(holder) != len(seen) or not all(map(is_, holder.values(), seen)):
-                self._seen[place], fresh = [*holder.values()], True
-        if fresh:
-            self._values = self._read()
+            last = self._last_fields[place]
+            if len(holder) != len(last) or not all(map(is_, holder.values(), last)):
+                self._last_fields[place], has_changed = [*holder.values()], True
+        if has_changed:
+            self._values = self._plain_values()
         return self._values
 
-    def _read(self) -> dict[Hashable, Hashable]:
-        plain = self._plain
+    def _plain_values(self) -> dict[Hashable, Hashable]:
+        """Return the current plain values, by place and name for fields and by name for globals."""
+        plain_types = self._plain_types
         values: dict[Hashable, Hashable] = {
             (place, name): value
             for place, holder in self._holders
             for name, value in holder.items()
-            if value.__class__ in plain
+            if value.__class__ in plain_types
         }
-        for name, value in zip(self._shared, self._seen_shared, strict=True):
-            if value.__class__ in plain:
+        for name, value in zip(self._global_names, self._last_globals, strict=True):
+            if value.__class__ in plain_types:
                 values[name] = value
         return values
 
 
 def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
-    """Yield each dict of values once."""
-    own = str(module.get("__name__", ""))
-    waiting: list[tuple[int, Any]] = [(0, logic)]
+    """Yield the dict or fields of each object that can have plain values, once."""
+    module_name = str(module.get("__name__", ""))
+    queue: list[tuple[int, Any]] = [(0, logic)]
     if isinstance(logic, FunctionType):
-        waiting = [(0, value) for name, value in module.items() if not name.startswith("__")]
-    seen: set[int] = set()
-    for depth, value in waiting:
-        holder = _holder(value, own, is_logic=value is logic)
-        if holder is None or id(holder) in seen or len(holder) > MOST_FIELDS:
+        queue = [(0, value) for name, value in module.items() if not name.startswith("__")]
+    seen_ids: set[int] = set()
+    for depth, value in queue:  # grows in the loop
+        holder = _holder(value, module_name, is_logic=value is logic)
+        if holder is None or id(holder) in seen_ids or len(holder) > MOST_FIELDS:
             continue
-        seen.add(id(holder))
+        seen_ids.add(id(holder))
         yield holder
         if depth < DEEP:
-            shared = () if type(value) is dict else vars(type(value)).values()
-            waiting += [(depth + 1, inner) for inner in (*holder.values(), *shared)]
+            class_fields = () if type(value) is dict else vars(type(value)).values()
+            queue += [(depth + 1, inner) for inner in (*holder.values(), *class_fields)]
 
 
-def _holder(value: object, module: str, *, is_logic: bool) -> Mapping[str, Any] | None:
-    """Return a dict itself, or the fields of an object whose class belongs to the program; else None."""
+def _holder(value: object, module_name: str, *, is_logic: bool) -> Mapping[str, Any] | None:
+    """Return a dict itself, or the fields of an object of the program's own class; else None."""
     if type(value) is dict:
         return value
-    if isinstance(value, type | FunctionType) or not (is_logic or type(value).__module__ == module):
+    if isinstance(value, type | FunctionType) or not (is_logic or type(value).__module__ == module_name):
         return None
     return getattr(value, "__dict__", None)

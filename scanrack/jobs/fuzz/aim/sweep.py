@@ -1,14 +1,17 @@
-"""Combines every fault and button with every thin state: one scan before, in it, and one scan after.
+"""Combines every fault and button with every thin state.
 
-Where several output words change in a scan, an update is torn: one of the words is late, or all others are.
-Where inputs change, a tear makes them change in the middle of the scan before. Each rung that reads inputs
-gets one run with tears at all changes of status, and one with tears at all changes of positions.
+An event begins in the first scan of the state, one scan before it, or one scan after it.
+
+If several output words change in a scan, the update is torn: either one word or all the others are late. If
+inputs change, a tear moves the change to the middle of the previous scan. Each rung that reads inputs gets
+one run with tears at all changes of status, and one run with tears at all changes of positions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from random import Random
 
 from scanrack.runtime.config.rackspec import RackSpec
@@ -23,23 +26,25 @@ from .corpus import Corpus, Entry
 from .edges import BEGINNING, INPUTS, THIN, TOGETHER
 
 LASTING_MS, SHORT_MS = 100, 4
+"""Durations of an event, and of a short press, ms."""
 
 DISTANCES = (1, 0, -1)
+"""Distances of an event from the first scan of a thin state, scans."""
 
 ANY = 0.5
 """Share of the scenarios that are drawn from all entries instead of the latest one."""
 
 MOST_TORN, MOST_RUNGS = 8, 24
-"""Largest number of tears at one kind of change, and of rungs at which inputs are torn."""
+"""Maximum number of tears for one kind of change, and of rungs with torn inputs."""
 
 MOST_WAITING = 5_000
-"""Largest number of waiting scenarios."""
+"""Maximum number of waiting scenarios."""
 
 
 class Sweep:
-    """The untried scenarios of thin states; each kind of state is swept once.
+    """The untried scenarios of thin states. Each kind of state is swept once.
 
-    The corpus keeps the swept kinds and the waiting scenarios.
+    The corpus stores the swept kinds and the waiting scenarios.
     """
 
     def __init__(
@@ -55,79 +60,80 @@ class Sweep:
 
     def take(self, entry: Entry) -> None:
         """Add the scenarios for the thin states of an entry."""
-        fresh: list[tuple[Hashable, Scenario]] = []
+        new_scenarios: list[tuple[Hashable, Scenario]] = []
         swept, waiting = self._corpus.swept, self._corpus.waiting
         for kind, scans in entry.edges.groups.get(THIN, {}).items():
             if kind not in swept:
                 swept.add(kind)
                 for distance in DISTANCES:
                     at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
-                    fresh += [(kind, with_part(entry.scenario, part)) for part in self._events_at(at_ns)]
+                    for part in self._events_at(at_ns):
+                        new_scenarios.append((kind, with_part(entry.scenario, part)))
         if Kind.TORN in self._kinds:
-            fresh += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
+            new_scenarios += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
         if Kind.TORN in self._kinds and self._rungs:
-            fresh += self._torn_inputs(entry)
-        self._random.shuffle(fresh)
-        fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # torn scenarios come first
-        waiting += fresh
+            new_scenarios += self._torn_inputs(entry)
+        self._random.shuffle(new_scenarios)
+        new_scenarios.sort(key=_count_faults)  # `next` takes the scenarios with most faults first
+        waiting += new_scenarios
         del waiting[:-MOST_WAITING]
 
     def next(self) -> Scenario | None:
-        """Return a waiting scenario, of the latest entry or any; None if none waits."""
+        """Return a waiting scenario of the latest entry or of any entry; None if none waits."""
         waiting = self._corpus.waiting
         if not waiting:
             return None
         if self._random.random() < ANY:
-            place = self._random.randrange(len(waiting))
-            waiting[place], waiting[-1] = waiting[-1], waiting[place]
+            index = self._random.randrange(len(waiting))
+            waiting[index], waiting[-1] = waiting[-1], waiting[index]
         return waiting.pop()[1]
 
     def _torn(self, entry: Entry) -> Iterator[tuple[Hashable, Timed]]:
-        """Yield torn updates where several output words change: one of them is late, or all others are."""
+        """Yield torn updates for each change of several output words: one is late, or all others are."""
         for kind, scans in entry.edges.groups.get(TOGETHER, {}).items():
             if kind in self._corpus.swept:
                 continue
             self._corpus.swept.add(kind)
             assert isinstance(kind, tuple)
-            place, words = kind
-            at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[place].number
+            slot_index, words = kind
+            at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[slot_index].number
             for word in words:
-                others = tuple(word_before for word_before in words if word_before != word)
+                other_words = tuple(other_word for other_word in words if other_word != word)
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
-                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
+                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, other_words)
 
     def _torn_inputs(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
-        """Yield the scenario with its input changes moved to the middle of a scan, before a rung.
+        """Yield the scenario with tears before its input changes, at several rungs.
 
-        A change of a number may miss the middle of a scan. It is tried again where it takes twice as many
-        steps.
+        A change of a number may miss the middle of a scan. So an entry with twice as many changes of the same
+        kind is tried again.
         """
         for group in INPUTS:
             changes = {
                 (group, kind, min(len(scans), MOST_TORN).bit_length()): scans
                 for kind, scans in entry.edges.groups.get(group, {}).items()
             }
-            fresh = [scans for key, scans in changes.items() if key not in self._corpus.swept]
+            new_changes = [scans for key, scans in changes.items() if key not in self._corpus.swept]
             self._corpus.swept.update(changes)
-            scans = sorted({scan - 1 for run in fresh for scan in run[:MOST_TORN] if scan > BEGINNING})
-            for routine, rung in self._some_rungs() if scans else ():
-                tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in scans)
+            change_scans = chain.from_iterable(scans[:MOST_TORN] for scans in new_changes)
+            tear_scans = sorted({scan - 1 for scan in change_scans if scan > BEGINNING})
+            if not tear_scans:
+                continue
+            for routine, rung in self._random.sample(self._rungs, min(MOST_RUNGS, len(self._rungs))):
+                tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in tear_scans)
                 torn = replace(entry.scenario, tears=(*entry.scenario.tears, *tears))
                 yield (group, routine, rung), torn
-
-    def _some_rungs(self) -> Sequence[Rung]:
-        most = min(MOST_RUNGS, len(self._rungs))
-        return self._random.sample(self._rungs, most)
 
     def _events_at(self, at_ns: int) -> Iterator[Timed]:
         """Yield every fault and every contact operation at an instant."""
         for_ns = LASTING_MS * 1_000_000
         yield from self._faults_at(at_ns, for_ns)
         if Kind.INPUTS in self._kinds:
-            for slot in (slot_spec for slot_spec in self._spec.slot if slot_spec.has(Trait.MACHINE)):
+            axes = [slot for slot in self._spec.slot if slot.has(Trait.MACHINE)]
+            for slot in axes:
                 for bit in (*buttons(slot), *sensors(slot)):
-                    short = bit in buttons(slot) and self._random.random() < 0.5
-                    yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
+                    is_short = bit in buttons(slot) and self._random.random() < 0.5
+                    yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if is_short else for_ns)
             for number, name in card_buttons(self._spec):
                 yield ContactPress(number, name, at_ns, for_ns)
 
@@ -141,3 +147,8 @@ class Sweep:
         if Kind.POWER in self._kinds:
             for slot in self._spec.slot:
                 yield InjectedFault(at_ns, FaultKind.POWER_CYCLE, slot.number)
+
+
+def _count_faults(waiting: tuple[Hashable, Scenario]) -> int:
+    _, scenario = waiting
+    return len(scenario.incidents) + len(scenario.tears)

@@ -1,6 +1,7 @@
-"""The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
+"""The times of a program: timer presets, texts such as "50 ms", and compared numbers.
 
-They are used as waiting times of operators. Numbers that a program compares (`if age > 20`) count as scans.
+A search uses them as durations of events and as distances between events. Whole numbers in comparisons
+(`if age > 20`) count as scans.
 """
 
 from __future__ import annotations
@@ -20,23 +21,22 @@ from ...record.logic_wrapper import unwrapped
 from .python_state import namespace_of
 
 MOST_TIMES = 40
-"""Largest number of times of a program; the shortest are kept."""
+"""Maximum number of times of a program. The shortest are used."""
 
 MS = 1_000_000
 
 SHORTEST_SCANS = 3
-"""Shorter times, in scans, are left out: random draws hit them anyway."""
+"""Times of at most this many scans are left out, since random draws hit them anyway."""
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
-    """Return the program's times that fit into a run, and times between two of them; sorted, ns."""
+    """Return the program's times that fit into a run, and the means of neighbors, in ascending order, ns."""
     program = unwrapped(logic)
-    times = set(_presets(program)) if isinstance(program, Engine) else set(_written(program, scan_ns))
-    fitting = sorted(time_ns for time_ns in times if SHORTEST_SCANS * scan_ns < time_ns < scans * scan_ns)[
-        :MOST_TIMES
-    ]
-    between = {(earlier + later) // 2 // scan_ns * scan_ns for earlier, later in pairwise(fitting)}
-    return tuple(sorted({*fitting, *between}))
+    times_ns = _presets(program) if isinstance(program, Engine) else _times_in_source(program, scan_ns)
+    shortest_ns, longest_ns = SHORTEST_SCANS * scan_ns, scans * scan_ns
+    fitting_ns = sorted({time_ns for time_ns in times_ns if shortest_ns < time_ns < longest_ns})[:MOST_TIMES]
+    between_ns = {(earlier + later) // 2 // scan_ns * scan_ns for earlier, later in pairwise(fitting_ns)}
+    return tuple(sorted({*fitting_ns, *between_ns}))
 
 
 def _presets(engine: Engine) -> Iterator[int]:
@@ -44,24 +44,24 @@ def _presets(engine: Engine) -> Iterator[int]:
     leaves = engine.lowered.layout.leaves
     for path, leaf in leaves.items():
         if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves and leaf.ident in engine.memory.cells:
-            content: Any = engine.memory.cells[leaf.ident].cell_contents
-            values = content if leaf.dims and content is not None else (content,)
+            cell_content: Any = engine.memory.cells[leaf.ident].cell_contents
+            values = cell_content if leaf.dims and cell_content is not None else (cell_content,)
             yield from (value * MS for value in values if value.__class__ is int)
     for presets in engine.lowered.defaults.values():
         yield from (int(value) * MS for (path, _), value in presets.items() if path.upper().endswith(".PRE"))
 
 
-def _written(logic: ScanLogic, scan_ns: int) -> Iterator[int]:
-    """Yield the times in the text of a Python program."""
+def _times_in_source(logic: ScanLogic, scan_ns: int) -> Iterator[int]:
+    """Yield the times in the source code of a Python program, ns."""
     file = namespace_of(logic).get("__file__")
     if isinstance(file, str):
-        for scans, ns in _read(file):
-            yield scans * scan_ns + ns
+        for scans, time_ns in _times_in_file(file):
+            yield scans * scan_ns + time_ns
 
 
 @lru_cache(maxsize=4)
-def _read(file: str) -> tuple[tuple[int, int], ...]:
-    """Return the times in a file: first those in scans, then those in ns."""
+def _times_in_file(file: str) -> tuple[tuple[int, int], ...]:
+    """Return the times in a file as pairs (scans, ns); one of the two is 0."""
     try:
         tree = ast.parse(Path(file).read_text(encoding="utf-8"))
     except (OSError, ValueError, SyntaxError):
@@ -70,6 +70,7 @@ def _read(file: str) -> tuple[tuple[int, int], ...]:
 
 
 def _times_at(node: ast.AST) -> Iterator[tuple[int, int]]:
+    """Yield the times in a text or comparison as pairs (scans, ns)."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         try:
             yield 0, parse_duration(node.value)

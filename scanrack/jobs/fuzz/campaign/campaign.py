@@ -1,13 +1,12 @@
 """A campaign: many searches on all cores or on a cluster. It can be interrupted and continued.
 
-    a round     begins with one corpus for all of its tasks
-    a task      is one search: a seed, a number of examples, a share of that corpus
-    a report    is added to the state in the order of the tasks, not in the order of arrival
+    round     begins with one corpus for all of its tasks
+    task      is one search with a seed, a number of examples, and a share of that corpus
+    report    is added to the state in the order of the tasks, not in the order of arrival
 
-A round depends on the earlier tasks and not on the workers, so a campaign takes the same steps with any
-number of workers. The first rounds have four tasks each, later ones a quarter of the number of earlier tasks.
-A task lacks the results of at most a fifth of all tasks, and a cluster of n workers is busy once 4 n tasks
-are done.
+A round depends on the earlier tasks and not on the workers. So a campaign takes the same steps with any
+number of workers. The first rounds have four tasks each. Later rounds have a quarter of the number of earlier
+tasks. So a task lacks the results of at most a fifth of all tasks, and n workers are busy after 4 n tasks.
 """
 
 from __future__ import annotations
@@ -24,46 +23,46 @@ from .executors import OnCluster
 from .state import CampaignError, State
 
 SHARED = 24
-"""Number of corpus entries that the tasks of a round get: the least varied ones."""
+"""Number of corpus entries that the tasks of a round share: the least varied entries."""
 
 LEAST_WIDTH, EARLIER, MOST_WIDTH = 4, 4, 1024
-"""Number of tasks in a round: the minimum, the divisor of the number of earlier tasks, and the maximum."""
+"""Minimum number of tasks in a round, number of earlier tasks per task, and maximum number of tasks."""
 
 TRIES = 3
-"""Number of attempts for a task whose worker dies."""
+"""Maximum number of attempts at a task if its worker dies."""
 
 
 @dataclass(frozen=True, slots=True)
 class Allowance:
-    """The time that a task may take, ns; None = no limit."""
+    """The time limits of a task, ns; None = no limit."""
 
     wall_ns: int | None = None
     processor_ns: int | None = None
 
     def covers(self, wall_ns: int, processor_ns: int) -> bool:
         """Return whether the used time is below every limit."""
-        limits_and_use = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
-        return all(limit is None or spent < limit for limit, spent in limits_and_use)
+        is_wall_time_left = self.wall_ns is None or wall_ns < self.wall_ns
+        return is_wall_time_left and (self.processor_ns is None or processor_ns < self.processor_ns)
 
 
 @dataclass(frozen=True, slots=True)
 class Task:
     """One search."""
 
-    number: int  # from 0; its seed follows from it
+    number: int  # from 0; determines the seed
     examples: int
-    known: frozenset[str] = frozenset()
-    base: Scenario | None = None  # a scenario to vary, or None
-    corpus: Corpus | None = None  # the corpus of earlier rounds
-    again: tuple[Scenario, ...] = ()  # scenarios to run first, such as those of a corpus on disk
-    allowance: Allowance = Allowance()  # time left when the task begins
+    known: frozenset[str] = frozenset()  # keys of failures to ignore
+    base: Scenario | None = None  # scenario to vary, or None
+    corpus: Corpus | None = None  # corpus of earlier rounds
+    again: tuple[Scenario, ...] = ()  # scenarios to run first, such as a corpus on disk
+    allowance: Allowance = Allowance()  # time left at the beginning of the task
 
 
 Work = Callable[[Task], SearchReport]
 """Runs a task in this or another process; picklable."""
 
 Suggest = Callable[[State], tuple[Scenario, ...]]
-"""Returns scenarios to run next, such as a solver's answers."""
+"""Returns scenarios to run next, such as a solver's results."""
 
 
 def campaign(
@@ -80,42 +79,42 @@ def campaign(
     allowance: Callable[[], Allowance] = Allowance,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
-    """Run rounds of tasks until all are done or the time is up; add the results to the state.
+    """Run rounds of tasks until all tasks are done or the time is up. Add the results to the state.
 
     Args:
-        executor: creates the executor; called again if its workers die.
+        executor: creates the executor. Called again if the workers die.
         tasks: number of tasks; None = run until `has_time` returns False.
         jobs: number of concurrent tasks; None = one per thread of the cluster.
-        again: scenarios that the first round runs, from a corpus on disk.
-        suggest: called between two rounds; the next round runs its scenarios.
+        again: scenarios of a corpus on disk. The first round runs them.
+        suggest: called between two rounds. The next round runs the returned scenarios.
         has_time: called before every task.
-        allowance: called before every task; returns the time it may take.
+        allowance: called before every task; returns its time limits.
         news: called after every task with its new failures.
 
     Raises:
-        CampaignError: the worker of one task has died several times.
+        CampaignError: the worker of a task has died several times.
         InvariantError: an invariant raised.
     """
-    running = _Tasks(work, executor, jobs, has_time, allowance)
+    runner = _TaskRunner(work, executor, jobs, has_time, allowance)
     rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, again, suggest)
     try:
         for round_tasks in rounds:
-            for report in running.reports(round_tasks, state.tasks):
+            for report in runner.reports(round_tasks, state.tasks):
                 news(state.add(report))
             if not has_time():
                 return
     finally:
-        running.close()
+        runner.close()
 
 
 @dataclass(slots=True)
-class _Tasks:
+class _TaskRunner:
     """Submits the tasks of a round and collects their reports; see `campaign`.
 
     Attributes:
-        running: the submitted tasks.
-        early: reports that arrived before those of earlier tasks, by task number.
-        tried: number of attempts for each task, by task number.
+        submitted: the submitted tasks by future.
+        early_reports: reports that arrived before the reports of earlier tasks, by task number.
+        attempts: number of attempts at each task, by task number.
     """
 
     work: Work
@@ -124,65 +123,69 @@ class _Tasks:
     has_time: Callable[[], bool]
     allowance: Callable[[], Allowance]
     pool: Executor = field(init=False)
-    running: dict[Future[SearchReport], Task] = field(default_factory=dict)
-    early: dict[int, SearchReport] = field(default_factory=dict)
-    tried: Counter[int] = field(default_factory=Counter)
+    submitted: dict[Future[SearchReport], Task] = field(default_factory=dict)
+    early_reports: dict[int, SearchReport] = field(default_factory=dict)
+    attempts: Counter[int] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         self.pool = self.executor()
 
-    def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
-        """Run the tasks of a round; yield their reports in task order, beginning with a task number."""
+    def reports(self, tasks: Iterator[Task], first_number: int) -> Iterator[SearchReport]:
+        """Run the tasks of a round, which are numbered from `first_number`; yield their reports in order."""
+        next_number = first_number
         self._submit_all(tasks)
-        while self.running:
-            finished, _ = wait(self.running, return_when=FIRST_COMPLETED)
-            self._take(finished)
-            while number in self.early:
-                yield self.early.pop(number)
-                number += 1
+        while self.submitted:
+            finished, _ = wait(self.submitted, return_when=FIRST_COMPLETED)
+            self._collect(finished)
+            while next_number in self.early_reports:
+                yield self.early_reports.pop(next_number)
+                next_number += 1
             self._submit_all(tasks)
 
     def _submit_all(self, tasks: Iterator[Task]) -> None:
         """Submit a task to every idle worker as long as tasks remain."""
-        while len(self.running) < self._at_a_time and self.has_time():
+        while len(self.submitted) < self._max_concurrent and self.has_time():
             task = next(tasks, None)
             if task is None:
                 return
             self._submit(task)
 
     @property
-    def _at_a_time(self) -> int:
+    def _max_concurrent(self) -> int:
+        """Maximum number of concurrent tasks."""
         if self.jobs is not None:
             return self.jobs
         return self.pool.threads if isinstance(self.pool, OnCluster) else 1
 
     def _submit(self, task: Task) -> None:
-        self.tried[task.number] += 1
-        if self.tried[task.number] > TRIES:
+        self.attempts[task.number] += 1
+        if self.attempts[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
         limited = replace(task, allowance=self.allowance())
-        self.running[self.pool.submit(self.work, limited)] = task
+        self.submitted[self.pool.submit(self.work, limited)] = task
 
-    def _take(self, done: set[Future[SearchReport]]) -> None:
-        """Store a report; submit a task again if its worker died."""
+    def _collect(self, finished: set[Future[SearchReport]]) -> None:
+        """Store the reports of finished tasks. Submit the tasks of dead workers again."""
         lost_tasks = []
-        broken = False
-        for future in done:
-            task = self.running.pop(future)
+        is_pool_broken = False
+        for future in finished:
+            task = self.submitted.pop(future)
             error = future.exception()
             if error is None:
-                self.early[task.number] = future.result()
-            elif isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker":
-                broken = broken or isinstance(error, BrokenExecutor)
+                self.early_reports[task.number] = future.result()
+            elif isinstance(error, BrokenExecutor):
+                is_pool_broken = True
+                lost_tasks.append(task)
+            elif type(error).__name__ == "KilledWorker":  # of Dask, which replaces the worker
                 lost_tasks.append(task)
             else:
                 raise error
-        if broken:
-            lost_tasks += self.running.values()
-            self.running.clear()
+        if is_pool_broken:
+            lost_tasks += self.submitted.values()
+            self.submitted.clear()
             self.pool.shutdown(wait=False)
             self.pool = self.executor()
-        for task in sorted(lost_tasks, key=lambda each: each.number):
+        for task in sorted(lost_tasks, key=lambda lost: lost.number):
             self._submit(task)
 
     def close(self) -> None:
@@ -202,34 +205,39 @@ def width(earlier: int) -> int:
 def _rounds(
     state: State, examples: int, end: int | None, again: tuple[Scenario, ...], suggest: Suggest
 ) -> Iterator[Iterator[Task]]:
-    """Yield the rounds, each made from the current state; the caller stops after an interrupted round."""
+    """Yield the rounds, each from the current state. The caller stops after an interrupted round.
+
+    Args:
+        end: number of tasks at which the campaign ends; None = no limit. Tasks for `again` are extra.
+    """
     while again or end is None or state.tasks < end:
-        names = frozenset(state.found)
         if again:
-            tasks = _tasks_again(again, state.tasks, examples, names)
+            tasks = _rerun_tasks(state, again, examples)
             end = None if end is None else end + len(tasks)
             yield iter(tasks)
         else:
             count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
-            yield _round(state, state.tasks, count, examples, names)
+            yield _search_tasks(state, count, examples)
         again = suggest(state) if end is None or state.tasks < end else ()
 
 
-def _tasks_again(again: tuple[Scenario, ...], first: int, examples: int, known: frozenset[str]) -> list[Task]:
+def _rerun_tasks(state: State, again: tuple[Scenario, ...], examples: int) -> list[Task]:
     """Return the tasks that run the given scenarios."""
+    known = frozenset(state.found)
     count = -(-len(again) // examples)
-    parts = [again[place::count] for place in range(count)]
-    return [Task(number, len(part), known, again=part) for number, part in enumerate(parts, first)]
+    shares = [again[index::count] for index in range(count)]
+    return [Task(number, len(share), known, again=share) for number, share in enumerate(shares, state.tasks)]
 
 
-def _round(state: State, first: int, count: int, examples: int, known: frozenset[str]) -> Iterator[Task]:
-    """Return the tasks of a round."""
+def _search_tasks(state: State, count: int, examples: int) -> Iterator[Task]:
+    """Return the search tasks of a round."""
     bases = list(state.corpus.values())
     corpus = state.kept.share(SHARED)
+    known, first_number = frozenset(state.found), state.tasks
 
-    def task(place: int) -> Task:
-        number = first + place
+    def task(index: int) -> Task:
+        number = first_number + index
         base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
-        return Task(number, examples, known, base, corpus.for_task(place, count))
+        return Task(number, examples, known, base, corpus.for_task(index, count))
 
     return map(task, range(count))

@@ -1,4 +1,4 @@
-"""Confirms failures: a failure counts if it also occurs in a new process with a different environment."""
+"""Confirms failures. A failure counts if it also occurs in a new process with a different environment."""
 
 from __future__ import annotations
 
@@ -19,24 +19,26 @@ class Confirmation:
 
     setup: Setup
 
-    def __call__(self, found: Counterexample, without: Collection[str]) -> bool:
-        """Repeat a failure in another process; return whether it also occurs there.
+    def __call__(self, failure: Counterexample, without: Collection[str]) -> bool:
+        """Return whether a failure also occurs in another process; False if the machine may be the reason.
 
         Raises:
             NondeterministicError: the failure does not occur there because of the program.
         """
-        broken, uses = run_in_other_environment(run_again, self.setup, found.scenario, frozenset(without))
-        if broken is not None and broken.key == found.broken.key:
+        broken, sources = run_in_other_environment(
+            run_again, self.setup, failure.scenario, frozenset(without)
+        )
+        if broken is not None and broken.key == failure.broken.key:
             return True
-        if HANGS in (found.broken.cause, broken and broken.cause):
-            return False  # the machine may have been busy, here or there
-        raise NondeterministicError(describe_nondeterminism(found, uses))
+        if HANGS in (failure.broken.cause, broken and broken.cause):
+            return False  # the machine may have been busy during either run
+        raise NondeterministicError(describe_nondeterminism(failure, sources))
 
 
 def run_again(
     setup: Setup, scenario: Scenario, without: frozenset[str]
 ) -> tuple[BrokenInvariant | None, str]:
     """Run a scenario; return its failure and the program's sources of nondeterminism."""
-    uses = NondeterminismSources()
-    verdict = uses.watching(bench_of(setup)).run(scenario, without=without)
-    return verdict.broken, str(uses)
+    sources = NondeterminismSources()
+    verdict = sources.recording_bench(bench_of(setup)).run(scenario, without=without)
+    return verdict.broken, str(sources)

@@ -18,7 +18,7 @@ from .state import CampaignError
 
 
 def _settle(future: Future[Any], call: Callable[..., Any], /, *args: Any, **kwargs: Any) -> None:
-    """Set the result of a call, or its exception, which is raised where the result is read."""
+    """Call a function and store its result or exception in a future."""
     try:
         future.set_result(call(*args, **kwargs))
     except Exception as error:
@@ -36,10 +36,10 @@ class InlineExecutor(Executor):
 
 
 class Processes(Executor):
-    """Runs tasks in processes, and kills the processes at shutdown."""
+    """Runs tasks in processes. Kills the processes at shutdown."""
 
     def __init__(self, jobs: int) -> None:
-        self._waiting: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()
+        self._queue: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()  # None = stop a thread
         self._workers = [Worker() for _ in range(jobs)]
         self._threads = [Thread(target=self._serve, args=(worker,), daemon=True) for worker in self._workers]
         for thread in self._threads:
@@ -48,101 +48,103 @@ class Processes(Executor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Queue a task for a process."""
         future: Future[Any] = Future()
-        self._waiting.put((future, (fn, args, kwargs)))
+        self._queue.put((future, (fn, args, kwargs)))
         return future
 
     def _serve(self, worker: Worker) -> None:
-        """Send tasks to a process, one after the other; if it dies, all tasks fail."""
-        while (task := self._waiting.get()) is not None:
+        """Send tasks to a process, one after the other. After its death, all tasks fail."""
+        while (task := self._queue.get()) is not None:
             future, call = task
             _settle(future, worker.run, *call)
         worker.close()
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes; tasks without a result fail."""
+        """Kill the processes. Tasks without a result fail."""
         for worker in self._workers:
             worker.kill()
-            self._waiting.put(None)
+            self._queue.put(None)
         if wait:
             for thread in self._threads:
                 thread.join()
 
 
 Call = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
+"""A function with its positional and keyword arguments."""
 
 
 class OnCluster(Executor):
-    """Runs tasks on a Dask cluster, and leaves the cluster at shutdown."""
+    """Runs tasks on a Dask cluster. Disconnects at shutdown."""
 
     def __init__(self, client: Any, address: str, say: Say) -> None:
         self._client = client
         self._address = address
         self._executor: Executor = client.get_executor(pure=False)
-        self._over = Event()
-        self._lost = False
+        self._is_shut_down = Event()
+        self._is_connection_lost = False
         Thread(target=self._look_for_workers, args=(say,), daemon=True).start()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Send a task to a worker.
 
         Raises:
-            CampaignError: the scheduler is gone. The future may also have this as its exception.
+            CampaignError: the connection is lost. The future may also have this exception.
         """
-        answer: Future[Any] = Future()
+        result_future: Future[Any] = Future()
         try:
-            submitted = self._executor.submit(fn, *args, **kwargs)
+            dask_future = self._executor.submit(fn, *args, **kwargs)
         except CONNECTION_LOST as error:
             raise self._connection_lost() from error
-        submitted.add_done_callback(lambda _done: self._pass_on(submitted, answer))
-        return answer
+        dask_future.add_done_callback(lambda _done: self._copy_result(dask_future, result_future))
+        return result_future
 
     @property
     def threads(self) -> int:
-        """Number of tasks that the cluster runs at a time, at least one."""
+        """Number of concurrent tasks of the cluster, at least one."""
         with suppress(*CONNECTION_LOST):
             threads: int = sum(self._client.nthreads().values())
             return max(1, threads)
         return 1  # the next task reports the lost connection
 
-    def _pass_on(self, submitted: Future[Any], answer: Future[Any]) -> None:
-        """Copy the cluster's result; the cluster cancels tasks that it has lost."""
-        error = self._connection_lost() if submitted.cancelled() else submitted.exception()
+    def _copy_result(self, dask_future: Future[Any], result_future: Future[Any]) -> None:
+        """Copy the cluster's result or error. The cluster cancels lost tasks."""
+        error = self._connection_lost() if dask_future.cancelled() else dask_future.exception()
         if isinstance(error, CONNECTION_LOST):
             error = self._connection_lost()
         if error is None:
-            answer.set_result(submitted.result())
+            result_future.set_result(dask_future.result())
         else:
-            answer.set_exception(error)
+            result_future.set_exception(error)
 
     def _connection_lost(self) -> CampaignError:
-        self._lost = True
+        """Record that the connection is lost; return the error."""
+        self._is_connection_lost = True
         return CampaignError(
-            f"the Dask scheduler at {self._address} has gone; what is known is kept: the same command, "
-            "with a scheduler that runs, continues from here"
+            f"lost the connection to the Dask scheduler at {self._address}; the results so far are saved: "
+            "start a scheduler, and run the same command to continue"
         )
 
     def _look_for_workers(self, say: Say) -> None:
         """Print a message when the cluster has had no worker for some time."""
-        since_ns, reported = wall_ns(), False
-        while not self._over.wait(0.5):
+        last_worker_ns, is_reported = wall_ns(), False
+        while not self._is_shut_down.wait(0.5):
             try:
                 workers = self._client.nthreads()
             except CONNECTION_LOST:
                 return  # the tasks report the lost connection
             if workers:
-                since_ns, reported = wall_ns(), False
-            elif not reported and wall_ns() - since_ns >= NO_WORKER_NS:
-                reported = True
+                last_worker_ns, is_reported = wall_ns(), False
+            elif not is_reported and wall_ns() - last_worker_ns >= NO_WORKER_NS:
+                is_reported = True
                 say(
                     f"the Dask scheduler at {self._address} has had no worker for {NO_WORKER_NS // 10**9} s; "
-                    f"the search waits for one: dask worker {self._address}"
+                    f"to start one: dask worker {self._address}"
                 )
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Close the connection; the cluster continues."""
-        self._over.set()
-        if self._lost:
-            with suppress(*CONNECTION_LOST):  # the connection is gone already
+        """Close the connection. The cluster continues to run."""
+        self._is_shut_down.set()
+        if self._is_connection_lost:
+            with suppress(*CONNECTION_LOST):
                 self._client.close(timeout=1)
             return
         self._executor.shutdown(wait=wait)
@@ -150,29 +152,31 @@ class OnCluster(Executor):
 
 
 Say = Callable[[str], object]
+"""Prints a message."""
 
 NO_WORKER_NS = 5_000_000_000
-"""Time without any worker in the cluster before a message is printed, ns."""
+"""Time without a worker in the cluster before a message, ns."""
 
 CONNECTION_LOST = (OSError, AssertionError, RuntimeError, CancelledError)
-"""Errors that Dask raises after a broken connection."""
+"""Errors that Dask raises after the connection is lost."""
 
 
 def executor_of(jobs: int, dask: str | None, say: Say = lambda _text: None) -> Callable[[], Executor]:
-    """Return a function that makes the executor: this process, a pool of processes, or a Dask cluster.
+    """Return a function that creates the executor.
 
     Args:
+        jobs: number of processes; 1 = this process.
         dask: address of the cluster's scheduler; None = no cluster.
 
     Raises:
         ValueError: by the returned function if Dask is missing or no scheduler answers.
     """
     if dask is not None:
-        return lambda: _dask(dask, say)
+        return lambda: _connect(dask, say)
     return InlineExecutor if jobs == 1 else lambda: Processes(jobs)
 
 
-def _dask(address: str, say: Say) -> Executor:
+def _connect(address: str, say: Say) -> Executor:
     try:
         from distributed import Client
     except ModuleNotFoundError:

@@ -1,12 +1,12 @@
-"""Runs functions in new processes, without the modules that this one has loaded.
+"""Runs functions in new processes, which have not loaded the modules of this process.
 
-    this process                                 the new one
-    modules to load first     -> standard input       (pickled)
-    function, arguments       -> standard input       (pickled twice: reading it imports nothing)
-    result or exception       <- standard output      (pickled)
-    end of standard input     -> the process exits at once
+    this process                  the new process
+    modules to load first     ->  standard input     (pickled)
+    function and arguments    ->  standard input     (pickled twice: the reading thread imports nothing)
+    result or exception       <-  standard output    (pickled)
+    end of standard input     ->  exits at once
 
-The output of a function is discarded. A process ends with its parent.
+The printed output of a function is discarded. The process ends with its parent.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 HASH_SEEDS = ("20601", "3601")
-"""Two hash seeds: at least one differs from the current one."""
+"""Two hash seeds. At least one differs from the current seed."""
 
 LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
-"""Modules that a process in a different environment loads first, in this order."""
+"""Modules that a process with a different environment loads first, in this order."""
 
 
 def run_in_fresh_process(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
@@ -39,9 +39,9 @@ def run_in_fresh_process(function: Callable[P, Result], *args: P.args, **kwargs:
 
     Raises:
         BrokenExecutor: the process died.
-        Exception: what the function raised.
+        Exception: the function raised it.
     """
-    return _once(Worker(), function, *args, **kwargs)
+    return _run_once(Worker(), function, *args, **kwargs)
 
 
 def run_in_other_environment(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
@@ -49,21 +49,21 @@ def run_in_other_environment(function: Callable[P, Result], *args: P.args, **kwa
 
     Raises:
         BrokenExecutor: the process died.
-        Exception: what the function raised.
+        Exception: the function raised it.
     """
     seed = next(seed for seed in HASH_SEEDS if seed != os.environ.get("PYTHONHASHSEED"))
     worker = Worker(LOADED_FIRST, os.environ | {"PYTHONHASHSEED": seed})
-    return _once(worker, function, *args, **kwargs)
+    return _run_once(worker, function, *args, **kwargs)
 
 
-def _once(worker: Worker, function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
+def _run_once(worker: Worker, function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
     with closing(worker):
         result: Result = worker.run(function, args, kwargs)
         return result
 
 
 class Worker:
-    """A new process that runs one function after the other.
+    """A new process that runs functions, one after the other.
 
     Args:
         first: modules to load before all others, in this order.
@@ -79,7 +79,7 @@ class Worker:
 
         Raises:
             BrokenExecutor: the process died.
-            Exception: what the function raised.
+            Exception: the function raised it.
         """
         assert self._process.stdout is not None
         self._send(pickle.dumps((function, args, kwargs)))
@@ -92,53 +92,53 @@ class Worker:
         return value
 
     def kill(self) -> None:
-        """Kill the process; a `run` in another thread raises."""
+        """Kill the process. A `run` in another thread raises BrokenExecutor."""
         self._process.kill()
 
     def close(self) -> None:
-        """End the process and wait for it; no thread may be in `run`."""
+        """Kill the process and wait for its end. No thread may be in `run`."""
         self.kill()
         self._process.communicate()
 
-    def _send(self, what: object) -> None:
-        """Write to the process; a dead process is detected later by its missing answer."""
+    def _send(self, content: object) -> None:
+        """Send an object to the process. `run` detects a dead process by its missing response."""
         assert self._process.stdin is not None
         try:
-            pickle.dump(what, self._process.stdin)
+            pickle.dump(content, self._process.stdin)
             self._process.stdin.flush()
         except OSError:  # BrokenPipeError except on Windows
             pass
 
 
 def serve() -> None:
-    """Serve the requests of the parent's `Worker`: the main function of the new process."""
-    with os.fdopen(os.dup(0), "rb") as orders, os.fdopen(os.dup(1), "wb") as answers:
-        with open(os.devnull, "r+b") as nowhere:
-            os.dup2(nowhere.fileno(), 0)
-            os.dup2(nowhere.fileno(), 1)
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # a terminal sends Ctrl-C to all; only the parent prints
-        for name in pickle.load(orders):
+    """Serve the requests of the parent's `Worker`. This is the main function of the new process."""
+    with os.fdopen(os.dup(0), "rb") as requests, os.fdopen(os.dup(1), "wb") as responses:
+        with open(os.devnull, "r+b") as null_device:
+            os.dup2(null_device.fileno(), 0)
+            os.dup2(null_device.fileno(), 1)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C reaches all processes; only the parent prints
+        for name in pickle.load(requests):
             import_module(name)
-        waiting: SimpleQueue[bytes] = SimpleQueue()
-        Thread(target=_read, args=(orders, waiting), daemon=True).start()
+        queue: SimpleQueue[bytes] = SimpleQueue()
+        Thread(target=_queue_requests, args=(requests, queue), daemon=True).start()
         while True:
-            answers.write(_answer(waiting.get()))
-            answers.flush()
+            responses.write(_run_request(queue.get()))
+            responses.flush()
 
 
-def _read(orders: BinaryIO, waiting: SimpleQueue[bytes]) -> None:
-    """Pass requests on; exit with the parent, even in the middle of a request."""
+def _queue_requests(requests: BinaryIO, queue: SimpleQueue[bytes]) -> None:
+    """Put requests into a queue. Exit with the parent, even while a request runs."""
     try:
         while True:
-            waiting.put(pickle.load(orders))
+            queue.put(pickle.load(requests))
     except (EOFError, pickle.UnpicklingError):
         os._exit(1)
 
 
-def _answer(order: bytes) -> bytes:
+def _run_request(request: bytes) -> bytes:
     """Run a request; return its result, or its exception for the parent to raise."""
     try:
-        function, args, kwargs = pickle.loads(order)
+        function, args, kwargs = pickle.loads(request)
         return pickle.dumps((True, function(*args, **kwargs)))
     except Exception as error:
         return pickle.dumps((False, error))

@@ -1,9 +1,9 @@
-"""The recipe of a run: a file of 100 to 600 bytes with everything that determines the run.
+"""The recipe of a run: a file of 100 to 600 bytes that determines the run.
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
-A folder of recipes is the corpus of a campaign, or its failures that are not shrunk yet. The name of a file
-is the hash of its text, so incomplete and foreign files are detected.
+A folder of recipes holds the corpus of a campaign, or its failures that are not shrunk yet. The name of a
+file is the hash of its text. So incomplete and foreign files are detected.
 """
 
 from __future__ import annotations
@@ -32,22 +32,23 @@ CORPUS, FINDS = "corpus", "finds"
 """Folders of recipes in the folder of a campaign."""
 
 SUFFIX, DIGITS = ".json", 16
+"""Suffix of a recipe file, and number of hexadecimal digits in its name."""
 
 MOST_BYTES, MOST_FILES = 64 * 1024, 1_000
-"""Largest size of a recipe file, and the number of files that are read from a folder."""
+"""Maximum size of a recipe file, and maximum number of files from a folder."""
 
 MOST_SCANS = 10**15
-"""Longest run in a recipe, scans."""
+"""Maximum length of a run in a recipe, scans."""
 
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The origin of a run: everything besides its scenario that the run depends on."""
+    """The rack, program and length of a run."""
 
     scans: int
     rack: str  # hash of the rack file
     program: str  # hash of the program's file
-    version: str  # of scanrack
+    version: str  # version of scanrack
 
     @classmethod
     def of(cls, job: LoadedRack, scans: int) -> Origin:
@@ -65,7 +66,7 @@ class Recipe:
     """A run.
 
     Attributes:
-        broken: name of the invariant that the run breaks; empty in a corpus. It has no effect on the run.
+        broken: name of the broken invariant; empty in a corpus. It has no effect on the run.
     """
 
     scenario: Scenario
@@ -84,25 +85,25 @@ class Recipe:
         """Return the recipe in the text of a file.
 
         Raises:
-            ValueError: the text is not a recipe; the message says why.
+            ValueError: the text is not a recipe.
         """
         recipe = json_value(text, TextKind.SCENARIO)
         if not isinstance(recipe, dict):
-            raise ValueError(f"an object is needed, not {recipe!r:.40}")
+            raise ValueError(f"{recipe!r:.40}: must be a JSON object")
         scans = recipe.get("scans")
         if type(scans) is not int or not 0 < scans <= MOST_SCANS:
             raise ValueError(f"scans = {scans!r:.40}: must be 1 to {MOST_SCANS:,}")
-        words = {key: recipe.get(key, "") for key in ("rack", "program", "version", "broken")}
-        for key, value in words.items():
+        texts = {key: recipe.get(key, "") for key in ("rack", "program", "version", "broken")}
+        for key, value in texts.items():
             if not isinstance(value, str):
-                raise ValueError(f"{key} = {value!r:.40}: a text is needed")
-        broken = words.pop("broken")
-        return cls(Scenario.from_json(recipe.get("scenario")), Origin(scans, **words), broken)
+                raise ValueError(f"{key} = {value!r:.40}: must be a text")
+        broken = texts.pop("broken")
+        return cls(Scenario.from_json(recipe.get("scenario")), Origin(scans, **texts), broken)
 
 
 @dataclass(frozen=True, slots=True)
 class RecipeFolder:
-    """Recipes of one origin in a folder."""
+    """A folder for recipes of one origin."""
 
     folder: Path
     origin: Origin
@@ -112,7 +113,7 @@ class RecipeFolder:
         return RecipeFolder(self.folder.absolute(), self.origin)
 
     def put(self, scenario: Scenario, broken: str = "") -> str:
-        """Write a recipe, synchronized to disk before this returns; return its name.
+        """Write a recipe to disk; return the name of its file.
 
         Raises:
             OSError: the file can't be written.
@@ -125,7 +126,7 @@ class RecipeFolder:
         return name
 
     def remove(self, scenario: Scenario, broken: str) -> None:
-        """Remove a recipe, if it is there."""
+        """Remove a recipe if it exists."""
         (self.folder / _name(Recipe(scenario, self.origin, broken).text())).unlink(missing_ok=True)
 
 
@@ -133,19 +134,19 @@ def read_recipe(file: Path) -> Recipe:
     """Return the recipe in a file whose name is its hash.
 
     Raises:
-        ValueError: the file is incomplete, foreign, or not allowed; the message says why.
+        ValueError: the file is incomplete, foreign, or not a recipe.
         OSError: the file can't be read.
     """
     data = read_input(file, MOST_BYTES)
     if file.name != f"{_hash(data)}{SUFFIX}":
-        raise ValueError("its name is not the hash of its text: it is incomplete or foreign")
+        raise ValueError("the name is not the hash of the text: the file is incomplete or foreign")
     return Recipe.from_text(data.decode("utf-8"))
 
 
 def recipes_in(folder: Path, spec: RackSpec) -> Iterator[tuple[Path, Recipe | str]]:
     """Yield each file of a folder with its recipe, or with the reason why the file is ignored.
 
-    Hidden files are skipped, and so are all files after the first thousand.
+    Hidden files and all files after the first 1,000 are skipped.
     """
     if not folder.is_dir():
         return

@@ -1,4 +1,4 @@
-"""The state of a campaign: a file that is written after every task and read by the next run."""
+"""The state of a campaign. Its file is written after every task, and the next session reads it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from hashlib import sha256
-from itertools import chain, count
+from itertools import count
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -26,10 +26,10 @@ from ..search import Counterexample, RunTotals, SearchReport, all_but
 from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
-"""Key in the corpus of a scenario from a recording."""
+"""Key of a recording's scenario in the corpus."""
 
 TAKEN = (RECORDING, CORPUS, FINDS, "coverage.html")
-"""Names in a campaign's folder that are not available for failures."""
+"""Names in a campaign's folder that failures can't have."""
 
 
 class CampaignError(ValueError):
@@ -38,15 +38,15 @@ class CampaignError(ValueError):
 
 @dataclass(slots=True)
 class State(RunTotals):
-    """The state of a campaign; of the totals, only runs, scans, rules and applied invariants are saved.
+    """The state of a campaign. Of the totals, only runs, scans, rules and applied invariants are saved.
 
     Attributes:
-        rack: path of the rack file, as given; empty before the first run.
-        corpus: scenarios that every other task varies. `RECORDING` is the key for a recording's scenario. The
-            key of a former failure is the key for a scenario that no longer fails.
-        found: the smallest scenario of each failure, by the failure's key.
+        rack: path of the rack file, as the user wrote it; empty before the first run.
+        corpus: scenarios that every other task varies. The key is `RECORDING` for a recording's scenario, or
+            the key of a former failure for a scenario that no longer fails.
+        found: smallest scenario of each failure, by the failure's key.
         folders: folder name of each failure ever found, by the failure's key.
-        kept: corpus of this session, scenarios with new features; saved as recipes.
+        kept: corpus of this session: scenarios with new features. They are saved as recipes.
         stale: number of runs since the program last did something new; not saved.
         steps: hexadecimal digest of all runs in the order of the tasks; equal for equal runs.
     """
@@ -65,30 +65,35 @@ class State(RunTotals):
         self.tasks += 1
         self.add_totals(report)
         self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
+        runs = report.runs - report.shrinking
         is_new = any(worth_of(feature) > PAIR_WORTH for feature in report.corpus.seen - self.kept.seen)
-        self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
+        self.stale = 0 if is_new else self.stale + runs
         self.kept.merge(report.corpus)
-        self.kept.runs += report.runs - report.shrinking
+        self.kept.runs += runs
         return self.note(report.found)
 
-    def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
-        """Add failures; return those that are new or have a smaller scenario."""
+    def note(self, counterexamples: Iterable[Counterexample]) -> list[Counterexample]:
+        """Add failures; return the failures that are new or have a smaller scenario."""
         news = []
-        for counterexample in found:
-            known = self.found.get(counterexample.broken.key)
+        for counterexample in counterexamples:
+            key = counterexample.broken.key
+            known = self.found.get(key)
             if known is None or counterexample.scenario.size < known.scenario.size:
-                self.found[counterexample.broken.key] = counterexample
-                self._give_folder(counterexample.broken)
+                self.found[key] = counterexample
+                if key not in self.folders:
+                    self.folders[key] = self._new_folder_name(counterexample.broken.invariant)
                 news.append(counterexample)
         return news
 
-    def _give_folder(self, broken: BrokenInvariant) -> None:
-        """Name a failure's folder after its invariant; add a number if the name is taken, ignoring case."""
-        if broken.key not in self.folders:
-            numbered = (f"{broken.invariant}-{number}" for number in count(2))
-            names = chain([no_device(broken.invariant)], numbered)
-            used_names = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
-            self.folders[broken.key] = next(name for name in names if name.casefold() not in used_names)
+    def _new_folder_name(self, invariant: str) -> str:
+        """Return the name of an invariant, with a number if a folder has this name in any case."""
+        used_names = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
+        name = no_device(invariant)
+        for number in count(2):
+            if name.casefold() not in used_names:
+                break
+            name = f"{invariant}-{number}"
+        return name
 
     def drop_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with older firmware than the program needs; return the dropped failures."""
@@ -103,25 +108,24 @@ class State(RunTotals):
         return [counterexample.broken for _key, counterexample in sorted(impossible.items())]
 
     def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
-        """Repeat the known failures; return those that no longer occur.
+        """Repeat the known failures; return the failures that no longer occur.
 
         Scenarios that no longer fail move to the corpus. Failures of invariants that the bench lacks are
-        kept.
+        not repeated.
         """
         fixed = []
         rules = profile_in(bench.spec.slot, None).rules
-        before = {
-            key: stored
-            for key, stored in sorted(self.found.items())
-            if stored.broken.invariant in bench.names
+        known = {
+            key: counterexample
+            for key, counterexample in sorted(self.found.items())
+            if counterexample.broken.invariant in bench.names
         }
-        for key in before:
+        refusal_keys = {key for key, refusal in known.items() if refusal.broken.cause in rules}
+        for key in known:
             del self.found[key]
-        for key, counterexample in before.items():
-            others = {other for other, known in before.items() if known.broken.cause in rules}
-            broken = bench.run(
-                counterexample.scenario, without=all_but(bench, counterexample.broken, others)
-            ).broken
+        for key, counterexample in known.items():
+            without = all_but(bench, counterexample.broken, refusal_keys)
+            broken = bench.run(counterexample.scenario, without=without).broken
             if broken is None:
                 self.corpus[key] = counterexample.scenario
                 fixed.append(counterexample.broken)
@@ -138,39 +142,39 @@ class State(RunTotals):
             "runs": self.runs,
             "scans": self.scans,
             "rules": dict(sorted(self.rules.items())),
-            "corpus": {rule: scenario.to_json() for rule, scenario in sorted(self.corpus.items())},
-            "found": [_found_json(counterexample) for _, counterexample in sorted(self.found.items())],
+            "corpus": {key: scenario.to_json() for key, scenario in sorted(self.corpus.items())},
+            "found": [_counterexample_row(failure) for _, failure in sorted(self.found.items())],
             "folders": dict(sorted(self.folders.items())),
             "applied": sorted(self.applied),
             "steps": self.steps,
         }
 
     @classmethod
-    def from_json(cls, given: dict[str, Any]) -> State:
-        """Return the state that `to_json` has converted.
+    def from_json(cls, saved: dict[str, Any]) -> State:
+        """Return the state from the JSON types that `to_json` returned.
 
         Raises:
             ValueError: a value is illegal.
         """
         try:
-            counterexamples = [_found(row) for row in given["found"]]
+            counterexamples = [_counterexample(row) for row in saved["found"]]
             state = cls(
-                _text(given["rack"]),
-                _count(given["tasks"]),
-                {rule: Scenario.from_json(row) for rule, row in given["corpus"].items()},
-                {counterexample.broken.key: counterexample for counterexample in counterexamples},
-                {key: _folder(name) for key, name in given["folders"].items()},
-                _text(given.get("steps", "")),
-                runs=_count(given["runs"]),
-                scans=_count(given["scans"]),
-                rules=Counter({rule: _count(times) for rule, times in given["rules"].items()}),
-                applied=set(_texts(given["applied"])),
+                rack=_text(saved["rack"]),
+                tasks=_count(saved["tasks"]),
+                corpus={key: Scenario.from_json(row) for key, row in saved["corpus"].items()},
+                found={counterexample.broken.key: counterexample for counterexample in counterexamples},
+                folders={key: _folder(name) for key, name in saved["folders"].items()},
+                steps=_text(saved.get("steps", "")),
+                runs=_count(saved["runs"]),
+                scans=_count(saved["scans"]),
+                rules=Counter({rule: _count(times) for rule, times in saved["rules"].items()}),
+                applied=set(_texts(saved["applied"])),
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise ValueError(f"invalid campaign state: {error!r}") from None
-        homeless = state.found.keys() - state.folders.keys()
-        if homeless:
-            raise ValueError(f"invalid campaign state: {min(homeless)} has no folder")
+        without_folder = state.found.keys() - state.folders.keys()
+        if without_folder:
+            raise ValueError(f"invalid campaign state: {min(without_folder)} has no folder")
         return state
 
 
@@ -193,29 +197,26 @@ def _texts(value: object) -> tuple[str, ...]:
 
 
 def _folder(value: object) -> str:
-    """Return a folder name; refuse one that leads out of the campaign's folder."""
+    """Return a folder name; raise ValueError for a path out of the campaign's folder."""
     name = _text(value)
     if PurePath(name).name != name or "\\" in name:
         raise ValueError(f"invalid campaign state: {name!r:.40} is not the name of a folder")
     return name
 
 
-def _found_json(found: Counterexample) -> dict[str, Any]:
-    return {"scenario": found.scenario.to_json(), "after": found.after, **asdict(found.broken)}
+def _counterexample_row(failure: Counterexample) -> dict[str, Any]:
+    return {"scenario": failure.scenario.to_json(), "after": failure.after, **asdict(failure.broken)}
 
 
 _KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "tuple[str, ...]": _texts}
 """Functions that check the fields of a `BrokenInvariant`, by type."""
 
 
-def _found(given: dict[str, Any]) -> Counterexample:
-    broken = {
-        attribute.name: _KINDS[str(attribute.type)](given[attribute.name])
-        for attribute in fields(BrokenInvariant)
-    }
-    return Counterexample(
-        Scenario.from_json(given["scenario"]), BrokenInvariant(**broken), _count(given["after"])
-    )
+def _counterexample(row: dict[str, Any]) -> Counterexample:
+    """Return the counterexample in a row of the state."""
+    values = {key.name: _KINDS[str(key.type)](row[key.name]) for key in fields(BrokenInvariant)}
+    broken = BrokenInvariant(**values)
+    return Counterexample(Scenario.from_json(row["scenario"]), broken, _count(row["after"]))
 
 
 STATE = beginning("the state of a campaign", b'{\n "rack"')
@@ -225,7 +226,7 @@ def read_state(file: Path, rack: str) -> State:
     """Return the state in a file, or an empty state if the file is missing.
 
     Raises:
-        CampaignError: the file can't be read, is not a state, or belongs to another rack.
+        CampaignError: the file can't be read, is not a state, or is for another rack.
     """
     if not file.exists():
         return State(rack)
@@ -235,14 +236,12 @@ def read_state(file: Path, rack: str) -> State:
     except (OSError, ValueError) as error:
         raise CampaignError(f"{file}: {error}; move it away to start again") from error
     if state.rack != rack:
-        raise CampaignError(
-            f"{file} is of a search of {state.rack}, not of {rack}: give --out another folder"
-        )
+        raise CampaignError(f"{file} is for {state.rack}, not for {rack}: use another folder with --out")
     return state
 
 
 def write_state(state: State, file: Path) -> None:
-    """Write a state to a file, replacing the previous one.
+    """Write a state to a file; replace the previous state.
 
     Raises:
         OSError: the file can't be written.

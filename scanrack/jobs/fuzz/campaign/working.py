@@ -24,8 +24,7 @@ class Work:
     """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
 
     Attributes:
-        finds: folder to which failures are written as soon as they are found; none is written if it is None
-            or does not exist on this machine.
+        finds: folder for failures as found; None, or a folder that this machine lacks = write none.
     """
 
     setup: Setup
@@ -44,22 +43,22 @@ class Work:
             corpus=task.corpus,
             known=task.known,
             again=task.again,
-            failed=self._keep,
+            failed=self._save,
             confirm=Confirmation(self.setup),
             has_time=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
         )
         report.processor_ns = _processor_ns() - begin_ns
         return report
 
-    def _keep(self, found: Counterexample) -> None:
-        """Write a failure as it was found."""
+    def _save(self, failure: Counterexample) -> None:
+        """Write a failure before it is shrunk."""
         if self.finds is not None and self.finds.folder.is_dir():
-            with suppress(OSError):  # the session reports a full disk itself
-                self.finds.put(found.scenario, found.broken.invariant)
+            with suppress(OSError):  # the session reports a full disk
+                self.finds.put(failure.scenario, failure.broken.invariant)
 
 
 def _processor_ns() -> int:
-    """Return the processor time of this process and of the children that have ended, ns."""
+    """Return the processor time of this process and its terminated child processes, ns."""
     return round(sum(os.times()[:4]) * 1e9)
 
 
@@ -67,8 +66,8 @@ def _processor_ns() -> int:
 class OwnProcess:
     """Runs a task in its own process.
 
-    The worker of a cluster may run several tasks in threads of one process. The modules of a program and its
-    redirected output do not allow that.
+    A worker of a cluster can run several tasks in threads of one process. But each task redirects the output
+    and reloads the program's modules for the whole process.
     """
 
     work: Work

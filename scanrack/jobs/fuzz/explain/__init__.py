@@ -1,1 +1,1 @@
-"""Explains the results of a search: point of no return, cause, coverage, rules that never fired."""
+"""Explains the results of a search: point of no return, cause, coverage, and unfired rules."""

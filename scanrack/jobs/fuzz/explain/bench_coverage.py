@@ -1,4 +1,4 @@
-"""Measures the coverage of tests: the rungs and branches of the programs that they open on a bench."""
+"""Measures the coverage of tests: the rungs and branches of the programs that the tests open on a bench."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ from ..aim.python_state import namespace_of
 from .coverage import CoveredLine, PowerTally, covered_lines
 
 Bits = list[bool]
+"""For each instruction of a line, whether it was ever on (or ever off)."""
 
 
 @dataclass(slots=True)
@@ -30,25 +31,23 @@ class _Program:
 
     Attributes:
         rack: the first rack file with which it was opened.
-        noted: the branch bytes of a Python program, one array for each time it was loaded.
+        branch_arrays: branch bytes of a Python program, one array per load.
     """
 
     rack: str
     tally: PowerTally = field(default_factory=PowerTally)
-    noted: list[bytearray] = field(default_factory=list)
+    branch_arrays: list[bytearray] = field(default_factory=list)
 
     def branches(self) -> bytearray:
-        """Return a byte for each branch: not 0 if it was taken on any bench."""
-        branch_total = self.tally.branches
-        for branch_bits in self.noted:
-            branch_total = (
-                bytearray(map(or_, branch_total, branch_bits)) if branch_total else bytearray(branch_bits)
-            )
-        return branch_total
+        """Return a byte for each branch; not 0 if it was taken on any bench."""
+        taken = self.tally.branches
+        for branches in self.branch_arrays:
+            taken = bytearray(map(or_, taken, branches)) if taken else bytearray(branches)
+        return taken
 
 
 class BenchCoverage(BenchObserver):
-    """Gathers the coverage of the programs on all benches; `row` and `merge` carry it between processes."""
+    """Gathers the coverage of the programs on all benches. `row` and `merge` pass it between processes."""
 
     def __init__(self) -> None:
         self._programs: dict[str, _Program] = {}
@@ -58,16 +57,16 @@ class BenchCoverage(BenchObserver):
         return branches_noted()
 
     def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
-        """Return a listener for the rungs of a program, or keep the branch bytes of a Python program."""
+        """Return a listener for the rungs of a program. Store the branch bytes of a Python program."""
         tested_job = job.tested or job
         program = self._program(str(tested_job.program.resolve()), str(tested_job.rack_file.resolve()))
         if isinstance(logic, Debugger):
             assert isinstance(tested_job.logic, LadderLogic)
             program.tally.lowered = tested_job.logic.build()
             return (_RungListener(logic, program.tally),)
-        noted = namespace_of(unwrapped(logic)).get(NAME)
-        if noted is not None and not any(noted is bits for bits in program.noted):
-            program.noted.append(noted)
+        branches = namespace_of(unwrapped(logic)).get(NAME)
+        if branches is not None and not any(branches is known for known in program.branch_arrays):
+            program.branch_arrays.append(branches)
         return ()
 
     def _program(self, program: str, rack: str) -> _Program:
@@ -89,15 +88,9 @@ class BenchCoverage(BenchObserver):
         """Add the coverage of another process."""
         for name, program_row in row.items():
             program = self._program(name, program_row["rack"])
-            program.noted.append(bytearray.fromhex(program_row["branches"]))
-            for lines, texts in (
-                (program.tally.on, program_row["on"]),
-                (program.tally.off, program_row["off"]),
-            ):
-                for line, text in texts.items():
-                    known_bits = lines.get(int(line))
-                    bits = [digit == "1" for digit in text]
-                    lines[int(line)] = bits if known_bits is None else list(map(or_, known_bits, bits))
+            program.branch_arrays.append(bytearray.fromhex(program_row["branches"]))
+            _merge_bits(program.tally.on, program_row["on"])
+            _merge_bits(program.tally.off, program_row["off"])
 
     def programs(self) -> Iterator[tuple[str, list[CoveredLine]]]:
         """Yield the file and the lines of each program, sorted by file."""
@@ -110,10 +103,7 @@ class BenchCoverage(BenchObserver):
 
 
 class _RungListener(QuietListener):
-    """Adds the power in the rungs of each scan to a tally.
-
-    It ignores rungs of edits and of test routines.
-    """
+    """Adds the power in the rungs of each scan to a tally, except in rungs of edits and test routines."""
 
     def __init__(self, debugger: Debugger, tally: PowerTally) -> None:
         self._debugger, self._tally, self._engine = debugger, tally, debugger.engine
@@ -132,3 +122,11 @@ class _RungListener(QuietListener):
 
 def _text(bits: Bits) -> str:
     return "".join("01"[bit] for bit in bits)
+
+
+def _merge_bits(bits_by_line: dict[int, Bits], texts: Mapping[str, str]) -> None:
+    """Add bits in the form of `_text`, by line number."""
+    for line, text in texts.items():
+        bits = [digit == "1" for digit in text]
+        known_bits = bits_by_line.get(int(line), bits)
+        bits_by_line[int(line)] = list(map(or_, known_bits, bits))

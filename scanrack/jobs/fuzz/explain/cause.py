@@ -16,40 +16,43 @@ from ..run import NO_FAULT, BrokenInvariant
 
 
 def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
-    """Return the cause chain of the last output that came on before a failure; [] without one.
+    """Return the lines of the cause chain of the last output that came on before a failure; [] without one.
 
-    The list is empty for a CPU fault, which states its own place.
+    The list is also empty for a CPU fault, since the fault itself has a place.
 
     Args:
         recording: recording of the failing run.
         rack: path of the rack file, from which a Python program is loaded again.
     """
     row = min(broken.scan, len(recording.scans) - 1)
-    change = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
-    if change is None:
+    last_on = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
+    if last_on is None:
         return []
-    changed, address = change
+    changed_row, address = last_on
     try:
-        return answer_text(chain_of(recording, job, address, changed, load=loading(job, rack))).splitlines()
+        chain = chain_of(recording, job, address, changed_row, load=loading(job, rack))
+        return answer_text(chain).splitlines()
     except ValueError as error:
-        return [f"(not known: {error})"]
+        return [f"(unknown: {error})"]
 
 
 def _last_on(past: Past) -> tuple[int, str] | None:
     """Return the last row in which an output bit came on, and its address; None without one."""
-    rows = [(row, place) for place in _words(past) for row in past.changes(place.slot, "out", place.word)]
-    for row, place in sorted(rows, reverse=True):
-        now = past.words(place.slot, "out", row)[place.word]
-        before = past.words(place.slot, "out", row - 1)[place.word] if row else 0
-        came = now & ~before & 0xFFFF
-        if came:
-            bit = came.bit_length() - 1
-            return row, str(Address(place.slot, "O", place.word, bit))
+    changes = [
+        (row, word) for word in _output_words(past) for row in past.changes(word.slot, "out", word.word)
+    ]
+    for row, word in sorted(changes, reverse=True):
+        value = past.words(word.slot, "out", row)[word.word]
+        earlier_value = past.words(word.slot, "out", row - 1)[word.word] if row else 0
+        new_bits = value & ~earlier_value & 0xFFFF
+        if new_bits:
+            bit = new_bits.bit_length() - 1
+            return row, str(Address(word.slot, "O", word.word, bit))
     return None
 
 
-def _words(past: Past) -> Iterator[Address]:
-    """Yield the words that hold commands or terminals: two of a stepper, all of a card."""
+def _output_words(past: Past) -> Iterator[Address]:
+    """Yield the output words with commands or terminals: two of a stepper, all of a card."""
     for slot in past.recording.slots:
         for word in range(2 if slot.is_stepper else len(slot.words.outputs)):
             yield Address(slot.number, "O", word, None)

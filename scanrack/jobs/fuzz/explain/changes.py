@@ -1,8 +1,8 @@
-"""Describes the changes in one scan of a run: events, status and commands."""
+"""Describes the changes in one scan of a run: new events and changes of status and commands."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from scanrack.io_images.amci3601.words import may_be_stepper, profile_of
@@ -18,14 +18,14 @@ from ..scenarios.scenario import Scenario
 from ..scenarios.words import described
 
 MOST_LISTED = 6
-"""Largest number of listed changes."""
+"""Maximum number of listed changes."""
 
 Names = dict[str, frozenset[str]]
 """Names of the bits that are on, by their owner, such as "slot 1"."""
 
 
 def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
-    """Return a sentence for each event that began and each change of status or commands in a scan."""
+    """Return a phrase for each event that begins in a scan, and for its changes of status and commands."""
     views: list[_BitView] = []
 
     def listeners(_spec: RackSpec, rack: Rack, _logic: ScanLogic) -> Iterable[QuietListener]:
@@ -33,35 +33,36 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
         return views
 
     replace(bench, invariants=(), scans=scan + 1).run(scenario, listeners=listeners)
-    phrases = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
+    phrases = [*_new_events(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
     return tuple(phrases[:MOST_LISTED])
 
 
-def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:
+def _new_events(scenario: Scenario, scan: int, scan_ns: int) -> list[str]:
+    """Return a description of each event that begins between the previous scan and this one."""
     begin_ns, end_ns = (scan - 1) * scan_ns, scan * scan_ns
     parts = [
         (name, part)
         for name, part in parts_of(scenario)
         if isinstance(part, Lasting) and begin_ns < part.at_ns <= end_ns
     ]
-    return iter(described(scenario_of(parts)) if parts else ())
+    return described(scenario_of(parts)) if parts else []
 
 
 class _BitView(QuietListener):
-    """Records the names of the bits that are on in a scan and in the previous one."""
+    """Records the names of the bits that are on in a scan and in the previous scan."""
 
     def __init__(self, rack: Rack, scan: int) -> None:
-        self._scan, self._before, self._now = scan, Names(), Names()
+        self._scan, self._previous_bits, self._bits = scan, Names(), Names()
         self._slots = {number: slot for number, slot in rack.slots.items() if may_be_stepper(slot.words)}
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Record the bits if this is one of the two scans."""
         if scan == self._scan - 1:
-            self._before = self._bits()
+            self._previous_bits = self._read_bits()
         elif scan == self._scan:
-            self._now = self._bits()
+            self._bits = self._read_bits()
 
-    def _bits(self) -> Names:
+    def _read_bits(self) -> Names:
         names = Names()
         for number, slot in self._slots.items():
             status_names = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
@@ -72,15 +73,14 @@ class _BitView(QuietListener):
         return names
 
     def phrases(self) -> Iterator[str]:
-        """Yield phrases for the bits that came on and those that went off."""
-        yield from _phrases(self._before, self._now, "came on")
-        yield from _phrases(self._now, self._before, "went off")
+        """Yield phrases for the bits that came on, and for the bits that went off."""
+        yield from _phrases(self._bits, self._previous_bits, "came on")
+        yield from _phrases(self._previous_bits, self._bits, "went off")
 
 
-def _phrases(
-    without: Mapping[str, frozenset[str]], having: Mapping[str, frozenset[str]], did: str
-) -> Iterator[str]:
-    for subject, names in having.items():
-        new = sorted(names - without.get(subject, frozenset()))
-        if new:
-            yield f"{' and '.join(new)} of {subject} {did}"
+def _phrases(bits: Names, other_bits: Names, verb: str) -> Iterator[str]:
+    """Yield a phrase for each owner with bits that the other scan lacks."""
+    for owner, names in bits.items():
+        changed_names = sorted(names - other_bits.get(owner, frozenset()))
+        if changed_names:
+            yield f"{' and '.join(changed_names)} of {owner} {verb}"

@@ -1,4 +1,4 @@
-"""Measures how runs cover a program: finds instructions that were never on, never off or never reached."""
+"""Measures the coverage of a program by runs. Finds instructions that were never on, off or reached."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from ..aim.probe import Probe, noting
 from ..reached import own_lines
 from ..run import TrialBench
 from ..scenarios.scenario import Scenario
-from .unfired import GivenWords
+from .unfired import WordHistory
 
 DeadPlace = tuple[str, int | str | None, str, str]
-"""A state that is proved impossible: the routine, rung, text and state of an instruction."""
+"""A proved impossible state: the routine, rung, text and state of an instruction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +47,15 @@ class CoveredLine:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """The coverage of some runs.
+    """The coverage of several runs.
 
     Attributes:
         lines: lines of the program with their gaps, in program order.
-        given: all words that each 3601 had in the runs, by slot.
+        words: words of each 3601 in the runs, by slot.
     """
 
     lines: list[CoveredLine]
-    given: Mapping[int, GivenWords]
+    words: Mapping[int, WordHistory]
 
 
 def coverage_of(
@@ -65,12 +65,12 @@ def coverage_of(
 
     Args:
         job: the rack with the program; the package's motion blocks are ignored.
-        dead: states that are proved impossible, and so do not count as gaps.
+        dead: states that are proved impossible. They do not count as gaps.
     """
     tally = PowerTally()
     for scenario in scenarios:
         bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
-    return Coverage(covered_lines(tally, job, dead), tally.given)
+    return Coverage(covered_lines(tally, job, dead), tally.words)
 
 
 def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
@@ -103,12 +103,13 @@ def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozens
 
 @dataclass(slots=True)
 class PowerTally:
-    """The observations of some runs.
+    """The observations of several runs.
 
     Attributes:
-        on, off: for each line of a ladder program, whether each instruction was ever on, or ever off.
-        branches: for each branch of a Python program, whether it was taken.
-        given: all words that each 3601 had, by slot.
+        on: whether each instruction was ever on, by line of a ladder program.
+        off: whether each instruction was ever off, by line of a ladder program.
+        branches: whether each branch of a Python program was taken.
+        words: words of each 3601, by slot.
     """
 
     lowered: LoweredProgram | None = None
@@ -116,7 +117,7 @@ class PowerTally:
     on: dict[int, list[bool]] = field(default_factory=dict)
     off: dict[int, list[bool]] = field(default_factory=dict)
     branches: bytearray = field(default_factory=bytearray)
-    given: defaultdict[int, GivenWords] = field(default_factory=lambda: defaultdict(GivenWords))
+    words: defaultdict[int, WordHistory] = field(default_factory=lambda: defaultdict(WordHistory))
 
     def add_notes(self, notes: list[Any]) -> None:
         """Add the power in the rungs of a scan."""
@@ -130,8 +131,8 @@ class PowerTally:
         """Add the power after each instruction of a line, by its number in `lines_of`."""
         on = self.on.setdefault(line, [False] * len(truth))
         off = self.off.setdefault(line, [False] * len(truth))
-        for place, truth_bit in enumerate(truth):
-            (on if truth_bit else off)[place] = True
+        for index, has_power in enumerate(truth):
+            (on if has_power else off)[index] = True
 
 
 class _TallyProbe(Probe):
@@ -144,7 +145,7 @@ class _TallyProbe(Probe):
         self._seen_notes: list[Any] = []
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Record which program runs."""
+        """Store the program in the tally."""
         if type(logic) is Engine:
             self._tally.lowered, self._tally.scanner = logic.lowered, noting(logic.lowered)
         return super().prepared(logic)
@@ -161,13 +162,13 @@ class _TallyProbe(Probe):
         if self._memory != self._seen_memory:
             self._seen_memory = bytes(self._memory)
             for slot in self._steppers:
-                self._tally.given[slot.number].note(slot)
+                self._tally.words[slot.number].note(slot)
         if self._notes and self._notes != self._seen_notes:
             self._seen_notes = self._notes.copy()
             self._tally.add_notes(self._notes)
         if self._branches:
-            for place, branch in enumerate(self._branches):
-                self._tally.branches[place] |= branch
+            for index, is_taken in enumerate(self._branches):
+                self._tally.branches[index] |= is_taken
 
 
 def _ladder_lines(
@@ -182,47 +183,45 @@ def _ladder_lines(
 def _gaps(
     tally: PowerTally, number: int, line: LoweredLine, lowered: LoweredProgram, dead: frozenset[DeadPlace]
 ) -> Iterator[str]:
+    """Yield a sentence for each gap of a line; the last instruction need not be off."""
     sites = [lowered.sites[step.site] for step in line.steps]
+    places = [(site.routine, site.rung, site.instruction) for site in sites]
     if number not in tally.on:
-        if not any(
-            (line_site.routine, line_site.rung, line_site.instruction, "reached") in dead
-            for line_site in sites
-        ):
+        if not any((*place, "reached") in dead for place in places):
             yield "never reached"
         return
-    for site, on, off in zip(sites, tally.on[number], tally.off[number], strict=False):
-        where = site.routine, site.rung, site.instruction
-        if not (on or (*where, "on") in dead):
+    for site, place, on, off in zip(sites, places, tally.on[number], tally.off[number], strict=False):
+        if not (on or (*place, "on") in dead):
             yield f"{site.instruction}: never on"
-        elif not (off or (*where, "off") in dead or site is sites[-1]):
+        elif not (off or (*place, "off") in dead or site is sites[-1]):
             yield f"{site.instruction}: never off"
 
 
 def _python_lines(tally: PowerTally, program: Path) -> Iterator[CoveredLine]:
     data = program.read_bytes()
-    never = _branch_gaps(data, str(program), tally.branches)
+    gaps = _branch_gaps(data, str(program), tally.branches)
     for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
-        yield CoveredLine(f"{program.name}:{number}", text, (never[number],) if number in never else ())
+        yield CoveredLine(f"{program.name}:{number}", text, (gaps[number],) if number in gaps else ())
 
 
 def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
-    """Return a sentence about the gaps of each line in which branches begin.
+    """Return a sentence for each line whose branches have a gap, by line number.
 
-    A missing `else` counts as part of the line of its `if`.
+    A missing `else` belongs to the line of its `if`.
     """
     branches_by_line: dict[int, list[int]] = {}
     for line, branch in zip(branch_lines(data, file), branches, strict=False):
         branches_by_line.setdefault(line, []).append(branch)
     without_else = _ifs_without_else(data, file)
-    gaps = {line: _branch_gap(ways, line in without_else) for line, ways in branches_by_line.items()}
+    gaps = {line: _branch_gap(taken, line in without_else) for line, taken in branches_by_line.items()}
     return {line: gap for line, gap in gaps.items() if gap}
 
 
-def _branch_gap(ways: Sequence[int], is_without_else: bool) -> str:
-    """Return a sentence about the gaps in the branches of a line; empty if there are none."""
-    if is_without_else and (len(ways) == 1 or any(ways)):
-        return "" if all(ways) else "never false"
-    return "" if any(ways) else "never reached"
+def _branch_gap(taken: Sequence[int], is_without_else: bool) -> str:
+    """Return a sentence about a gap in the branches of a line; empty without a gap."""
+    if is_without_else and (len(taken) == 1 or any(taken)):
+        return "" if all(taken) else "never false"
+    return "" if any(taken) else "never reached"
 
 
 def _ifs_without_else(data: bytes, file: str) -> set[int]:

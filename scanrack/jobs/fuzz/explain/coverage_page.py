@@ -42,14 +42,14 @@ def save_coverage(
     """Write the page.
 
     Args:
-        runs: number of the runs.
+        runs: number of runs.
         never: error rules that never fired.
-        rules: number of the error rules.
+        rules: number of error rules.
 
     Raises:
-        OSError: it can't be written.
+        OSError: the file can't be written.
     """
-    text = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
+    text = f"{coverage_line(lines)}, in {runs:,} runs with new behavior."
     parts = [_Part("", text, map(_row, lines))]
     if never:
         heading = f"Error rules that never fired: {len(never)} of {rules}"
@@ -65,7 +65,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
     Raises:
         OwnedError: the existing file is of another kind.
-        OSError: it can't be written.
+        OSError: the file can't be written.
     """
     parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]
     with new_file(file, PAGE) as page:
@@ -73,7 +73,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
-    """Return a sentence that counts the lines with gaps."""
+    """Return a sentence about the number of lines with gaps."""
     gaps = sum(bool(line.never) for line in lines)
     return (
         f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"
@@ -81,7 +81,7 @@ def coverage_line(lines: Sequence[CoveredLine]) -> str:
 
 
 class _Part(NamedTuple):
-    """A part of a page."""
+    """A section of a page, with its rows as HTML."""
 
     heading: str
     text: str
@@ -107,10 +107,9 @@ def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     yield "</body></html>"
 
 
-def _rule(each: UnfiredRule) -> str:
-    return (
-        f"<li><span>{each.rule.id}</span><div>{escape(each.rule.text)}</div><b>{escape(each.says)}</b></li>"
-    )
+def _rule(unfired: UnfiredRule) -> str:
+    rule, reason = unfired.rule, escape(unfired.sentence)
+    return f"<li><span>{rule.id}</span><div>{escape(rule.text)}</div><b>{reason}</b></li>"
 
 
 def _row(line: CoveredLine) -> str:

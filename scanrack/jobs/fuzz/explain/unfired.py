@@ -1,8 +1,8 @@
-"""Explains why error rules of the manual never fired in a campaign: finds the first reason that holds.
+"""Explains why error rules of the manual never fired in a campaign: finds the first reason that applies.
 
-A rule needs commands of the program, a configuration, and active inputs: see `NEEDS`.
-`NEEDS` has no conditions on numbers, such as a speed below the starting speed. A rule that lacks only these
-gets the last reason: its conditions were never met together.
+A rule needs commands of the program, a configuration, and active inputs, see `NEEDS`. `NEEDS` has no
+conditions on numbers, such as a speed below the starting speed. If only such a condition is not met, the last
+reason applies: the rule's conditions were never met together.
 """
 
 from __future__ import annotations
@@ -58,14 +58,15 @@ class Need(NamedTuple):
     """The conditions that a rule needs before it can fire.
 
     Attributes:
-        gives: masks over both command words; the program must set a bit of each mask at some time.
-        uses: masks over configuration words; some configuration must have a bit of each mask. The inputs in a
-            mask must also be active at some time.
-        lacks: mask over configuration words; some configuration must lack one of its bits. 0 = no such need.
+        commands: masks over both command words. The program must set a bit of each mask at some time.
+        configured: masks over the first configuration word. Some configuration must have a bit of each mask.
+            The inputs in a mask must be active at some time.
+        lacks: mask over the first configuration word. Some configuration must lack one of its bits. 0 = no
+            such condition.
     """
 
-    gives: tuple[int, ...] = ()
-    uses: tuple[int, ...] = ()
+    commands: tuple[int, ...] = ()
+    configured: tuple[int, ...] = ()
     lacks: int = 0
 
 
@@ -106,15 +107,17 @@ NEEDS: Mapping[str, Need] = {
     "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
     "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
 }
-"""The needs of each rule in the lists of chapter 6, taken from its sentence in `RULES`."""
+"""The needs of each rule in the lists of chapter 6, from its sentence in `RULES`."""
 # fmt: on
 
 
 def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
-    """Return the rules in the lists of chapter 6 and those for a module's own refusals, in rule order."""
-    own = {rule for rule, _ in profile.further_refusals}
+    """Return the rules in the lists of chapter 6 and the rules for a module's own refusals, in rule order."""
+    own_refusals = {rule_id for rule_id, _ in profile.further_refusals}
     return [
-        rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
+        rule
+        for rule in profile.rules.values()
+        if (rule.list_of or 0) & profile.error_bits or rule.id in own_refusals
     ]
 
 
@@ -122,8 +125,8 @@ class ErrorRules(NamedTuple):
     """The error rules of a rack's modules.
 
     Attributes:
-        owners: names of the modules, or of the chapter.
-        ids: rule ids, each once; two families of modules share some.
+        owners: names of the modules, or the chapter.
+        ids: rule ids, each once. Two families of modules share some.
     """
 
     owners: str
@@ -131,17 +134,19 @@ class ErrorRules(NamedTuple):
 
 
 def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
-    """Return the error rules of the modules in a rack; if none has any, those of a 3601."""
+    """Return the error rules of the modules in a rack; the rules of a 3601 if no module has any."""
     slots = tuple(slots)
     models = {model.title: model for slot in slots if (model := model_of(slot.words))}
-    rules = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
+    ids_by_owner = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
     if not models or any(is_stepper(slot.words) for slot in slots):
-        rules = {"chapter 6": [rule.id for rule in error_rules(profile_in(slots, None))], **rules}
-    return ErrorRules(" and ".join(rules), list(dict.fromkeys(chain.from_iterable(rules.values()))))
+        chapter_ids = [rule.id for rule in error_rules(profile_in(slots, None))]
+        ids_by_owner = {"chapter 6": chapter_ids, **ids_by_owner}
+    unique_ids = list(dict.fromkeys(chain.from_iterable(ids_by_owner.values())))
+    return ErrorRules(" and ".join(ids_by_owner), unique_ids)
 
 
 class UnfiredReason(IntEnum):
-    """The reasons, most specific first; the last holds if no other does."""
+    """The reasons, most specific first. The last reason applies if no other reason does."""
 
     UNTESTABLE = 0
     COMMAND = 1
@@ -153,7 +158,7 @@ class UnfiredReason(IntEnum):
 
 WORDS: Mapping[UnfiredReason, str] = {
     UnfiredReason.UNTESTABLE: "no image can show it",
-    UnfiredReason.COMMAND: "the program never gives the command",
+    UnfiredReason.COMMAND: "the program never sends the command",
     UnfiredReason.FIRMWARE: "the firmware has no such rule",
     UnfiredReason.CONFIGURATION: "the configuration excludes it",
     UnfiredReason.INPUTS: "no scenario made the input active",
@@ -166,23 +171,22 @@ class UnfiredRule(NamedTuple):
     """A rule that never fired, with the reason.
 
     Attributes:
-        rule: rule of the manual.
-        why: kind of the reason.
-        says: the reason as a sentence with names.
+        reason: kind of the reason.
+        sentence: the reason as a sentence with names.
     """
 
     rule: Rule
-    why: UnfiredReason
-    says: str
+    reason: UnfiredReason
+    sentence: str
 
 
 @dataclass(slots=True)
-class GivenWords:
-    """Everything that the words of a 3601 have contained so far.
+class WordHistory:
+    """The contents of a 3601's words so far.
 
     Attributes:
-        commands: bits of both command words in command mode.
-        configurations: first words in configuration mode.
+        commands: bits that the command words had in command mode; the second word is shifted by 16 bits.
+        configurations: first output words in configuration mode.
         inputs: inputs that were active, as bits of `InputBit`.
     """
 
@@ -207,62 +211,62 @@ _ALL_INPUTS = reduce(or_, InputBit).value
 
 def unfired(
     fired: Container[str],
-    given: Mapping[int, GivenWords],
+    words: Mapping[int, WordHistory],
     oldest: Mapping[int, Firmware],
     profile: Profile = WORDS_3601,
 ) -> list[UnfiredRule]:
-    """Return each error rule that never fired, with the first reason that holds.
+    """Return each error rule that never fired, with the first reason that applies.
 
-    With several modules, the reason is taken from the module that came closest.
+    With several modules, the reason is for the module that came closest to the error.
 
     Args:
         fired: ids of the rules that have fired.
-        given: contents of each module's words, by slot.
-        oldest: oldest firmware of each module in the search, by slot; the search also tries newer versions.
+        words: contents of each module's words, by slot.
+        oldest: oldest firmware of each module in the search, by slot. The search also tries newer versions.
     """
-    return [
-        max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
-        for rule in error_rules(profile)
-        if given and rule.id not in fired
-    ]
+    if not words:
+        return []
+    rules = [rule for rule in error_rules(profile) if rule.id not in fired]
+    return [_closest(_first_reason(rule, words[slot], oldest[slot]) for slot in words) for rule in rules]
 
 
-def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
-    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), given, oldest))
+def _closest(reasons: Iterable[UnfiredRule]) -> UnfiredRule:
+    return max(reasons, key=lambda unfired_rule: unfired_rule.reason)
 
 
-def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
-    """Yield the reasons that hold, most specific first; the last one always holds."""
+def _first_reason(rule: Rule, words: WordHistory, oldest: Firmware) -> UnfiredRule:
+    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), words, oldest))
+
+
+def _reasons(rule: Rule, need: Need, words: WordHistory, oldest: Firmware) -> Iterator[UnfiredRule]:
+    """Yield the reasons that apply, most specific first. The last reason always applies."""
     kind = UnfiredReason
     if not rule.testable:
         yield UnfiredRule(rule, kind.UNTESTABLE, rule.untestable_because)
-    for mask in _missing(need.gives, given.commands):
-        yield UnfiredRule(rule, kind.COMMAND, f"the program never gives {_commands(mask)}")
+    for mask in _missing(need.commands, words.commands):
+        yield UnfiredRule(rule, kind.COMMAND, f"the program never sends {_command_names(mask)}")
     if not any(rule.applies_to(version) for version in KNOWN if version >= oldest):
         yield UnfiredRule(rule, kind.FIRMWARE, f"no firmware from {oldest} on has this rule")
-    for mask in _missing(need.uses, reduce(or_, given.configurations, 0)):
-        yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}")
-    if need.lacks and given.configurations and reduce(and_, given.configurations) & need.lacks == need.lacks:
-        yield UnfiredRule(rule, kind.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}")
-    inputs = filter(None, (mask & _ALL_INPUTS for mask in need.uses))
-    for mask in _missing(inputs, given.inputs):
-        yield UnfiredRule(rule, kind.INPUTS, f"{_either(InputBit(mask))} was never active")
+    for mask in _missing(need.configured, reduce(or_, words.configurations, 0)):
+        yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_names(ConfigMsw(mask), ' or ')}")
+    if need.lacks and words.configurations and reduce(and_, words.configurations) & need.lacks == need.lacks:
+        bits = _names(ConfigMsw(need.lacks), " and ")
+        yield UnfiredRule(rule, kind.CONFIGURATION, f"every configuration has {bits}")
+    inputs = filter(None, (mask & _ALL_INPUTS for mask in need.configured))
+    for mask in _missing(inputs, words.inputs):
+        yield UnfiredRule(rule, kind.INPUTS, f"{_names(InputBit(mask), ' or ')} was never active")
     yield UnfiredRule(rule, kind.APART, WORDS[kind.APART])
 
 
 def _missing(masks: Iterable[int], bits: int) -> Iterator[int]:
-    """Yield the masks that have none of the given bits."""
+    """Yield the masks without any of the bits."""
     return (mask for mask in masks if not bits & mask)
 
 
-def _commands(mask: int) -> str:
+def _command_names(mask: int) -> str:
     first, second = CommandMsw(mask & 0xFFFF), CommandLsw(mask >> _LSW)
-    return _either(first) if first else _either(second)
+    return _names(first or second, " or ")
 
 
-def _either(bits: CommandMsw | CommandLsw | ConfigMsw | InputBit) -> str:
-    return " or ".join(str(bit.name) for bit in bits)
-
-
-def _both(bits: ConfigMsw) -> str:
-    return " and ".join(str(bit.name) for bit in bits)
+def _names(bits: CommandMsw | CommandLsw | ConfigMsw | InputBit, separator: str) -> str:
+    return separator.join(str(bit.name) for bit in bits)

@@ -1,1 +1,1 @@
-"""Invariants that are checked in every scan: standard ones and users' own."""
+"""Invariants that are checked in every scan: standard invariants and the users' own."""

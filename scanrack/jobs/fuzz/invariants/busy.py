@@ -1,8 +1,8 @@
-"""Finds commands that stay in progress while their axis rests for a second with a working link.
+"""Finds commands that stay in progress while their axis rests for over a second with a working link.
 
-Homing may rest longer: two seconds on an end limit. A follower may rest while its encoder does. A blend is
-programmed at rest, in phases; each phase restarts the second. If a round trip takes more than a third of a
-second, the limit is three round trips.
+Homing may rest two seconds longer on an end limit. A follower may rest while its encoder rests. A blend is
+programmed at rest in phases, and each phase restarts the measurement. If a round trip takes more than a third
+of a second, the limit is three round trips.
 """
 
 from __future__ import annotations
@@ -43,26 +43,26 @@ SEARCH, FOLLOWER = 4, 10
 class BusyCommand:
     """A command in progress."""
 
-    text: object  # the command's name, or an object whose string is the name
-    rests: bool  # whether its axis rests, and answers
-    phase: int  # changes when the command makes progress at rest
-    limit_ns: int
+    text: object  # the command's name, or an object with this string
+    rests: bool  # whether its axis rests and responds
+    phase: int  # changes with the command's progress at rest
+    limit_ns: int  # maximum duration of a rest
 
 
-Question = Callable[[], BusyCommand | None]
+BusyReader = Callable[[], BusyCommand | None]
 """Returns the command of an axis that is in progress, or None."""
 
 
-def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
-    """Return a function for each axis of a program: of Python axes, and of motion blocks."""
+def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[BusyReader, ...]:
+    """Return a reader for each axis of a program. An axis is a Python object or a tag of motion blocks."""
     program = unwrapped(logic)
     parts = parts_of(program) if isinstance(program, Logic) else ()
-    axes = [_of_python(part) for part in parts if isinstance(part, Axis3601)]
+    axes = [_python_reader(part) for part in parts if isinstance(part, Axis3601)]
     if isinstance(program, Engine):
         names = _block_axes(program.lowered)
     else:
         names = tuple(name for name in tags if f"{name}.RunKind" in tags)
-    return (*axes, *(_of_blocks(tags, name) for name in names))
+    return (*axes, *(_block_reader(tags, name) for name in names))
 
 
 @remember_last
@@ -72,65 +72,71 @@ def _block_axes(lowered: LoweredProgram) -> tuple[str, ...]:
     return tuple(tag.name for tag in tags if not tag.dims and f"{tag.name}.RunKind".upper() in leaves)
 
 
-def _of_python(axis: Axis3601) -> Question:
-    def ask() -> BusyCommand | None:
+def _python_reader(axis: Axis3601) -> BusyReader:
+    def read() -> BusyCommand | None:
         command = axis.commanded
         if command is None or not command.busy:
             return None
-        idle = axis.status.MODULE_OK and not axis.moving
-        rests = idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
-        return BusyCommand(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
+        is_idle = axis.status.MODULE_OK and not axis.moving
+        rests = is_idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
+        limit_ns = _limit_ns(axis.trip_ns, is_homing=command.kind is HOME)
+        return BusyCommand(command, rests, axis.phase, limit_ns)
 
-    return ask
+    return read
 
 
-def _of_blocks(tags: NamedTags, name: str) -> Question:
-    def ask() -> BusyCommand | None:
+def _block_reader(tags: NamedTags, name: str) -> BusyReader:
+    def read() -> BusyCommand | None:
         step = tags[f"{name}.Step"]
         if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
             return None
         kind = tags[f"{name}.RunKind"]
         msw, lsw = tags[f"{name}.In[0]"], tags[f"{name}.In[1]"]
-        idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
-        rests = bool(idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
-        limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], searches=kind == SEARCH)
+        is_idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
+        rests = bool(is_idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
+        limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], is_homing=kind == SEARCH)
         return BusyCommand(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
 
-    return ask
+    return read
 
 
-def _limit_ns(trip_ns: int, *, searches: bool) -> int:
-    return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * searches
+def _limit_ns(trip_ns: int, *, is_homing: bool) -> int:
+    return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * is_homing
 
 
 class RestMeter:
     """Measures how long the axes of a program rest during a command."""
 
-    def __init__(self, axes: Iterable[Question]) -> None:
-        self._axes = [_Rest(axis) for axis in axes]
+    def __init__(self, axes: Iterable[BusyReader]) -> None:
+        self._rests = [_Rest(axis) for axis in axes]
 
-    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
+    def update(self, now_ns: int, *, linked: bool) -> str | None:
         """Update the measurement; return a sentence about a command that rests for too long, or None."""
-        violations = [axis.too_long(now_ns, linked=linked) for axis in self._axes]
+        violations = [rest.update(now_ns, linked=linked) for rest in self._rests]
         return next(filter(None, violations), None)
 
     @property
     def same_until_ns(self) -> int:
-        """The instant until which no rest is too long, even if its command makes no progress, ns."""
-        return min((axis.until_ns for axis in self._axes), default=LONGEST_NS)
+        """The instant until which no rest is too long, even if no command makes progress, ns."""
+        return min((rest.until_ns for rest in self._rests), default=LONGEST_NS)
 
 
 class _Rest:
-    """The rest of one axis."""
+    """The rest of one axis.
 
-    def __init__(self, ask: Question) -> None:
-        self._ask = ask
-        self._since_ns: int | None = None
+    Attributes:
+        until_ns: the instant until which the rest is not too long, ns.
+    """
+
+    def __init__(self, read_busy: BusyReader) -> None:
+        self._read_busy = read_busy
+        self._since_ns: int | None = None  # beginning of the rest
         self._phase = 0
         self.until_ns = LONGEST_NS
 
-    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
-        busy = self._ask()
+    def update(self, now_ns: int, *, linked: bool) -> str | None:
+        """Update the measurement; return a sentence if the rest is too long, or None."""
+        busy = self._read_busy()
         if busy is None or not busy.rests or not linked or busy.phase != self._phase:
             self._since_ns = None
         elif self._since_ns is None:

@@ -1,4 +1,4 @@
-"""Turns the claims of a rack and its program into invariants: a search tests what `scanrack prove` proves."""
+"""Turns the claims of a rack and its program into invariants, so that a search tests them without a proof."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from .scan_view import Snapshot
 
 
 def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
-    """Yield an invariant for each property of a program that runs with its monitors.
+    """Yield an invariant for each property of a program with monitors.
 
-    A run breaks nothing after an assumption has failed.
+    No property counts as broken after an assumption has failed.
     """
     for claim in program.properties:
         if claim.claim.kind is not ClaimKind.REACHABLE:
@@ -23,10 +23,10 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
 
 
 class _SnapshotWatch(ClaimWatch):
-    """Watches the snapshots of a run for a claim."""
+    """Checks a claim in every scan of a run."""
 
     def __call__(self, now: Snapshot) -> str | None:
-        return "it is broken" if self.is_broken(now.tags) else None
+        return "the property is false" if self.is_broken(now.tags) else None
 
     def same_until_ns(self, _counting: bool) -> int:
         """See `Watch`."""

@@ -1,8 +1,8 @@
-"""Finds what a user's condition reads by looking at its code.
+"""Finds what a user's condition reads from its bytecode.
 
-A condition that reads only tags and images has the same answer until one of them changes. A condition that
-reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
-In doubt, a condition counts as the second kind.
+A condition that reads only tags and images has the same result until one of them changes. A condition that
+reads the time, stores something between calls, or calls unknown code can have another result in any scan. A
+condition that can't be analyzed counts as the second kind.
 """
 
 from __future__ import annotations
@@ -14,23 +14,24 @@ import re
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from functools import lru_cache
+from itertools import zip_longest
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 
 class ConditionReads(Enum):
-    """What a condition depends on."""
+    """The dependencies of a condition, in ascending order."""
 
     IMAGES_AND_TAGS = auto()
-    COUNTS = auto()  # also tags that count time: accumulated values of timers
+    COUNTS = auto()  # also accumulated values of timers
     ANYTHING = auto()
 
 
 TIMED = frozenset({"ns", "seconds", "scan", "shaft", "axes", "rules", "state"})
-"""Attributes of a snapshot that change, or may change, while program and modules stand still."""
+"""Attributes of a snapshot that can change while the memory and the images stay the same."""
 
 CHANGING = ("STORE_GLOBAL", "STORE_ATTR", "STORE_SUBSCR", "DELETE_", "IMPORT_")
-"""Bytecode instructions by which a function may keep something."""
+"""Prefixes of bytecode instructions that can store something beyond a call."""
 
 _KNOWN_NAMES = (
     "abs all any bool dict divmod enumerate filter float frozenset getattr int isinstance len list map max "
@@ -41,12 +42,13 @@ KNOWN = frozenset(getattr(builtins, name) for name in _KNOWN_NAMES.split(" "))
 """Builtins that depend only on their arguments."""
 
 PLAIN = (bool, int, float, str, bytes, type(None), Enum)
+"""Types of values that never change."""
 
 COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
 """Matches the end of the name of a timer's accumulated value."""
 
 DEEP = 5
-"""Largest depth of nested calls that are followed."""
+"""Maximum depth of the analyzed nested calls."""
 
 
 @lru_cache(maxsize=1024)
@@ -59,21 +61,21 @@ def reads_of(condition: Callable[..., Any]) -> ConditionReads:
     ('COUNTS', 'ANYTHING')
     """
     reads = list(_reads(condition, DEEP))
-    return max(reads, key=lambda each: each.value, default=ConditionReads.IMAGES_AND_TAGS)
+    return max(reads, key=lambda read: read.value, default=ConditionReads.IMAGES_AND_TAGS)
 
 
-def _reads(function: object, deep: int) -> Iterator[ConditionReads]:
-    """Yield what a function and the functions that it calls depend on."""
-    if not isinstance(function, FunctionType) or not deep or not _is_constant(function.__defaults__ or ()):
+def _reads(function: object, depth: int) -> Iterator[ConditionReads]:
+    """Yield the dependencies of a function and of the functions that it calls, down to a depth."""
+    if not isinstance(function, FunctionType) or not depth or not _is_constant(function.__defaults__ or ()):
         yield ConditionReads.ANYTHING
         return
     names = {**function.__globals__, **_closure(function)}
     for code in _codes(function.__code__):
-        yield from _of_code(code, function.__code__.co_freevars)
+        yield from _code_reads(code, function.__code__.co_freevars)
         for name in _names(code):
             value = names.get(name, getattr(builtins, name, None))
             if isinstance(value, FunctionType):
-                yield from _reads(value, deep - 1)
+                yield from _reads(value, depth - 1)
             elif not (_is_constant(value) or value is math or (_is_hashable(value) and value in KNOWN)):
                 yield ConditionReads.ANYTHING
 
@@ -92,41 +94,52 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
 
 
 def _names(code: CodeType) -> Iterator[str]:
-    """Yield the names of the globals and closure variables that some code reads."""
+    """Yield the names of the global and closure variables that code reads."""
     for instruction in dis.get_instructions(code):
         if instruction.opname in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"):
             yield instruction.argval
 
 
-def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]:
-    """Yield what each instruction depends on; `outer` has the variables that outlive a call."""
-    steps = [
+def _code_reads(code: CodeType, closure_names: tuple[str, ...]) -> Iterator[ConditionReads]:
+    """Yield the dependencies of the instructions in code.
+
+    Args:
+        closure_names: names of the closure variables, which outlive a call.
+    """
+    instructions = [
         instruction
         for instruction in dis.get_instructions(code)
         if instruction.opname not in ("CACHE", "EXTENDED_ARG")
     ]
-    for step, following in zip(steps, [*steps[1:], None], strict=True):
-        if _keeps(step, outer) or _reads_time(step):
+    for instruction, next_instruction in zip_longest(instructions, instructions[1:]):
+        if _stores(instruction, closure_names) or _reads_time(instruction):
             yield ConditionReads.ANYTHING
-        elif step.opname == "LOAD_ATTR" and step.argval == "tags" and not _is_plain_tag(following):
+        elif _loads_tags(instruction) and not _loads_plain_tag_name(next_instruction):
             yield ConditionReads.COUNTS
 
 
-def _keeps(step: dis.Instruction, outer: tuple[str, ...]) -> bool:
-    """Return whether an instruction keeps something beyond the call."""
-    return step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer)
+def _stores(instruction: dis.Instruction, closure_names: tuple[str, ...]) -> bool:
+    """Return whether an instruction stores something beyond the call."""
+    is_closure_store = instruction.opname == "STORE_DEREF" and instruction.argval in closure_names
+    return is_closure_store or instruction.opname.startswith(CHANGING)
 
 
-def _reads_time(step: dis.Instruction) -> bool:
-    """Return whether an instruction reads something that changes with time, or names it for `getattr`."""
-    named = step.opname in ("LOAD_ATTR", "LOAD_METHOD", "LOAD_CONST") and isinstance(step.argval, str)
-    return named and step.argval in TIMED
+def _reads_time(instruction: dis.Instruction) -> bool:
+    """Return whether an instruction reads something that changes with time, or loads its name."""
+    if instruction.opname not in ("LOAD_ATTR", "LOAD_METHOD", "LOAD_CONST"):
+        return False
+    return isinstance(instruction.argval, str) and instruction.argval in TIMED
 
 
-def _is_plain_tag(step: dis.Instruction | None) -> bool:
-    """Return whether the instruction after `tags` loads the name of a tag that is not a timer's count."""
-    name = step.argval if step is not None and step.opname == "LOAD_CONST" else None
-    return isinstance(name, str) and not COUNT.search(name)
+def _loads_tags(instruction: dis.Instruction) -> bool:
+    return instruction.opname == "LOAD_ATTR" and instruction.argval == "tags"
+
+
+def _loads_plain_tag_name(instruction: dis.Instruction | None) -> bool:
+    """Return whether an instruction loads the name of a tag that is not the count of a timer."""
+    if instruction is None or instruction.opname != "LOAD_CONST":
+        return False
+    return isinstance(instruction.argval, str) and not COUNT.search(instruction.argval)
 
 
 def _is_constant(value: object) -> bool:

@@ -1,4 +1,4 @@
-"""Search goals: a condition that should come true sometimes, or a number to maximize."""
+"""Goals of a search: a condition that should become true in some run, or a number to maximize."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from functools import partial
 from typing import Any
 
 from ..aim.edges import SIZE, STATE
-from .invariants import FOREVER_NS, Condition, Invariant, always, answer, same_until_ns
+from .invariants import FOREVER_NS, Condition, Invariant, always, evaluate, same_until_ns
 from .scan_view import Snapshot
 
 Note = Callable[[str, Hashable, int], None]
-"""Records a change: its group, kind and scan."""
+"""Records the group, kind and scan of a change."""
 
 
 def sometimes(condition: Condition) -> Invariant:
-    """Make a goal of a condition that a good search must reach; its docstring is the sentence.
+    """Return a goal with a condition that a good search must reach. The condition's docstring describes it.
 
-    The first run that reaches it is kept, and varied after that scan. The summary names goals that were never
-    reached; `scanrack fuzz --strict` then ends with exit status 3.
+    The search keeps the first run that reaches it, and varies the run after that scan. The summary names
+    goals that were never reached. `scanrack fuzz --strict` then exits with status 3.
 
     Raises:
         InvariantError: the condition is not a function of one argument, the snapshot.
@@ -28,10 +28,10 @@ def sometimes(condition: Condition) -> Invariant:
 
 
 def maximize(measure: Condition) -> Invariant:
-    """Make a goal of a number to maximize: runs in which it grows by about a fifth are kept and varied.
+    """Return a goal with a number to maximize. The search keeps and varies runs in which it grows clearly.
 
-    The summary has the greatest value. Use this for computed values: integer tags and fields are followed
-    anyway. Values below 1 are ignored.
+    The summary has the greatest value. Use this for computed values, since a search watches integer tags and
+    fields anyway. Values below 1 are ignored.
 
     Args:
         measure: computes the number from the snapshot.
@@ -43,7 +43,12 @@ def maximize(measure: Condition) -> Invariant:
 
 
 class Sometimes:
-    """Watches a run for a condition that should come true."""
+    """Watches a run for a condition that should become true.
+
+    Attributes:
+        applied: whether the condition has been true.
+        note: records the first scan in which it is true.
+    """
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition
@@ -52,7 +57,7 @@ class Sometimes:
 
     def __call__(self, now: Snapshot) -> None:
         """Record the first scan in which the condition is true."""
-        if not self.applied and answer(self._condition, now):
+        if not self.applied and evaluate(self._condition, now):
             self.applied = True
             if self.note is not None:
                 self.note(STATE, ("sometimes", str(self._condition.__name__), "seen"), now.scan)
@@ -63,7 +68,12 @@ class Sometimes:
 
 
 class MaximumGoal:
-    """Watches a run for the greatest value of a number."""
+    """Watches a run for the greatest value of a number.
+
+    Attributes:
+        greatest: greatest value so far.
+        note: records each scan with a higher size level, see `level_of`.
+    """
 
     def __init__(self, measure: Condition) -> None:
         self._measure = measure
@@ -73,12 +83,12 @@ class MaximumGoal:
 
     @property
     def applied(self) -> bool:
-        """Whether there has been a value."""
+        """Whether the number has had a value."""
         return self.greatest is not None
 
     def __call__(self, now: Snapshot) -> None:
-        """Record the scan if its value is clearly greater than any before."""
-        value: Any = answer(self._measure, now)
+        """Record the scan if the number reaches a higher size level."""
+        value: Any = evaluate(self._measure, now)
         if self.greatest is not None and value <= self.greatest:
             return
         self.greatest = value
@@ -94,7 +104,9 @@ class MaximumGoal:
 
 
 def level_of(value: int) -> tuple[int, int]:
-    """Return the size level of a number: there are four levels between powers of two.
+    """Return the size level of a number: its number of bits and its three leading bits.
+
+    So there are four levels between two powers of two.
 
     >>> level_of(-3), level_of(8), level_of(9), level_of(10), level_of(1000)
     ((0, 0), (4, 4), (4, 4), (4, 5), (10, 7))

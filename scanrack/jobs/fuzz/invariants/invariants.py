@@ -1,4 +1,4 @@
-"""Invariants: conditions that are checked in every scan, as small functions of a snapshot."""
+"""Invariants: conditions that are checked in every scan. A condition is a small function of a snapshot."""
 
 from __future__ import annotations
 
@@ -23,28 +23,34 @@ FOREVER_NS = 1 << 62
 """An instant after the end of any run."""
 
 Condition = Callable[[Snapshot], Any]
-"""A condition of a snapshot; its answer counts as true or false."""
+"""A condition of a snapshot. Its result counts as true or false."""
 
 Watch = Callable[[Snapshot], str | None]
-"""Checks every scan of one run; returns the violation, or None.
+"""Checks every scan of one run; returns a sentence about the violation, or None.
 
-Attributes that a watch may have:
+Optional attributes of a watch:
 
 applied         whether it has had something to check
 waiting         whether its clock is running
 origin_scan     the scan of the cause, if a violation is detected later
-same_until_ns   a method: the instant until which its answer stays the same if only the time changes, and also
-                the counts of timers if its argument is true. A watch without it is called in every scan.
+same_until_ns   method that returns the instant until which the watch returns the same if only the time
+                changes. If its argument is true, the counts of timers change as well. A watch without this
+                method is called in every scan.
 """
 
 
 class InvariantError(ValueError):
-    """An invariant can't be loaded, or raised an exception; the message has its name, file and line."""
+    """An invariant can't be loaded, or raised an exception. The message has its name, file and line."""
 
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """A condition that must hold, or a goal, which can't be broken; see `goals`."""
+    """A requirement on every run, or a goal of the search, which can't be broken (see `goals`).
+
+    Attributes:
+        sentence: description for the user.
+        start: returns a new watch for one run.
+    """
 
     name: str
     sentence: str
@@ -53,23 +59,22 @@ class Invariant:
 
 
 def always(condition: Condition) -> Invariant:
-    """Make an invariant of a condition that must be true in every scan; its docstring is the sentence."""
-    return _single(condition, expected=True)
+    """Return an invariant with a condition that must be true in every scan. Its docstring describes it."""
+    return _every_scan(condition, expected=True)
 
 
 def never(condition: Condition) -> Invariant:
-    """Make an invariant of a condition that must be false in every scan; its docstring is the sentence."""
-    return _single(condition, expected=False)
+    """Return an invariant with a condition that must be false in every scan. Its docstring describes it."""
+    return _every_scan(condition, expected=False)
 
 
 def eventually(
     limit: str, *, after: Condition, while_resting: bool = False
 ) -> Callable[[Condition], Invariant]:
-    """Make an invariant of a condition that must come true in time.
+    """Return a decorator for a condition that must become true within a time limit.
 
-    The clock starts in a scan in which `after` is true, unless it is already running, and stops in a scan in
-    which the condition is true. It pauses while the logic rests (program mode): a program that is not called
-    can't act.
+    A scan with a true `after` starts the clock if it is not running. A scan with a true condition stops it.
+    The clock pauses in program mode, since the CPU does not call the program then.
 
     Args:
         limit: machine time with a unit, such as "5 s".
@@ -93,58 +98,59 @@ def eventually(
 
 
 class _Eventually:
-    """Watches a run for a condition that must come true in time."""
+    """Watches a run for a condition that must become true within a time limit."""
 
     def __init__(self, condition: Condition, after: Condition, limit_ns: int, *, while_resting: bool) -> None:
         self._condition, self._after, self._limit_ns = condition, after, limit_ns
         self._while_resting = while_resting
-        self._since_ns: int | None = None
-        self._paused_ns = 0
-        self._last_ns = 0
+        self._start_ns: int | None = None  # None = the clock is not running
+        self._paused_ns = 0  # pauses since the start of the clock
+        self._last_ns = 0  # time of the previous scan
         self.origin_scan = 0
         self.applied = False
 
     def __call__(self, now: Snapshot) -> str | None:
         step_ns, self._last_ns = now.ns - self._last_ns, now.ns
-        if answer(self._condition, now):
-            self._since_ns = None
-            self.applied = self.applied or bool(answer(self._after, now))
-        elif self._since_ns is None:
-            if answer(self._after, now):
-                self._start(now)
+        if evaluate(self._condition, now):
+            self._start_ns = None
+            self.applied = self.applied or bool(evaluate(self._after, now))
+        elif self._start_ns is None:
+            if evaluate(self._after, now):
+                self._start_clock(now)
         elif now.resting and not self._while_resting:
             self._paused_ns += step_ns
-        elif now.ns - self._since_ns - self._paused_ns > self._limit_ns:
-            return self._why(now.ns - self._since_ns - self._paused_ns, self._since_ns)
+        elif now.ns - self._start_ns - self._paused_ns > self._limit_ns:
+            return self._violation(now.ns - self._start_ns - self._paused_ns, self._start_ns)
         return None
 
     @property
     def waiting(self) -> bool:
         """Whether the clock is running."""
-        return self._since_ns is not None
+        return self._start_ns is not None
 
     def same_until_ns(self, counting: bool) -> int:
         """See `Watch`."""
-        least = min(same_until_ns(condition, counting) for condition in (self._condition, self._after))
-        return (
-            least if self._since_ns is None else min(least, self._since_ns + self._paused_ns + self._limit_ns)
-        )
+        until_ns = min(same_until_ns(condition, counting) for condition in (self._condition, self._after))
+        if self._start_ns is None:
+            return until_ns
+        return min(until_ns, self._start_ns + self._paused_ns + self._limit_ns)
 
-    def _start(self, now: Snapshot) -> None:
-        self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
+    def _start_clock(self, now: Snapshot) -> None:
+        self._start_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
         self.applied = True
 
-    def _why(self, ran_ns: int, since_ns: int) -> str:
+    def _violation(self, clock_ns: int, start_ns: int) -> str:
         paused = f", {time_text(self._paused_ns)} in program mode not counted" if self._paused_ns else ""
-        return f"{time_text(ran_ns)} after scan time {time_text(since_ns)} it has not come true{paused}"
+        return f"still false {time_text(clock_ns)} after {time_text(start_ns)}{paused}"
 
 
-def _single(condition: Condition, *, expected: bool) -> Invariant:
+def _every_scan(condition: Condition, *, expected: bool) -> Invariant:
+    """Return an invariant whose condition must have the expected value in every scan."""
     _check(condition)
-    return Invariant(_name(condition), _sentence(condition), lambda: _Single(condition, expected=expected))
+    return Invariant(_name(condition), _sentence(condition), lambda: _EveryScan(condition, expected=expected))
 
 
-class _Single:
+class _EveryScan:
     """Watches a run for a scan in which a condition has the wrong value."""
 
     __slots__ = ("_condition", "_expected")
@@ -153,9 +159,9 @@ class _Single:
         self._condition, self._expected = condition, expected
 
     def __call__(self, now: Snapshot) -> str | None:
-        if bool(answer(self._condition, now)) is self._expected:
+        if bool(evaluate(self._condition, now)) is self._expected:
             return None
-        return f"it is {'false' if self._expected else 'true'}"
+        return f"the condition is {'false' if self._expected else 'true'}"
 
     def same_until_ns(self, counting: bool) -> int:
         """See `Watch`."""
@@ -163,17 +169,14 @@ class _Single:
 
 
 def same_until_ns(condition: Condition, counting: bool) -> int:
-    """Return the time until which a condition has the same answer, see `Watch`: forever, or not at all."""
+    """Return the instant until which a condition has the same result, see `Watch`: `FOREVER_NS` or 0."""
     reads = reads_of(condition)
-    return (
-        FOREVER_NS
-        if reads is ConditionReads.IMAGES_AND_TAGS or (reads is ConditionReads.COUNTS and not counting)
-        else 0
-    )
+    is_same = reads is ConditionReads.IMAGES_AND_TAGS or (reads is ConditionReads.COUNTS and not counting)
+    return FOREVER_NS if is_same else 0
 
 
 def _check(condition: Condition) -> None:
-    """Check that a condition accepts a snapshot.
+    """Check that a condition accepts one argument.
 
     Raises:
         InvariantError: the condition is not a function of one argument.
@@ -181,7 +184,7 @@ def _check(condition: Condition) -> None:
     try:
         signature_of(condition).bind(None)
     except TypeError as error:
-        raise InvariantError(f"{_name(condition)} has to take one argument, the snapshot: {error}") from None
+        raise InvariantError(f"{_name(condition)} must accept one argument, the snapshot: {error}") from None
 
 
 def _name(condition: Condition) -> str:
@@ -192,25 +195,31 @@ def _sentence(condition: Condition) -> str:
     return inspect.getdoc(condition) or _name(condition).replace("_", " ")
 
 
-def answer(condition: Condition, now: Snapshot) -> Any:
-    """Evaluate a user's condition; turn an exception into an InvariantError with its place."""
+def evaluate(condition: Condition, now: Snapshot) -> Any:
+    """Evaluate a user's condition.
+
+    Raises:
+        InvariantError: the condition raised an exception.
+    """
     try:
         return condition(now)
     except (Exception, SystemExit) as error:
-        steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
-        step = [frame for frame in steps if frame.filename == steps[0].filename][-1]
+        frames = list(traceback.extract_tb(error.__traceback__))
+        frames = frames[1:] or frames  # without the frame of this function
+        last_frame = [frame for frame in frames if frame.filename == frames[0].filename][-1]
         problem = f"{type(error).__name__}: {error}{_hint(error)}"
-        where = f"{step.filename}:{step.lineno}"
-        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {problem} [{where}]"
-        raise InvariantError(says) from error
+        place = f"{last_frame.filename}:{last_frame.lineno}"
+        raise InvariantError(
+            f"invariant {_name(condition)} raised at {now.seconds:g} s: {problem} [{place}]"
+        ) from error
 
 
 def _hint(error: BaseException) -> str:
-    """Return a hint with the closest name."""
+    """Return a hint with the closest attribute name, or an empty text."""
     if not isinstance(error, AttributeError) or error.obj is None:
         return ""
-    close = get_close_matches(str(error.name), dir(error.obj), n=1)
-    return f"; did you mean {close[0]}?" if close else ""
+    close_names = get_close_matches(str(error.name), dir(error.obj), n=1)
+    return f"; did you mean {close_names[0]}?" if close_names else ""
 
 
 def load_invariants(path: Path | str) -> list[Invariant]:
@@ -224,24 +233,24 @@ def load_invariants(path: Path | str) -> list[Invariant]:
         raise InvariantError(f"{path}: no such file with invariants")
     spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
     if spec is None or spec.loader is None:
-        raise InvariantError(f"{path}: invariants are in a Python file (.py)")
+        raise InvariantError(f"{path}: invariants must be in a Python file (.py)")
     module = importlib.util.module_from_spec(find_beside(path, spec))
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        raise _not_loaded(path, error) from error
+        raise _loading_error(path, error) from error
     invariants = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not invariants:
         raise InvariantError(
-            f"{path}: it defines no invariant; write functions under @always, @never, @eventually"
+            f"{path}: defines no invariant; decorate a function with @always, @never or @eventually"
         )
     return invariants
 
 
-def _not_loaded(path: Path, error: BaseException) -> InvariantError:
-    """Return the error for a file that raised an exception, with the line."""
-    steps = traceback.extract_tb(error.__traceback__)
-    line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
+def _loading_error(path: Path, error: BaseException) -> InvariantError:
+    """Return the error with file and line for a file that raised an exception."""
+    frames = traceback.extract_tb(error.__traceback__)
+    line = next((frame.lineno for frame in reversed(frames) if frame.filename == str(path)), 1)
     problem = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
     return InvariantError(f"{path}:{line}: {problem}")

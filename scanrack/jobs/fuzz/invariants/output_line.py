@@ -1,6 +1,6 @@
 """Finds the line of the user's program that last changed an output word.
 
-The line distinguishes failures of one invariant if no rule of the manual fired.
+If no rule of the manual fired, this line distinguishes the failures of one invariant.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from ...why.source.lines import Line, Lines
 
 
 class OutputLine(LogicWrapper):
-    """A logic that is traced line by line from a given scan: tracing makes a scan ten times slower.
+    """A logic that is traced line by line from a given scan on. A traced scan takes ten times as long.
 
     Attributes:
-        last: file name and line, such as "line.py:37"; empty if the change belongs to no line; None
-            before the first traced change.
-        changed_in: the last untraced scan that changed outputs; 0 without any. A run that is traced from this
-            scan sees the last change.
+        last: file name and line of the last change, such as "line.py:37"; empty if the change belongs to no
+            line; None before the first traced change.
+        changed_in: the last untraced scan with a change of outputs; 0 without any. A run that is traced from
+            this scan on finds the last change.
 
     Args:
         since: number of the first traced scan.
@@ -31,13 +31,13 @@ class OutputLine(LogicWrapper):
     def __init__(self, logic: ScanLogic, rack: Rack, since: int) -> None:
         super().__init__(logic)
         self._images = [slot.outputs.raw for slot in rack.slots.values()]
-        self._lines = Lines(self._outputs, self._changed)
+        self._lines = Lines(self._outputs, self._record_line)
         self._since = since
         self.last: str | None = None
         self.changed_in = 0
 
     def __call__(self, scan: Any) -> None:
-        """Call the logic, tracing it if the scan is one of the traced ones."""
+        """Call the logic. Trace it from the first traced scan on."""
         if scan.number >= self._since:
             self._lines.call(self._logic, scan)
             return
@@ -48,11 +48,11 @@ class OutputLine(LogicWrapper):
 
     @property
     def is_complete(self) -> bool:
-        """Whether `last` is final: a change was traced, or all scans are."""
+        """Whether `last` is final: either a change or every scan was traced."""
         return self.last is not None or self._since == 0
 
     def _outputs(self) -> bytes:
         return b"".join(self._images)
 
-    def _changed(self, line: Line, _before: bytes, _after: bytes) -> None:
+    def _record_line(self, line: Line, _before: bytes, _after: bytes) -> None:
         self.last = f"{Path(line.file).name}:{line.number}" if line.number else ""

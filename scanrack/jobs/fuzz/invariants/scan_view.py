@@ -1,4 +1,4 @@
-"""The argument of an invariant: the end of one scan, with its images and the logic's values."""
+"""The argument of an invariant: the images and the logic's values at the end of a scan."""
 
 from __future__ import annotations
 
@@ -15,39 +15,39 @@ from scanrack.runtime.loop.rack import Rack, Slot
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, mode_name
 from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 
-from .busy import Question
+from .busy import BusyReader
 
 NO_WORDS = Image().words
-"""Words in force while the CPU sends nothing, and for a card, whose words are not commands."""
+"""Words in force while the CPU sends no outputs. Also for cards, since their words are not commands."""
 
 
 class SlotSnapshot:
     """A module at the end of a scan.
 
     Attributes:
-        outputs: the logic's latest words, sent or not. They change with each scan: do not keep them.
-        status: the bits and values of `inputs`, by the module's names; for a card, all are off or 0.
+        outputs: the logic's latest words, sent or not. They change with each scan, so do not store them.
+        status: the bits and values of `inputs` by the module's names. For a card, all are off or 0.
     """
 
-    __slots__ = ("_axis", "_in_force", "_profile", "_slot", "inputs", "outputs", "status")
+    __slots__ = ("_in_force", "_is_axis", "_profile", "_slot", "inputs", "outputs", "status")
 
     def __init__(self, slot: Slot) -> None:
         self._slot = slot
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
-        self._axis = may_be_stepper(slot.words)
+        self._is_axis = may_be_stepper(slot.words)
         self._profile = profile_of(slot.words)
-        self.status = self._view()
-        self.outputs_are_sent(True)
+        self.status = self._status_view()
+        self.set_sent(True)
 
-    def _view(self) -> StatusView:
+    def _status_view(self) -> StatusView:
         model = model_of(self._slot.words)
         if model is not None:
             return status_view(self.inputs, model, self._number)
-        return self._profile.view(self.inputs if self._axis else Image())
+        return self._profile.view(self.inputs if self._is_axis else Image())
 
     def _number(self, words: Sequence[int], first: int) -> int:
-        """Return the number in two words of a drive, in its current format."""
+        """Return the number in two words of a drive in its current format; `first` is the first word."""
         module = self._module
         assert isinstance(module, ModuleWithFormats)
         return module.number_format.join(words[first], words[first + 1]) or 0
@@ -57,13 +57,13 @@ class SlotSnapshot:
         module: Module = getattr(self._slot.module, "module", self._slot.module)  # unwrap injected faults
         return module
 
-    def outputs_are_sent(self, sent: bool) -> None:
-        """Set the words in force: the outputs, or no words if the CPU does not send them."""
-        self._in_force = self.outputs.words if sent and self._axis else NO_WORDS
+    def set_sent(self, sent: bool) -> None:
+        """Set whether the CPU sends the outputs. Words that it does not send are not in force."""
+        self._in_force = self.outputs.words if sent and self._is_axis else NO_WORDS
 
     def __str__(self) -> str:
-        """Return a description of its visible state."""
-        if not self._axis:
+        """Return a description of the visible state."""
+        if not self._is_axis:
             return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
         status = " ".join(self._profile.status_names(self.inputs[0], self.inputs[1])) or "none"
@@ -71,7 +71,7 @@ class SlotSnapshot:
 
     @property
     def linked(self) -> bool:
-        """Whether the PLC reaches the module."""
+        """Whether the PLC has a connection to the module."""
         return self._slot.fault == 0
 
     @property
@@ -81,7 +81,7 @@ class SlotSnapshot:
 
     @property
     def position(self) -> int:
-        """The position the module reports, steps."""
+        """The position that the module reports, steps."""
         return self.status.position
 
     @property
@@ -98,15 +98,15 @@ class SlotSnapshot:
 
     @property
     def configuring(self) -> bool:
-        """Whether the words in force request configuration mode, and so are not commands."""
+        """Whether the words in force are a configuration and not commands."""
         return self._in_force[0] < 0
 
     @property
     def commands(self) -> tuple[str, ...]:
         """Names of the command bits in force.
 
-        There are none in configuration mode. There are none while the CPU does not send its outputs (program
-        and test mode), regardless of the output image.
+        The tuple is empty in configuration mode. It is also empty while the CPU does not send its outputs
+        (program and test mode).
         """
         word = self._in_force[0]
         if word < 0:
@@ -115,7 +115,7 @@ class SlotSnapshot:
 
     @property
     def motions(self) -> int:
-        """Number of command bits in force that make the axis move."""
+        """Number of command bits in force that move the axis."""
         word = self._in_force[0]
         return 0 if word < 0 else (word & MOTIONS.value).bit_count()
 
@@ -137,40 +137,40 @@ class Slots(dict[int, SlotSnapshot]):
 
     def __missing__(self, number: object) -> SlotSnapshot:
         """Raise a LookupError that names the existing slots."""
-        raise LookupError(f"no slot {number!r}: modules sit in {', '.join(map(str, self))}")
+        raise LookupError(f"no slot {number!r}; the rack has {', '.join(map(str, self))}")
 
 
 class ProgramState:
     """The values of a Python program: fields of the running object, then globals of the module.
 
-    They are the program's own objects: an invariant must not change them.
+    The values are the program's own objects, so an invariant must not change them.
     """
 
-    __slots__ = ("_spaces",)
+    __slots__ = ("_namespaces",)
 
-    def __init__(self, *spaces: Mapping[str, Any]) -> None:
-        self._spaces = spaces
+    def __init__(self, *namespaces: Mapping[str, Any]) -> None:
+        self._namespaces = namespaces
 
     def __getattr__(self, name: str) -> Any:
-        for space in self._spaces:
-            if name in space:
-                return space[name]
-        names = sorted({name for space in self._spaces for name in space if not name.startswith("_")})
+        for namespace in self._namespaces:
+            if name in namespace:
+                return namespace[name]
+        names = sorted({name for namespace in self._namespaces for name in namespace if name[:1] != "_"})
         raise AttributeError(f"the program has no {name}, only {', '.join(names) or 'tags'}")
 
 
 class Snapshot:
-    """The end of a scan. A run has one such object, which is always at the latest scan.
+    """The state at the end of a scan. A run updates the same object in every scan.
 
     Attributes:
         ns: virtual time, ns since power-up.
-        slot: modules by slot.
-        tags: all tags of a ladder program, by full name, including program-scoped ones; empty for a plain
+        slot: modules by slot number.
+        tags: all tags of a ladder program by full name, including program-scoped tags; empty for a plain
             function.
         state: values of a Python program.
         rules: ids of the manual's rules that fired in this scan, in order.
-        mode: the CPU's mode: "run", "test", "program" or "single scan".
-        axes: for each axis of the program, a function that returns its command.
+        mode: mode of the CPU: "run", "test", "program" or "single scan".
+        axes: readers of the commands in progress, one per axis of the program.
         resting: whether this scan did not call the logic, as in program mode.
     """
 
@@ -180,7 +180,7 @@ class Snapshot:
         self,
         rack: Rack,
         tags: Mapping[str, Any],
-        axes: tuple[Question, ...] = (),
+        axes: tuple[BusyReader, ...] = (),
         state: ProgramState | None = None,
     ) -> None:
         self.scan = 0
@@ -195,14 +195,14 @@ class Snapshot:
         self.resting = False
 
     def move_on(self, scan: int, ns: int, flags: int) -> None:
-        """Move on to the end of another scan."""
+        """Update the snapshot at the end of another scan."""
         self.scan, self.ns = scan, ns
         if flags & MODE_MASK != self._mode:
             self._mode = flags & MODE_MASK
             mode = CpuMode(self._mode)
             self.mode, self.resting = mode_name(mode), mode is CpuMode.PROGRAM
             for slot in self.slot.values():
-                slot.outputs_are_sent(mode is CpuMode.RUN)
+                slot.set_sent(mode is CpuMode.RUN)
 
     @property
     def seconds(self) -> float:

@@ -1,4 +1,4 @@
-"""Invariants for almost every program, by their names on the command line."""
+"""Standard invariants for almost every program, by their names on the command line."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class _CommandsEnd:
     def __call__(self, now: Snapshot) -> str | None:
         if self._meter is None or now.resting:  # the axes restart when the PLC runs again
             self._meter = RestMeter(now.axes)
-        return self._meter.too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
+        return self._meter.update(now.ns, linked=all(slot.linked for slot in now.slot.values()))
 
     def same_until_ns(self, _counting: bool) -> int:
         """See `Watch`."""
@@ -68,4 +68,4 @@ STANDARD: dict[str, Invariant] = {
         ("commands-end", commands_end),
     )
 }
-"""The invariants by name. A fault of the CPU by the program is always a failure."""
+"""The standard invariants by name. A CPU fault by the program is always a failure."""

@@ -1,8 +1,9 @@
-"""Writes a run as a script for `scanrack drive`: the inputs of one module, request by request."""
+"""Writes the inputs of one module in a run as a script for `scanrack drive`."""
 
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from typing import Any
 
 from scanrack.io_images.amci3601.bits import InputBit
@@ -18,44 +19,45 @@ from scanrack.runtime.modules.record import Trait
 from typing_extensions import override
 
 BENCH_TICK_NS = 250_000
-"""The bench exchanges images at multiples of the module's 250 µs."""
-
+"""Period of the module's updates. The bench exchanges images only at its multiples."""
 
 REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corrupt_next"}
-"""Request keys of the bench for a single lost or damaged reply."""
+"""Keys of the bench's requests for a single lost or damaged reply."""
 
 
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     """Return a feature of a slot that the bench does not support, or None."""
     machine = slot.machine
     faults = [incident for incident in spec.incidents if incident.slot in (0, slot.number)]
-    beyond: tuple[tuple[bool, str], ...] = (
+    fault_kinds = {fault.what for fault in faults}
+    has_early_updates = spec.controller != "micrologix" or FaultKind.TORN_UPDATE in fault_kinds
+    has_lasting_reply_faults = any(fault.what in REPLIES and fault.for_ns for fault in faults)
+    features: tuple[tuple[bool, str], ...] = (
         (not is_stepper(slot.words), f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
-        (any(fault.what in TROUBLES for fault in faults), "lost links"),
-        (any(fault.what in REPLIES and fault.for_ns for fault in faults), "replies that are lost for a time"),
-        (
-            spec.controller != "micrologix" or any(fault.what is FaultKind.TORN_UPDATE for fault in faults),
-            "updates that do not wait for the scan's end",
-        ),
-        (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is not a multiple of 0.25 ms"),
+        (not fault_kinds.isdisjoint(TROUBLES), "lost links"),
+        (has_lasting_reply_faults, "several lost or damaged replies in a row"),
+        (has_early_updates, "updates before the end of the scan"),
+        (bool(spec.scan_ns % BENCH_TICK_NS), "a scan time that is not a multiple of 0.25 ms"),
     )
-    return next((text for is_there, text in beyond if is_there), None)
+    return next((text for is_present, text in features if is_present), None)
 
 
 def set_by_level(machine: MachineSpec) -> list[InputBit]:
-    """Return the inputs that the bench's machine can't drive: the script sets them, up to a scan late.
+    """Return the inputs that the bench's machine can't drive. The script sets them, up to a scan late.
 
     These are inputs with a failing sensor, a normally closed switch, or several switches.
     """
-    feeds = [switch.input for switch in machine.switches]
-    fails = {entry.input for entry in machine.timeline}
-    closed = {switch.input for switch in machine.switches if switch.normally_closed}
-    return [bit for bit in InputBit if bit in feeds and (bit in fails | closed or feeds.count(bit) > 1)]
+    switch_inputs = [switch.input for switch in machine.switches]
+    undrivable = {entry.input for entry in machine.timeline}
+    undrivable |= {switch.input for switch in machine.switches if switch.normally_closed}
+    undrivable |= {bit for bit in switch_inputs if switch_inputs.count(bit) > 1}
+    return [bit for bit in InputBit if bit in switch_inputs and bit in undrivable]
 
 
-def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
+def _driven_switches(machine: MachineSpec) -> list[Switch]:
+    """Return the switches that the bench's machine drives."""
     by_level = set_by_level(machine)
     return [switch for switch in machine.switches if switch.input not in by_level]
 
@@ -65,58 +67,65 @@ class DriveScript(QuietListener):
 
     Args:
         spec: the rack, without an `obstacle` for the slot.
+        slot: the module's slot in the rack.
+        rack_slot: the same slot of the running rack.
+
+    Attributes:
+        by_level: inputs of switches that the script sets, see `set_by_level`.
     """
 
-    def __init__(self, spec: RackSpec, slot: SlotSpec, live: Slot) -> None:
-        module: Any = live.module.module if isinstance(live.module, ExposedModule) else live.module
+    def __init__(self, spec: RackSpec, slot: SlotSpec, rack_slot: Slot) -> None:
+        wrapped = rack_slot.module
+        module: Any = wrapped.module if isinstance(wrapped, ExposedModule) else wrapped
         self._machine: Machine = module.machine
-        self._outputs = live.outputs
+        self._outputs = rack_slot.outputs
         self._scan_ms = spec.scan_ns / 1e6
-        fed = {switch.input for switch in _fed_by_bench(slot.machine)}
-        self.by_level = set_by_level(slot.machine)  # switched inputs, see `set_by_level`
-        self._free = [bit for bit in InputBit if bit not in fed]
-        self._acts = _acts(spec.incidents, slot.number, spec.scan_ns)
-        self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]
-        self._before: tuple[list[int], int] = ([0] * len(live.outputs), 0)
-        self._scans = 0
+        driven = {switch.input for switch in _driven_switches(slot.machine)}
+        self.by_level = set_by_level(slot.machine)
+        self._set_inputs = [bit for bit in InputBit if bit not in driven]
+        self._fault_requests = _fault_requests(spec.incidents, slot.number, spec.scan_ns)
+        self._requests: list[dict[str, Any]] = [{"new": _bench_table(spec, slot)}]
+        self._last_words, self._last_levels = [0] * len(rack_slot.outputs), 0
+        self._scans = 0  # since the beginning of the last request
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Begin a new request at each change of the inputs."""
-        running = bool(flags & 1)
-        words = list(self._outputs) if running else self._before[0]
+        is_running = bool(flags & 1)
+        words = list(self._outputs) if is_running else self._last_words
         levels = self._machine.levels(now_ns)
-        request: dict[str, Any] = dict(self._acts.pop(scan, {}))
-        if words != self._before[0]:
+        request: dict[str, Any] = dict(self._fault_requests.pop(scan, {}))
+        if words != self._last_words:
             request["out"] = words
-        changed_levels = levels ^ self._before[1]
-        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._free if changed_levels & bit}
+        changed = levels ^ self._last_levels
+        inputs = {input_name(bit): int(bool(levels & bit)) for bit in self._set_inputs if changed & bit}
         if inputs:
             request["inputs"] = inputs
         if request or scan == 0:
-            self._end()
-            self._lines.append(request)
-        self._before = words, levels
+            self._end_request()
+            self._requests.append(request)
+        self._last_words, self._last_levels = words, levels
         self._scans += 1
 
-    def _end(self) -> None:
+    def _end_request(self) -> None:
         if self._scans:
-            self._lines[-1]["for_ms"] = _number(self._scans * self._scan_ms)
+            self._requests[-1]["for_ms"] = _number(self._scans * self._scan_ms)
             self._scans = 0
 
     @override
     def close(self) -> None:
-        self._end()
+        self._end_request()
 
     def text(self) -> str:
         """Return the script, one request per line."""
-        return "".join(json.dumps(line) + "\n" for line in self._lines)
+        return "".join(json.dumps(request) + "\n" for request in self._requests)
 
 
-def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
+def _bench_table(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
+    """Return the settings of the script's bench."""
     table: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
     if slot.has(Trait.FIRMWARE):
         table = {"firmware": slot.firmware, **table}
-    switches = _fed_by_bench(slot.machine)
+    switches = _driven_switches(slot.machine)
     if switches:
         table["machine"] = {input_name(switch.input): [switch.first, switch.last] for switch in switches}
     if slot.wiring:
@@ -126,29 +135,31 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     return table
 
 
-def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
-    """Return the requests other than words and levels, by scan."""
-    acts: dict[int, dict[str, Any]] = {}
+def _fault_requests(
+    incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int
+) -> dict[int, dict[str, Any]]:
+    """Return the requests for incidents of a slot and of the CPU, by scan."""
+    requests: dict[int, dict[str, Any]] = defaultdict(dict)
     for incident in incidents:
         scan = -(-incident.at_ns // scan_ns)
-        end = -(-(incident.at_ns + incident.for_ns) // scan_ns)
+        end_scan = -(-(incident.at_ns + incident.for_ns) // scan_ns)
         if incident.what is FaultKind.PROGRAM_MODE:
-            acts.setdefault(scan, {})["plc_mode"] = "program"
+            requests[scan]["plc_mode"] = "program"
             if incident.for_ns:
-                acts.setdefault(end, {})["plc_mode"] = "run"
+                requests[end_scan]["plc_mode"] = "run"
         elif incident.slot != slot:
             continue
         elif incident.what is FaultKind.POWER_CYCLE:
-            acts.setdefault(scan, {})["power_cycle"] = True
+            requests[scan]["power_cycle"] = True
         elif incident.what is FaultKind.CONTROLLER_POWER_CYCLE:
-            acts.setdefault(scan, {})["device"] = "power_cycle"
+            requests[scan]["device"] = "power_cycle"
         elif incident.what in REPLIES:
-            acts.setdefault(scan, {})["link"] = {REPLIES[incident.what]: 1}
+            requests[scan]["link"] = {REPLIES[incident.what]: 1}
         elif incident.what is FaultKind.LINE_DOWN:
-            acts.setdefault(scan, {})["link"] = "down"
+            requests[scan]["link"] = "down"
             if incident.for_ns:
-                acts.setdefault(end, {})["link"] = "up"
-    return acts
+                requests[end_scan]["link"] = "up"
+    return requests
 
 
 def _number(value: float) -> int | float:

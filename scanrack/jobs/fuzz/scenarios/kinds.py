@@ -1,4 +1,4 @@
-"""The kinds of random events, and the parts of a rack on which they act, such as buttons and sensors."""
+"""The kinds of random events, and the buttons, sensors and signals that they affect."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Kind(Enum):
     INPUTS = "inputs"
     """Buttons are pressed, sensors stick or break, a panel writes tags."""
     MACHINE = "machine"
-    """Switches are displaced, steps are lost, master encoders turn."""
+    """Switches are displaced, motors lose steps, master encoders turn."""
     LINK = "link"
     """Modules stop answering for a time."""
     POWER = "power"
@@ -23,26 +23,28 @@ class Kind(Enum):
     MODE = "mode"
     """The CPU's key is turned to program and back."""
     TORN = "torn"
-    """Outputs are updated in the middle of a scan, and some words come late."""
+    """Outputs are updated in the middle of a scan, and some words are late."""
     FIRMWARE = "firmware"
     """Modules have another firmware version."""
     LINE = "line"
-    """The line between an adapter and its controller fails, or the controller's power does."""
+    """The line between an adapter and its controller fails, or the controller's power fails."""
 
 
 def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
-    """Return the kinds that are possible in a rack: some need a 3601, others an adapter."""
+    """Return the kinds that are possible in a rack. Some need a 3601, others need an adapter."""
     possible = frozenset(kind for kind in Kind if kind not in _NEEDS or with_trait(spec, _NEEDS[kind]))
-    return possible | {Kind.INPUTS} if card_buttons(spec) or card_signals(spec) else possible
+    if card_buttons(spec) or card_signals(spec):
+        possible |= {Kind.INPUTS}
+    return possible
 
 
 def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
-    """Return slot and name of each contact of a card that a person operates."""
+    """Return the slot and name of each card contact that a person operates."""
     return [(slot.number, name) for slot in spec.slot for name in slot.record.buttons(slot.options)]
 
 
 def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
-    """Return slot, name and value of the test values for the cards' analog inputs."""
+    """Return the slot, name and value of each test value for the cards' analog inputs."""
     return [
         (slot.number, name, value)
         for slot in spec.slot
@@ -52,7 +54,7 @@ def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
 
 
 def masters(spec: RackSpec) -> list[tuple[int, int]]:
-    """Return slot and maximum speed, counts/s, of each master encoder."""
+    """Return the slot and the maximum speed of each master encoder, counts/s."""
     speeds = [(slot.number, slot.machine.master_speed) for slot in spec.slot]
     return [(number, speed) for number, speed in speeds if speed is not None]
 
@@ -68,13 +70,13 @@ _NEEDS = {
 
 
 def kinds_for(spec: RackSpec) -> frozenset[Kind]:
-    """Return the realistic kinds: torn updates only if exchanges do not wait for the end of the scan."""
-    torn = spec.controller == "compactlogix"
-    return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
+    """Return the possible kinds; torn updates only if exchanges do not wait for the end of the scan."""
+    possible = possible_kinds(spec)
+    return possible if spec.controller == "compactlogix" else possible - {Kind.TORN}
 
 
 def with_trait(spec: RackSpec, trait: Trait) -> list[int]:
-    """Return the numbers of slots whose modules have a trait."""
+    """Return the numbers of the slots with a trait."""
     return [slot.number for slot in spec.slot if slot.has(trait)]
 
 

@@ -1,7 +1,7 @@
-"""Turns the orders of a session into parts of a scenario: injected faults, key turns, and card contacts.
+"""Converts the orders of a session to parts of a scenario: injected faults, key turns, and card contacts.
 
-The inputs of an axis are left out because the recorded stimuli have them. Forces and written tags are left
-out, too.
+Orders for the inputs of an axis are left out, since the recorded stimuli include them. Forces and written
+tags are also left out.
 """
 
 from __future__ import annotations
@@ -18,55 +18,58 @@ from ...record.order_repeater import RecordedOrder
 from .scenario import ContactPress, Scenario
 
 
-def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
-    """Return a scenario with the orders of a session added."""
-    incidents = [*scenario.incidents, *_incidents(given, spec), *_turns(given, spec, end_ns)]
-    incidents.sort(key=lambda each: each.at_ns)
-    pushes = (*scenario.pushes, *_pushes(given, spec, end_ns))
+def with_orders(scenario: Scenario, orders: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
+    """Return a scenario with the orders of a session."""
+    incidents = [*scenario.incidents, *_incidents(orders, spec), *_key_turns(orders, spec, end_ns)]
+    incidents.sort(key=lambda incident: incident.at_ns)
+    pushes = (*scenario.pushes, *_pushes(orders, spec, end_ns))
     return replace(scenario, incidents=tuple(incidents), pushes=pushes)
 
 
-def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[InjectedFault]:
-    for scan, order in given:
+def _incidents(orders: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[InjectedFault]:
+    for scan, order in orders:
         if isinstance(order, InjectFault):
-            for_ns = round(order.for_ms * 1_000_000)
             yield InjectedFault(
-                scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words, order.state
+                at_ns=scan * spec.scan_ns,
+                what=FaultKind(order.kind),
+                slot=order.slot,
+                for_ns=round(order.for_ms * 1_000_000),
+                late_words=order.late_words,
+                state=order.state,
             )
 
 
-def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[InjectedFault]:
-    """Yield a fault for each period in which the key was at program."""
-    since: int | None = None
-    for scan, order in given:
+def _key_turns(orders: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[InjectedFault]:
+    """Yield a fault for each period with the key at program."""
+    program_ns: int | None = None  # time of the turn to program
+    for scan, order in orders:
         if not isinstance(order, Mode):
             continue
         at_ns = scan * spec.scan_ns
         if order.mode == "program":
-            since = at_ns if since is None else since
-        elif since is not None:
-            yield InjectedFault(since, FaultKind.PROGRAM_MODE, 0, at_ns - since)
-            since = None
-    if since is not None and since < end_ns:
-        yield InjectedFault(since, FaultKind.PROGRAM_MODE, 0)
+            program_ns = at_ns if program_ns is None else program_ns
+        elif program_ns is not None:
+            yield InjectedFault(program_ns, FaultKind.PROGRAM_MODE, 0, at_ns - program_ns)
+            program_ns = None
+    if program_ns is not None and program_ns < end_ns:
+        yield InjectedFault(program_ns, FaultKind.PROGRAM_MODE, 0)
 
 
-def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
-    """Yield each period in which a contact of a card was operated."""
+def _pushes(orders: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
+    """Yield each period in which a card contact was operated."""
     cards = {slot.number: slot for slot in spec.slot if "input" in slot.words.groups}
-    levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
-    for scan, order in given:
+    changes_by_contact: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
+    for scan, order in orders:
         if isinstance(order, Press) and order.slot in cards and order.on is not None:
-            operated = order.on is not _is_on_at_rest(cards[order.slot], order.name)
-            levels[order.slot, order.name].append((scan * spec.scan_ns, operated))
-    for (slot, name), changes in levels.items():
-        ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
-        for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
-            if operated and until_ns > at_ns:
+            is_operated = order.on is not _is_normally_closed(cards[order.slot], order.name)
+            changes_by_contact[order.slot, order.name].append((scan * spec.scan_ns, is_operated))
+    for (slot, name), changes in changes_by_contact.items():
+        end_times_ns = [at_ns for at_ns, _ in changes[1:]] + [end_ns]
+        for (at_ns, is_operated), until_ns in zip(changes, end_times_ns, strict=True):
+            if is_operated and until_ns > at_ns:
                 yield ContactPress(slot, name, at_ns, until_ns - at_ns)
 
 
-def _is_on_at_rest(card: SlotSpec, name: str) -> bool:
-    """Return whether a contact of a card is normally closed."""
-    closed = card.options.get("normally_closed", ())
-    return isinstance(closed, list | tuple) and name in closed
+def _is_normally_closed(card: SlotSpec, name: str) -> bool:
+    names = card.options.get("normally_closed", ())
+    return isinstance(names, list | tuple) and name in names

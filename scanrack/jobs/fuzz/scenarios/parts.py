@@ -1,4 +1,4 @@
-"""Takes scenarios apart, and puts them together from parts."""
+"""Divides scenarios into parts, and combines parts to scenarios."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scanrack.runtime.loop.incidents import InjectedFault
 from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
 
 Part = tuple[str, Any]
-"""A part of a scenario: the name of its field, and the part itself."""
+"""The name of a scenario's field, and a part in it."""
 
 FIELDS = tuple(field.name for field in fields(Scenario))
 
@@ -50,7 +50,7 @@ def timed_parts(scenario: Scenario) -> list[Timed]:
 
 
 def end_ns(part: Timed) -> int:
-    """Return the instant at which a part ends; a part without a duration ends when it begins."""
+    """Return the instant at which a part ends. A part without a duration ends when it begins."""
     return part.at_ns + getattr(part, "for_ns", 0)
 
 

@@ -1,4 +1,4 @@
-"""Writes rack files with a scenario, so that `scanrack run` shows a failure, or without events."""
+"""Writes rack files with a scenario, so that `scanrack run` shows a failure. Also without any events."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ Table = dict[str, Any]
 
 
 def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
-    """Return the text of a rack file with a scenario; it records to `again.mcap` in the same folder.
+    """Return the text of a rack file with a scenario. A run of it records to `again.mcap` in its folder.
 
     Args:
-        rack_file: the TOML rack file to which the scenario applies.
-        folder: folder of the new file; paths in the file are relative to it.
+        rack_file: the TOML rack file without the scenario.
+        folder: folder of the new file. Paths in the file are relative to it.
 
     Raises:
         OSError: the rack file can't be read.
@@ -42,30 +42,32 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     document["trace"] = "again.mcap"
     for table, slot in zip(document["slot"], spec.slot, strict=True):
         _add_to_slot(table, slot, scenario)
-    _extend(document, "incident", map(_incident, scenario.incidents))
+    _extend(document, "incident", map(_incident_row, scenario.incidents))
     return tomli_w.dumps(document)
 
 
 def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
-    """Add the parts of a scenario that concern a slot to its table."""
-    changed_slot, own = scenario.laid_over_slot(slot), slot.machine
+    """Add the parts of a scenario for a slot to the slot's table."""
+    changed_slot = scenario.laid_over_slot(slot)
+    machine, changed_machine = slot.machine, changed_slot.machine
     if changed_slot.firmware != slot.firmware:
         table["firmware"] = changed_slot.firmware
-    machine: Table = table.setdefault("machine", {})
+    machine_table: Table = table.setdefault("machine", {})
     for shift in of_slot(scenario.shifts, slot):
-        _shift(machine, shift.steps)
-    slips = changed_slot.machine.slips[len(own.slips) :]
-    _extend(machine, "slips", ({"at": slip.at, "steps": slip.steps} for slip in slips))
-    _extend(machine, "timeline", map(_entry, changed_slot.machine.timeline[len(own.timeline) :]))
-    if changed_slot.machine.turns != own.turns:
-        machine["turns"] = [_turn(turn) for turn in changed_slot.machine.turns]
+        _shift(machine_table, shift.steps)
+    new_slips = changed_machine.slips[len(machine.slips) :]
+    _extend(machine_table, "slips", ({"at": slip.at, "steps": slip.steps} for slip in new_slips))
+    new_entries = changed_machine.timeline[len(machine.timeline) :]
+    _extend(machine_table, "timeline", map(_timeline_row, new_entries))
+    if changed_machine.turns != machine.turns:
+        machine_table["turns"] = [_turn_row(turn) for turn in changed_machine.turns]
     if changed_slot.options != slot.options:
         rows: Any = changed_slot.options["timeline"]
         table.setdefault("options", {})["timeline"] = [_plain_row(row) for row in rows]
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
-    """Return the text of a rack file without timed events, and with all controllers simulated.
+    """Return the text of a rack file without timed events, in which all controllers are simulated.
 
     Raises:
         OSError: the rack file can't be read.
@@ -81,23 +83,25 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
     return tomli_w.dumps(document)
 
 
-def _move_files(document: Table, before: Path, folder: Path) -> None:
+def _move_files(document: Table, old_folder: Path, folder: Path) -> None:
     """Make the paths of modules and stubs relative to a new folder."""
     modules, stubs = document.get("modules", {}), document.get("stubs", {})
     for name, file_name in modules.items():
-        modules[name] = relative(before / file_name, folder)
+        modules[name] = relative(old_folder / file_name, folder)
     for name, file_name in stubs.items():
         if isinstance(file_name, str) and is_python(file_name):
-            stubs[name] = relative(before / file_name, folder)
+            stubs[name] = relative(old_folder / file_name, folder)
 
 
-def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
-    rows = [*table.get(key, ()), *more]
+def _extend(table: Table, key: str, new_rows: Iterable[Table]) -> None:
+    """Add rows to a list in a table; without rows, add no list."""
+    rows = [*table.get(key, ()), *new_rows]
     if rows:
         table[key] = rows
 
 
 def _shift(machine: Table, steps: int) -> None:
+    """Displace the switches and stations in a table."""
     for switch in machine.get("switches", ()):
         for end in ("first", "last"):
             if end in switch:
@@ -116,24 +120,24 @@ def _ms(time_ns: int) -> Decimal | int:
     return Decimal(time_ns).scaleb(-6) if fraction else whole_ms
 
 
-def _entry(entry: TimelineEntry) -> Table:
+def _timeline_row(entry: TimelineEntry) -> Table:
     level = "wired" if entry.energized is None else entry.energized
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energized": level}
 
 
-def _turn(turn: MasterTurn) -> Table:
+def _turn_row(turn: MasterTurn) -> Table:
     return {"at_ms": _ms(turn.at_ns), "counts": turn.counts, "for_ms": _ms(turn.for_ns)}
 
 
 def _plain_row(row: Mapping[str, object]) -> Table:
-    """Return a row with whole floats turned into integers, as a person would write them."""
+    """Return a row with whole floats converted to integers, as a person would write them."""
     return {
         name: int(value) if isinstance(value, float) and value == int(value) else value
         for name, value in row.items()
     }
 
 
-def _incident(incident: InjectedFault) -> Table:
+def _incident_row(incident: InjectedFault) -> Table:
     table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
     if incident.slot:
         table["slot"] = incident.slot

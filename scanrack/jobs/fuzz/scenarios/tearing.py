@@ -3,13 +3,13 @@
     scan n        rung 0   rung 1  |  rung 2   rung 3
     inputs        R0       R0      |  R1       R1        a tear before rung 2
 
-The interpreter runs such a scan; all other scans run compiled code. A Python program has no tears: on every
-controller, its inputs are latched by contract (`runtime.loop.scan.LogicScan`).
+The interpreter runs a scan with a tear. Compiled code runs all other scans. A Python program has no tears,
+since the scan loop latches its inputs on every controller (`runtime.loop.scan.LogicScan`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.interpreter.between import PausingInterpreter
@@ -20,7 +20,6 @@ from scanrack.ladder.state.lowered import (
     AddOnCall,
     LoweredLine,
     LoweredProgram,
-    LoweredStep,
     steps_of,
 )
 from scanrack.runtime.loop.cpu import Cpu
@@ -31,42 +30,34 @@ from ...record.logic_wrapper import LogicWrapper, unwrapped
 from .scenario import TornUpdate
 
 Rung = tuple[str, int]
-"""A routine, and the number of its rung or line of structured text."""
+"""A routine, and the number of a rung or line of structured text."""
 
 
 def reading_rungs(lowered: LoweredProgram) -> tuple[Rung, ...]:
-    """Return the rungs that read an input image: a tear has an effect only before one of them."""
-    return tuple(
-        {
-            (routine.name, line.number): None
-            for routine in lowered.routines.values()
-            for line in routine.lines
-            if _reads_inputs(lowered, line)
-        }
-    )
+    """Return the rungs that read an input image. Only a tear before one of them has an effect."""
+    rungs = [
+        (routine.name, line.number)
+        for routine in lowered.routines.values()
+        for line in routine.lines
+        if any(map(_is_input, _read_operands(lowered, line)))
+    ]
+    return tuple(dict.fromkeys(rungs))
 
 
-def _reads_inputs(lowered: LoweredProgram, line: LoweredLine) -> bool:
-    return any(
-        _of_inputs(where)
-        for step in steps_of(line.nodes)
-        for where in (
-            *(mention.where for mention in mentions_of(lowered.sites[step.site], step) if mention.reads),
-            *_handed(step),
-        )
-    )
+def _read_operands(lowered: LoweredProgram, line: LoweredLine) -> Iterator[Place | Group]:
+    """Yield the operands that a line reads, or passes to an add-on instruction by reference."""
+    for step in steps_of(line.nodes):
+        for mention in mentions_of(lowered.sites[step.site], step):
+            if mention.reads:
+                yield mention.where
+        if step.name == ADD_ON:
+            call: AddOnCall = step.operands[0]
+            yield from call.handed.values()
 
 
-def _handed(step: LoweredStep) -> Iterable[Place | Group]:
-    """Return the operands that are passed to an add-on instruction by reference."""
-    if step.name != ADD_ON:
-        return ()
-    call: AddOnCall = step.operands[0]
-    return call.handed.values()
-
-
-def _of_inputs(where: Place | Group) -> bool:
-    leaf = first_leaf(where)
+def _is_input(operand: Place | Group) -> bool:
+    """Return whether an operand is in an input image."""
+    leaf = first_leaf(operand)
     return leaf.slot is not None and not leaf.output
 
 
@@ -74,7 +65,7 @@ class TornScans(LogicWrapper):
     """Runs a ladder program with tears.
 
     Attributes:
-        cpu: CPU of the run, set before its first scan.
+        cpu: CPU of the run; set before the first scan.
     """
 
     cpu: Cpu
@@ -93,10 +84,11 @@ class TornScans(LogicWrapper):
             return
         interpreter = PausingInterpreter(engine.lowered, engine.memory, engine.fault_log, engine.call_python)
         interpreter.pause_at = tear.routine.upper(), tear.rung
-        interpreter.pause = lambda: self._read_again(engine, scan)
+        interpreter.pause = lambda: self._exchange(engine, scan)
         engine.scan_by(interpreter, scan)
 
-    def _read_again(self, engine: Engine, scan: LogicScan) -> None:
+    def _exchange(self, engine: Engine, scan: LogicScan) -> None:
+        """Exchange the images if this is due, and copy the new inputs to the program."""
         if self.cpu.exchange_early():
             engine.memory.take_inputs(updated=True)
             engine.memory.take_faults(scan.slot)
