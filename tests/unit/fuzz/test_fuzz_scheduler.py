@@ -84,7 +84,7 @@ def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(
     search = campaign("--runs", "100")
     assert search.stderr.readline() == (
         f"scanrack: the Dask scheduler at {scheduler.address} has had no worker for 5 s; "
-        f"the search waits for one: dask worker {scheduler.address}\n"
+        f"to start one: dask worker {scheduler.address}\n"
     )
     worker = ("-m", "distributed.cli.dask_worker", scheduler.address, "--nthreads", "2", "--no-dashboard")
     processes(*worker)
