@@ -321,10 +321,11 @@ class Debugger:
             LadderError: no such rung.
         """
         self._routine(routine).numbered(rung)
-        if not self._remembered and not self._on_rungs:
+        if not self._remembered and not self._on_rungs:  # no scan was kept before the first breakpoint
             self._journal.restart(self._engine.memory, self.scans)
         line = routine.upper(), rung
-        self._on_rungs[line, when] = None if when == "changes" else False
+        initial = None if when == "changes" else False  # None: the first value is not a change
+        self._on_rungs[line, when] = initial
         self._update_plain()
 
     def break_on(self, tag: str) -> None:
@@ -432,7 +433,7 @@ class Debugger:
             name = self._forced_name(tag) if tag in self.tags else tag
             if name not in self._forces:
                 forced = ", ".join(self._forces) or "none"
-                raise ValueError(f"{tag} is not forced; forced are {forced}")
+                raise ValueError(f"{tag} is not forced; current forces: {forced}")
             del self._forces[name]
         self._apply_forces()
         self.on_outside()

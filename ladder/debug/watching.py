@@ -186,6 +186,7 @@ class WatchedEngine(Engine):
             memory.write(forced.leaf, forced.index, memory.read(forced.leaf, forced.index))
 
     def _changed(self, leaf: Leaf, index: int, before: Value, after: Value) -> None:
+        """Record a change, with the instruction that made it and its conditions."""
         interpreter = self.interpreter
         self.history.append(
             Change(
@@ -195,12 +196,12 @@ class WatchedEngine(Engine):
                 index,
                 before,
                 after,
-                interpreter.present,
-                interpreter.power,
-                interpreter.blockers(),
-                interpreter.mode,
-                interpreter.read,
-                tuple(interpreter.heads),
-                interpreter.instance,
+                site=interpreter.present,
+                power=interpreter.power,
+                blockers=interpreter.blockers(),
+                mode=interpreter.mode,
+                read=interpreter.read,
+                inside=tuple(interpreter.heads),
+                instance=interpreter.instance,
             )
         )

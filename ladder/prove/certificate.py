@@ -99,7 +99,7 @@ class _ScriptWriter:
             *certificate.next.values(),
         ]
         for variable in variables(roots):
-            self._variable(certificate, variable)
+            self._add_variable(certificate, variable)
         return {
             "says": certificate.says,
             "k": certificate.k,
@@ -123,12 +123,14 @@ class _ScriptWriter:
             self._declared[v.val] = self.script.declare(sort_of(v), v.val)
         return self._declared[v.val]
 
-    def _variable(self, certificate: Certificate, v: T) -> None:
+    def _add_variable(self, certificate: Certificate, v: T) -> None:
+        """Add the initial value, the next value and the range of a variable, once."""
         if v.val in certificate.held:
             return
         declared = self._lookup(certificate, v)
         name, is_state = declared.text, v.val in certificate.next
-        if name in self.states or any(entry["of"] == name for entry in self.ranges):
+        is_added = name in self.states or any(entry["of"] == name for entry in self.ranges)
+        if is_added:
             return
         if is_state:
             next_term = certificate.next[v.val]

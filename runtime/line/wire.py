@@ -45,7 +45,8 @@ class LineFormat:
             raise ValueError(f"parity {self.parity!r}; choose from {', '.join(PARITIES)}")
         if self.stop_bits not in (1, 2) or self.data_bits not in (7, 8):
             raise ValueError(
-                f"{self.data_bits} data and {self.stop_bits} stop bits: must be 7 or 8 and 1 or 2"
+                f"{self.data_bits} data bits and {self.stop_bits} stop bits: "
+                "must be 7 or 8 data bits and 1 or 2 stop bits"
             )
 
     @property

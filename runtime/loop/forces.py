@@ -76,7 +76,7 @@ class Forces:
         """
         target = parse_address(address, self._words)
         if target not in self._values:
-            raise ValueError(f"{address!r} is not forced; forced are {', '.join(self.active) or 'none'}")
+            raise ValueError(f"{address!r} is not forced; current forces: {', '.join(self.active) or 'none'}")
         del self._values[target]
         self._changed()
 

@@ -77,9 +77,10 @@ class Registry(Mapping[str, ModuleRecord]):
 
     def add(self, record: ModuleRecord) -> None:
         """Add a module of a rack in Python; ValueError if another module has its name."""
-        if record.name in self and self[record.name] is not record:
+        if record.name not in self:
+            self._added[record.name] = record
+        elif self[record.name] is not record:
             raise ValueError(f"module {record.name}: another module has this name")
-        self._added[record.name] = record
 
     def __getitem__(self, name: str) -> ModuleRecord:
         if name in self._added:

@@ -73,14 +73,16 @@ class _Reading:
         self._columns: list[list[Column]] = [[] for _ in shown]  # values of each shown signal in these rows
 
     def add(self, block: Block) -> None:
+        """Evaluate all conditions for the scans of a block, which follows the blocks before it."""
         signals = {signal.name: signal for signal in (*self._query.signals, *self._shown)}
         values = {name: signal.read(block) for name, signal in signals.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
         rows_before = self.stretches[0].rows
-        begins, *_ = [
+        begins_by_condition = [
             stretches.add(condition(scans))
             for stretches, condition in zip(self.stretches, self._query.conditions, strict=True)
         ]
+        begins = begins_by_condition[0]  # row numbers in the block
         self.rows.add(scans.scan, scans.time_ns)
         if self._shown and len(begins):
             self._begins.append(begins + rows_before)

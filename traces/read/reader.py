@@ -484,7 +484,7 @@ class Trace(Records):
         """Yield the event in a message; note a message that is no event."""
         topic = self._topics.get(message.channel)
         if topic not in _EVENT_TOPICS:
-            self._note_stranger(message.channel, topic)
+            self._note_unknown_channel(message.channel, topic)
         else:
             try:
                 yield _event(message, topic)
@@ -492,8 +492,11 @@ class Trace(Records):
                 location = f"the chunk at byte {section.span.offset:,}"
                 self.note(f"{location} has a bad message on {topic}: {error}; it is left out")
 
-    def _note_stranger(self, channel: int, topic: str | None) -> None:
-        """Note messages that our traces never have, because the record of their channel is damaged."""
+    def _note_unknown_channel(self, channel: int, topic: str | None) -> None:
+        """Note a message without a readable channel or, in a trace of scanrack, of an unknown topic.
+
+        Topics of other software are skipped without a note.
+        """
         if topic is None:
             self.note(f"channel {channel} has no readable record; its messages are left out")
         elif self.head.library.startswith(LIBRARY):

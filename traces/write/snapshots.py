@@ -43,7 +43,13 @@ class SnapshotLog:
         self._ended = False
 
     def scan(self, scan: int) -> None:
-        """Take a snapshot after a scan; the number of the next scan must be a multiple of `every`."""
+        """Take a snapshot after a scan, and drop every second one while they are too long.
+
+        A program without snapshots has none of any scan: the first None drops the earlier ones.
+
+        Args:
+            scan: number of the scan; the number of the next one must be a multiple of `every`.
+        """
         text = None if self._ended else self._take()
         if text is None:
             self._lines, self._ended = {}, True

@@ -160,6 +160,10 @@ def _fault_until_safe(block: Members, code: int) -> None:
 
 
 def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -> None:
+    """Run CROUT: reset a fault, monitor statuses and feedbacks, then set the outputs.
+
+    `~held` is true after a reset with Actuate on: the outputs stay off until Actuate was off once.
+    """
     block = Members(machine, group)
     positive, limit_ms = bool(_number(machine, operands[0], FEEDBACKS)), machine.integer(operands[1])
     actuate, first, second, inputs, outputs, reset = _truths(machine, operands[2:])
@@ -172,13 +176,16 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
     rises = _rises(block, "reset", reset)
     off_code = _status_off(inputs, outputs)
     expected = bool(block["O1"]) == positive
-    if rises and block["FP"] and (off_code, first, second) == (0, expected, expected):
+    is_reset_allowed = off_code == 0 and first == second == expected
+    if rises and block["FP"] and is_reset_allowed:
         block.set(FP=False, FaultCode=0, **{"~held": actuate})
     if not block["FP"]:
         _monitor(machine, block, (first, second), expected, off_code, limit_ms)
     must_restart = actuate and bool(block["~held"])
     _set_outputs(machine, block, actuate and not (off_code or block["FP"] or must_restart))
-    code = 0 if block["FP"] else off_code or ACTUATE_HELD * must_restart
+    code = 0
+    if not block["FP"]:
+        code = off_code or (ACTUATE_HELD if must_restart else 0)
     block.set(DiagnosticCode=code, **{"~valid": not off_code, "~held": must_restart})
 
 

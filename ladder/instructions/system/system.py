@@ -34,7 +34,10 @@ from ...state.regions import End
 from .objects import OBJECTS, StoredValue, stored_value
 
 THIS = "THIS"
-"""Instance name for the program of the instruction."""
+"""Instance name for the program of the instruction, or for its task."""
+
+_TASK_OF = "THIS:"
+"""Prefix of a program's name: the task of this program, for GSV and SSV of a task."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -63,13 +66,18 @@ def _program(machine: Interpreter, name: str) -> ScheduledProgram | None:
 
 
 def _read_major_fault(machine: Interpreter, name: str) -> bytes:
+    """Return the MajorFaultRecord of a program.
+
+    Its time is that of the read: a record exists only in the scan of the fault, in the fault routine.
+    """
     program = _program(machine, name)
     if program is None:
         return bytes(_RECORD.size)
     kind, code = (
         machine.whole(machine.memory.read(leaf)) for leaf in (program.fault_type, program.fault_code)
     )
-    return _RECORD.pack(machine.now_ns // 1_000 if kind else 0, kind, code, *[0] * 8)
+    no_information = [0] * 8
+    return _RECORD.pack(machine.now_ns // 1_000 if kind else 0, kind, code, *no_information)
 
 
 def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
@@ -86,12 +94,17 @@ def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
-    """Return the task with a name; THIS is the task of the running program."""
+    """Return the task with a name, or the task of a program; see `_TASK_OF`."""
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
-    owners = (task for task in schedule.tasks if name in (program.name.upper() for program in task.programs))
-    return task_named(schedule.tasks, name) or next(owners, None)
+    if not name.startswith(_TASK_OF):
+        return task_named(schedule.tasks, name)
+    owner = name.removeprefix(_TASK_OF)
+    for task in schedule.tasks:
+        if any(program.name.upper() == owner for program in task.programs):
+            return task
+    return None
 
 
 Reader = Callable[[Interpreter, str], bytes]
@@ -184,9 +197,15 @@ _NAME_SIZE = 82
 
 
 def _name_of(_machine: Interpreter, name: str) -> bytes:
-    """Return the instance's name as a STRING; THIS is already resolved."""
+    """Return a name as a STRING."""
     text = name.encode("latin-1", "replace")[:_NAME_SIZE]
     return struct.pack("<i", len(text)) + text.ljust(_NAME_SIZE, b"\0")
+
+
+def _name_of_task(machine: Interpreter, name: str) -> bytes:
+    """Return the name of a task in capitals, like the names of other instances; "" for an unknown task."""
+    task = _task(machine, name)
+    return _name_of(machine, task.task.name.upper() if task is not None else "")
 
 
 ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
@@ -204,7 +223,8 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     ("TIMESYNCHRONIZE", "CURRENTTIMEMICROSECONDS"): Attribute(_of_clock(_virtual_us)),
     ("TIMESYNCHRONIZE", "CURRENTTIMENANOSECONDS"): Attribute(_of_clock(lambda machine: machine.now_ns)),
     ("CONTROLLER", "NAME"): Attribute(lambda machine, _name: _name_of(machine, machine.lowered.name)),
-    **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
+    **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE")},
+    ("TASK", "NAME"): Attribute(_name_of_task),
 }
 """Attributes that the runtime computes, by class and name in capitals."""
 
@@ -261,7 +281,8 @@ def _resolve(
     if kind == "CONTROLLER":
         instance = ""  # the controller is the only instance
     if instance == THIS:
-        instance = program_of(resolver.named(""))
+        program = program_of(resolver.named(""))
+        instance = f"{_TASK_OF}{program}" if kind == "TASK" else program
     _reserve(resolver, kind, instance, name)
     if not isinstance(tag, Address):
         raise OperandError(f"{tag} is not a tag", "name a tag")

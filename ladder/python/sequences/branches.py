@@ -68,10 +68,10 @@ class BranchWait(Wait[T], Generic[T]):
     @override
     def give_up(self, now_ns: int) -> bool:
         self._sequence.abort()
-        return self.gone(now_ns)
+        return self.continue_giving_up(now_ns)
 
     @override
-    def gone(self, now_ns: int) -> bool:
+    def continue_giving_up(self, now_ns: int) -> bool:
         self._sequence.step(now_ns)
         return self._sequence.over
 
@@ -120,7 +120,7 @@ class Several(Wait[T], Generic[T]):
     @override
     def poll(self, now_ns: int) -> bool:
         if self._decided:
-            return self.gone(now_ns)
+            return self.continue_giving_up(now_ns)
         try:
             self._decided = self.decide(now_ns)
         except Exception as error:
@@ -158,8 +158,8 @@ class Several(Wait[T], Generic[T]):
         return not self._running
 
     @override
-    def gone(self, now_ns: int) -> bool:
-        self._running = [wait for wait in self._running if not wait.gone(now_ns)]
+    def continue_giving_up(self, now_ns: int) -> bool:
+        self._running = [wait for wait in self._running if not wait.continue_giving_up(now_ns)]
         return not self._running
 
     @override

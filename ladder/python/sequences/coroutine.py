@@ -165,7 +165,7 @@ class Sequence:
             self._ordered = False
             self._depend_on(None)
         else:
-            is_over = wait.give_up(now_ns) if self._ordered else wait.gone(now_ns)
+            is_over = wait.give_up(now_ns) if self._ordered else wait.continue_giving_up(now_ns)
             self._ordered, self._giving_up = False, not is_over
             if is_over:
                 self._abort(now_ns)

@@ -94,7 +94,7 @@ class Wait(Generic[T_co]):
         """Stop waiting; return whether it has ended. A branch may need more scans for its `finally`."""
         return True
 
-    def gone(self, now_ns: int) -> bool:
+    def continue_giving_up(self, now_ns: int) -> bool:
         """Continue giving up in the next scan; return whether it has ended."""
         return True
 

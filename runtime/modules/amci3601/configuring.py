@@ -14,7 +14,7 @@ def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: Comm
     """Enter configuration mode when the axis is idle [note 2]; then validate changed words."""
     needs_validation = command is not previous
     if not host.state.in_configuration_mode:
-        if not _is_axis_free(host, now_ns, previous):
+        if not _release_axis(host, now_ns, previous):
             return
         host.state.enter_configuration_mode()
         needs_validation = True
@@ -22,8 +22,11 @@ def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: Comm
         _validate(host, now_ns, command)
 
 
-def _is_axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
-    """Return whether no move runs; the command bits count as released, and a running move is an error."""
+def _release_axis(host: Host, now_ns: int, previous: CommandWords) -> bool:
+    """Release the command bits, which ends a jog; return whether no move runs any longer.
+
+    A move that still runs is an error (CMD-01), once: in the scan that first requests configuration mode.
+    """
     if host.operation is not None:
         host.operation.on_release(now_ns)
         host.settle(now_ns)

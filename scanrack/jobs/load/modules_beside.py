@@ -49,14 +49,19 @@ class _Finder(MetaPathFinder):
 
 
 class _FirstFinder(MetaPathFinder):
-    """Finds modules beside programs that Python itself would find, so that `BESIDE` compiles them."""
+    """Finds modules beside programs before Python's own finders do, so that `BESIDE` compiles them.
+
+    It comes first in `sys.meta_path`: a module that Python itself finds never reaches `_Finder`, the last.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         folder = None if BESIDE.get() is None else _folder_of(_importer(sys._getframe(1)))
-        spec = None if folder is None else PathFinder.find_spec(fullname, path)
-        if spec is None or folder is None or not Path(spec.origin or "").resolve().is_relative_to(folder):
+        if folder is None:
+            return None
+        spec = PathFinder.find_spec(fullname, path)
+        if spec is None or not Path(spec.origin or "").resolve().is_relative_to(folder):
             return None
         spec.loader_state = folder
         return _compiled_beside(spec)

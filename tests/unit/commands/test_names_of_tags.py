@@ -204,7 +204,7 @@ def test_forces_go_by_the_programs_own_name(place: Path) -> None:
         bench.unforce(r"\D.Alone")
         with pytest.raises(ValueError, match=r"Step is ambiguous"):
             bench.force("Step", 1)
-        with pytest.raises(ValueError, match=r"Ps\[2\].Count is not forced; forced are .*Ps\[1\].Count"):
+        with pytest.raises(ValueError, match=r"Ps\[2\].Count is not forced; current forces: .*Ps\[1\].Count"):
             bench.unforce("Ps[2].Count")
 
 

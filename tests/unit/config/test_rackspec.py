@@ -196,6 +196,14 @@ def test_a_rack_has_a_slot_at_least():
         RackSpec(program="-", slot=())
 
 
+def test_a_module_that_is_added_again_is_counted_once(monkeypatch):
+    monkeypatch.setattr(MODULES, "_added", {})
+    names = list(MODULES)
+    MODULES.add(MODULES["amci3601"])
+    assert list(MODULES) == names
+    assert len(MODULES) == len(names) == len(set(names))
+
+
 def test_a_rack_in_python_may_bring_its_own_modules(monkeypatch):
     made = []
 

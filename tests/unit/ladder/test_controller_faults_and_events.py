@@ -204,6 +204,34 @@ END PROGRAM
         parse_program(wrong).build()
 
 
+def test_this_task_is_the_task_of_the_program_whatever_another_task_is_called():
+    text = """CONTROLLER plant
+TAG Own : STRING
+TAG Named : STRING
+TAG Rate : DINT
+TAG Unknown : DINT := 5
+TASK Main : PERIODIC 20 ms RUNS Other
+TASK Fast : PERIODIC 10 ms RUNS Main
+PROGRAM Main
+ROUTINE Main
+GSV(Task,THIS,Name,Own)GSV(Task,Main,Name,Named);
+GSV(Task,THIS,Rate,Rate)GSV(Task,Other,Rate,Unknown);
+END
+END PROGRAM
+PROGRAM Other
+ROUTINE Main
+NOP();
+END
+END PROGRAM
+"""
+    for engine in both(text):
+        engine.step(20)
+        engine.step(20)
+        tags = engine.tags
+        assert (tags["Own"], tags["Named"]) == ("FAST", "MAIN")
+        assert (tags["Rate"], tags["Unknown"]) == (10_000, 0)  # us; no task is called Other
+
+
 def test_attributes_that_are_memory_and_a_clock_that_is_set():
     text = """CONTROLLER plant
 TAG Entry : INT

@@ -156,5 +156,5 @@ def test_values_that_do_not_fit_are_refused(rack, address, value, allowed):
 def test_only_what_is_forced_can_be_removed(rack):
     cpu = Cpu(rack, lambda scan: None)
     cpu.forces.set("I:1.0/3", 1)
-    with pytest.raises(ValueError, match=r"'I:1.0/4' is not forced; forced are Local:1:I.Data\[0\].3"):
+    with pytest.raises(ValueError, match=r"'I:1.0/4' is not forced; current forces: Local:1:I.Data\[0\].3"):
         cpu.forces.remove("I:1.0/4")

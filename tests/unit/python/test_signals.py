@@ -43,8 +43,8 @@ def test_ways_to_write_a_word(text):
     ("text", "says"),
     [
         ("", "is not an address"),
-        ("Local:2:I.Data.16", "no bit 16"),
-        ("Local:2:I.Data[8].0", "no word 8"),
+        ("Local:2:I.Data.16", "bit 16 does not exist: bits are 0 to 15"),
+        ("Local:2:I.Data[8].0", "word 8 does not exist: words are 0 to 7"),
         ("slot2.status.start", "no 'status' in slot 2"),
         ("starts", r"no input 'starts'; did you mean start\?"),
     ],

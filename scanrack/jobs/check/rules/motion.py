@@ -256,8 +256,9 @@ def _beyond_limit(
     configurations = subject.configurations(slot.number)
     first, last = home
     for position in _possible(move, "position"):
-        is_constant = position.is_constant
-        limit = _limit_at(slot.machine, position.least + first, position.most + last) if is_constant else None
+        if not position.is_constant:
+            continue
+        limit = _limit_before(slot.machine, position.least + first, position.most + last)
         if limit is not None and all(configuration.inputs_used & limit for configuration in configurations):
             yield Violation(
                 move.place, f"{move.text} to {position}: the axis reaches {input_name(limit)} first"
@@ -265,8 +266,8 @@ def _beyond_limit(
             return
 
 
-def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
-    """Return the limit switch that lies before a whole range of shaft positions; None if none does."""
+def _limit_before(machine: MachineSpec, low: float, high: float) -> InputBit | None:
+    """Return the limit switch between shaft position 0 and the range `low` to `high`; None without one."""
     for switch in machine.switches:
         if switch.input == InputBit.CW_LIMIT and switch.first is not None and low > switch.first > 0:
             return switch.input
