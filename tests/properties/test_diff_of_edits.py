@@ -178,8 +178,8 @@ def compare(old: str, new: str):
 
 
 def content(difference) -> str:
-    if difference.what in ("rung", "comment"):
-        return difference.after or difference.before
+    if difference.noun in ("rung", "comment"):
+        return difference.new_text or difference.old_text
     return difference.name
 
 
@@ -192,7 +192,7 @@ def test_a_comparison_names_exactly_the_edits(data):
     for edit in data.draw(st.lists(st.sampled_from(EDITS), max_size=12)):
         editor.apply(edit)
     found = compare(old, edited.text())
-    named = Counter((each.kind, each.what, content(each)) for each in found.differences)
+    named = Counter((each.kind, each.noun, content(each)) for each in found.differences)
     assert named == +editor.expected
     assert bool(found.apart) == (edited.day != "Mon")
 
@@ -204,7 +204,7 @@ def test_moved_rungs_are_as_few_as_can_be_and_the_rest_keeps_its_order(order):
     before, after = Plant({"R": rungs}, {}), Plant({"R": [rungs[n] for n in order]}, {})
     found = compare(before.text(), after.text()).differences
     assert {each.kind for each in found} <= {"moved"}
-    moved = {each.after for each in found}
+    moved = {each.new_text for each in found}
     kept = [n for n in order if rungs[n][0] not in moved]
     assert kept == sorted(kept)
     assert len(kept) == longest_increase(order)

@@ -79,8 +79,8 @@ def forceable(debugger):
             element = element_text(leaf.path, leaf.dims, index) if leaf.path.count(".") == 0 else leaf.path
             for address in (element, f"{element}.1", f"{element}.{leaf.type.bits - 1}"):
                 with suppress(ValueError, LadderError):
-                    debugger._single(address)
-                    found[address] = debugger._single(address).type
+                    debugger._single_place(address)
+                    found[address] = debugger._single_place(address).type
     return found
 
 

@@ -97,10 +97,11 @@ class JobRun:
         self.hints = Hints(self.rack, job.spec, options.warn, declared_axes(self.program.logic))
         self.steps: list[str] = []
         listeners: list[ScanListener] = [*options.listeners, self.hints]
+        # The recorder first: it keeps or refuses the earlier recordings of the rack and of its units.
+        recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         units_beside = _units_beside(units, options.trace)
         if units_beside is not None:
             listeners.append(units_beside)
-        recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         if recorder is not None:
             listeners.append(self.program.recorded(recorder))  # closed last, since it reads all files
         self._pacer = options.pacer or FreeRun()

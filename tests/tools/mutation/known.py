@@ -58,7 +58,7 @@ EQUIVALENT = (
         "axis.direction >= 0",
         A_DIRECTION,
     ),
-    Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "way >= 0", "way > 0", NO_COUNTS),
+    Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "counts >= 0", "counts > 0", NO_COUNTS),
     Equivalent(f"{LAYER}/commands.py", "_start_encoder_move", "0", "1", NO_COUNTS),
     Equivalent(
         f"{LAYER}/commands.py",
@@ -70,10 +70,8 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/refusals.py",
         "manual_parameters_illegal",
-        "speed is None\n        or not (speed == 0 or host.profile.limits.takes_speed(speed))\n"
-        "        or not target_in_range(command.parameters.target)",
-        "(not (speed == 0 or host.profile.limits.takes_speed(speed))"
-        " or not target_in_range(command.parameters.target))",
+        "speed is None or target_illegal(host, command)",
+        "target_illegal(host, command)",
         "None is in no range",
     ),
     Equivalent(
@@ -111,7 +109,7 @@ EQUIVALENT = (
         "direction >= 0",
         A_DIRECTION,
     ),
-    Equivalent("traces/export/vcd.py", "_dumped", "True", "False", "both have a row for each value"),
+    Equivalent("traces/export/vcd.py", "_written_values", "True", "False", "both have a row for each value"),
     Equivalent(
         "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
     ),

@@ -121,7 +121,7 @@ REFUSED = [
     ({"inputs": {"home": 2}}, "inputs.home: 2 is not allowed"),
     (
         {"new": {"machine": {"home": [1, 5]}}, "inputs": {"home": 1}},
-        "inputs.home: a switch of the machine operatess",
+        "inputs.home: a switch of the machine operates this input: remove the key",
     ),
     ({"for_ms": -1}, "for_ms: -1 is not allowed"),
     ('{"for_ms": NaN}', "NaN is not a number"),

@@ -279,7 +279,10 @@ def test_the_folder_of_a_campaign_is_known_by_its_files(folder: Path) -> None:
     (folder / "new" / "more").mkdir()
     with folder_lock.locked(folder / "new"):
         pass
-    with pytest.raises(ValueError, match="files in it that are not of a camp"), folder_lock.locked(folder):
+    with (
+        pytest.raises(ValueError, match="has files of another kind: use another folder with --out"),
+        folder_lock.locked(folder),
+    ):
         pass
     assert not (folder / folder_lock.NAME).exists()
 

@@ -19,11 +19,11 @@ RACK = 'name = "bench"\nprogram = "none.py"\n\n[[slot]]\nnumber = 1\nmodule = "{
         ("amci-drive", "options = { rpi_ms = 0 }", "options.rpi_ms = 0: .*: 1 to 100"),
         ("amci-drive", "options = { current = 35 }", "options.current = 35: .*: 10 to 34"),
         ("amci-drive", "options = { unit = 1 }", "options.unit = 1: .*choose from model, axis, in1, in2"),
-        ("amci-drive", 'port = "tcp:drive"', 'port = "tcp:drive": .*it is tcp:HOST:PORT'),
+        ("amci-drive", 'port = "tcp:drive"', 'port = "tcp:drive": .*must be tcp:HOST:PORT'),
         ("amci-drive", 'address = 256\nport = "tcp:a:502"', "address = 256: .*: must be 1 to 247"),
         ("amci-drive", 'host = "drive"', "host: unknown key; choose from .*port, address"),
         ("smd23e2", 'options = { in3 = "home" }', 'options.in3 = "home": .*did you mean in2'),
-        ("smd23e2", "options = { stored = [1, 2] }", r"options.stored: .*\[1, 2\].*: 10 words of 0 to 65535"),
+        ("smd23e2", "options = { stored = [1, 2] }", r"options.stored: .*\[1, 2\].* must be empty or 10 words"),
         ("smd23e2", 'port = "tcp:a:502"', 'port = "tcp:a:502": .*smd23e2 has no port; only .*amci-drive'),
     ],
 )  # fmt: skip

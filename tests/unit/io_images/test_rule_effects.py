@@ -13,7 +13,7 @@ from scanrack.io_images.amci3601.rules.rule import COMMAND_ERROR, CONFIG_ERROR, 
 from scanrack.runtime.modules import amci3601
 from scanrack.runtime.modules.amci3601.latches import BrokenRule, Latches, bits_of
 
-FIRES = {"fire", "_spoil", "abort_homing", "BrokenRule", "RefusalRule"}
+FIRES = {"fire", "_refuse", "abort_homing", "BrokenRule", "RefusalRule"}
 
 
 def fired() -> Iterator[str]:
