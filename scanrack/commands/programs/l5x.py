@@ -21,7 +21,7 @@ def _l5x_command(
     ],
     options: L5xOptions,
 ) -> None:
-    """Report the imported, refused and running parts of an L5X or SLC export, with reasons.
+    """Report what an L5X or SLC export supports: its imported, refused and running parts, with reasons.
 
     A trial runs the imported rungs interpreted and compiled; "ran" counts the rungs of programs for which
     both runs agree after every scan.
